@@ -1,0 +1,472 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read a recorded bag: whole, cut off, or recorded by ``ros2 bag record -s mcap``."""
+
+from __future__ import annotations
+
+import re
+from array import array
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import FloatArray, JointLog
+from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
+from sosml_friction.bags.serialization import deserialize
+from sosml_friction.exceptions import BagError
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+TEMPERATURE = 'sensor_msgs/msg/Temperature'
+STRING = 'std_msgs/msg/String'
+
+_ESTIMATE = re.compile(r'(?P<namespace>.*)/friction_estimate/(?P<observer>[^/]+)')
+
+
+class FrictionEstimate(NamedTuple):
+    """
+    Hold what one observer said.
+
+    ``t_ns`` (N,) int64 stamps of the measurement each estimate belongs to; ``names`` n joints;
+    ``tau_f`` (N, n) friction torque [Nm or N], positive for positive velocity, NaN where the
+    observer had just started afresh or the joint is missing.
+    """
+
+    t_ns: NDArray[np.int64]
+    names: tuple[str, ...]
+    tau_f: FloatArray
+
+
+@dataclass
+class _Topic:
+    """The messages of one topic: parallel arrays in order of log time."""
+
+    type_name: str
+    encoding: str
+    region: NDArray[np.int64]
+    offset: NDArray[np.int64]
+    length: NDArray[np.int64]
+    log_time_ns: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.log_time_ns)
+
+
+class Bag:
+    """
+    Give access to the messages of a bag; made by :meth:`open`.
+
+    A topic is asked for by the last part of its name, so that ``/left/joint_states`` serves as
+    ``joint_states`` when no other topic ends so; where several do, ``namespace`` chooses.
+
+    ``recovered`` is True when the end of a file is missing or damaged; then ``recovery`` says in
+    one sentence what was saved, and is '' otherwise. ``tags`` are the conditions written by the
+    recorder (rosbag2's custom data). No file stays open between calls.
+    """
+
+    def __init__(self, path: Path, namespace: str | None, scans: Sequence[McapScan]) -> None:
+        self.path = path
+        self._namespace = None if namespace is None else '/' + namespace.strip('/')
+        self._regions: list[Region] = scans[0].regions
+        self._topics = _merge_topics(path, scans)
+        self.messages_read = sum(len(topic) for topic in self._topics.values())
+        cut = [s for s in scans if not s.complete]
+        self.recovered = bool(cut)
+        self.recovery = ''
+        if cut:
+            where = ', '.join(f'{s.path.name} after byte {s.read_to}' for s in cut)
+            self.recovery = (
+                f'{path} was not closed or is damaged ({where}): {self.messages_read} messages, '
+                'up to the last whole one, were read'
+            )
+        information = _information(path, scans)
+        _refuse_compressed_messages(path, information)
+        self.tags = {
+            str(key): str(value)
+            for part in information
+            for key, value in (_mapping(part.get('custom_data'))).items()
+        }
+        if not self.messages_read:
+            raise BagError(
+                f'{path} holds no {"whole " if cut else ""}message: record again, with the nodes '
+                'running'
+            )
+
+    @classmethod
+    def open(cls, path: str | Path, namespace: str | None = None) -> Bag:
+        """
+        Open a bag folder, with or without metadata.yaml, or a single .mcap file.
+
+        :raises BagError: if ``path`` is missing, is not a bag, or holds no message.
+        """
+        path = Path(path)
+        files = _mcap_files(path)
+        regions: list[Region] = []
+        return cls(path, namespace, [scan(file, regions) for file in files])
+
+    @property
+    def topics(self) -> dict[str, tuple[str, int]]:
+        """Return the type and the number of messages of each topic."""
+        return {name: (topic.type_name, len(topic)) for name, topic in self._topics.items()}
+
+    @property
+    def start_ns(self) -> int:
+        """Return the log time of the first message [ns]."""
+        return min(int(topic.log_time_ns[0]) for topic in self._topics.values() if len(topic))
+
+    @property
+    def end_ns(self) -> int:
+        """Return the log time of the last message [ns]."""
+        return max(int(topic.log_time_ns[-1]) for topic in self._topics.values() if len(topic))
+
+    @property
+    def duration_s(self) -> float:
+        """Return the log time from the first to the last message [s]."""
+        return (self.end_ns - self.start_ns) * 1e-9
+
+    def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
+        """
+        Yield (log_time_ns, CDR bytes) of each message of a topic, given by its whole name.
+
+        :raises BagError: if the bag does not have the topic.
+        """
+        entry = self._topics[self._known(topic)]
+        with open_store(self._regions) as store:
+            for log_time_ns, region, offset, length in zip(
+                entry.log_time_ns.tolist(),
+                entry.region.tolist(),
+                entry.offset.tolist(),
+                entry.length.tolist(),
+                strict=True,
+            ):
+                yield log_time_ns, store.fetch(region, offset, length)
+
+    def timeline(self) -> Iterator[tuple[str, int, bytes]]:
+        """Yield (topic, log_time_ns, CDR bytes) of every message of the bag in log time order."""
+        names = list(self._topics)
+        entries = list(self._topics.values())
+        log_times = np.concatenate([entry.log_time_ns for entry in entries])
+        regions = np.concatenate([entry.region for entry in entries])
+        offsets = np.concatenate([entry.offset for entry in entries])
+        lengths = np.concatenate([entry.length for entry in entries])
+        which = np.repeat(np.arange(len(entries)), [len(entry) for entry in entries])
+        # Equal log times keep the order of the file.
+        order = np.lexsort((offsets, regions, log_times))
+        with open_store(self._regions) as store:
+            for i in order.tolist():
+                message = store.fetch(int(regions[i]), int(offsets[i]), int(lengths[i]))
+                yield names[which[i]], int(log_times[i]), message
+
+    def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
+        """
+        Yield (log_time_ns, message) of each message of a topic, given by its whole name.
+
+        :raises BagError: if the bag does not have the topic or a message cannot be decoded.
+        """
+        name = self._known(topic)
+        entry = self._topics[name]
+        if entry.encoding != 'cdr':
+            raise BagError(
+                f'{name} in {self.path} is encoded as {entry.encoding!r}: only cdr, which ROS 2 '
+                'records, can be decoded'
+            )
+        for log_time_ns, cdr in self.messages(name):
+            try:
+                yield log_time_ns, deserialize(cdr, entry.type_name)
+            except BagError as error:
+                raise BagError(f'{name} in {self.path} at {log_time_ns} ns: {error}') from error
+
+    def joint_log(self, topic: str | None = None) -> JointLog:
+        """
+        Return the measured motion: the JointState messages of ``topic``, or of joint_states.
+
+        Joints go by name: they are those of all messages, in order of first appearance, and a
+        sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
+        (``joint_temperatures``, frame_id = joint) are those last measured at or before each
+        sample.
+
+        :raises BagError: if there is no such topic, or more than one; if a message contradicts
+            itself, or no message carries a stamp.
+        """
+        chosen = self._joint_state_topic(topic)
+        t_ns, names, (q, v, tau) = self._joint_states(chosen, ('position', 'velocity', 'effort'))
+        temperature = self._temperatures(chosen, topic is not None, t_ns, names)
+        return JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags))
+
+    def estimates(self) -> dict[str, FrictionEstimate]:
+        """
+        Return the friction each observer estimated, from ``friction_estimate/<observer>``.
+
+        :raises BagError: if two namespaces have the same observer, or a message contradicts
+            itself.
+        """
+        topics: dict[str, str] = {}
+        for name, entry in self._in_namespace().items():
+            match = _ESTIMATE.fullmatch(name)
+            if match is None or not len(entry):
+                continue
+            observer = match['observer']
+            if observer in topics:
+                raise BagError(
+                    f'{self.path} has {topics[observer]} and {name}: choose one by its namespace'
+                )
+            topics[observer] = name
+        estimates = {}
+        for observer, name in topics.items():
+            t_ns, names, (tau_f,) = self._joint_states(name, ('effort',))
+            estimates[observer] = FrictionEstimate(t_ns, names, tau_f)
+        return estimates
+
+    def text(self, topic_suffix: str) -> str | None:
+        """
+        Return the last text on a String topic such as robot_description, or None.
+
+        :raises BagError: if several topics end so, or the topic is not a String.
+        """
+        topic = self._find(topic_suffix)
+        if topic is None:
+            return None
+        self._require_type(topic, STRING)
+        *_, (_, last) = self.decoded(topic)
+        return str(last.data)
+
+    def _in_namespace(self) -> dict[str, _Topic]:
+        """Return the topics of the chosen namespace, or all."""
+        if self._namespace is None or self._namespace == '/':
+            return self._topics
+        return {
+            name: entry
+            for name, entry in self._topics.items()
+            if name.startswith(self._namespace + '/')
+        }
+
+    def _find(self, suffix: str) -> str | None:
+        """Return the one topic with messages whose name ends in ``suffix``, or None."""
+        suffix = '/' + suffix.strip('/')
+        found = [
+            name
+            for name, entry in self._in_namespace().items()
+            if ('/' + name.lstrip('/')).endswith(suffix) and len(entry)
+        ]
+        if len(found) > 1:
+            raise BagError(
+                f'{self.path} has {len(found)} topics that end in {suffix} ({", ".join(found)}): '
+                'choose one by its namespace'
+            )
+        return found[0] if found else None
+
+    def _known(self, topic: str) -> str:
+        """Return the name of a topic of this bag, given with or without its leading slash."""
+        for name in (topic, '/' + topic):
+            if name in self._topics:
+                return name
+        raise BagError(f'{self.path} has no topic {topic}: it has {self._topic_list()}')
+
+    def _topic_list(self) -> str:
+        return ', '.join(
+            f'{name} ({entry.type_name}, {len(entry)} messages)'
+            for name, entry in self._topics.items()
+        )
+
+    def _require_type(self, topic: str, type_name: str) -> None:
+        actual = self._topics[topic].type_name or 'topic of unknown type'
+        if actual != type_name:
+            raise BagError(f'{topic} in {self.path} is a {actual}: a {type_name} is needed')
+
+    def _joint_state_topic(self, topic: str | None) -> str:
+        chosen = self._find('joint_states') if topic is None else self._known(topic)
+        if chosen is None:
+            within = '' if self._namespace is None else f' in the namespace {self._namespace}'
+            raise BagError(
+                f'{self.path} has no messages on joint_states{within}: it has {self._topic_list()}'
+            )
+        self._require_type(chosen, JOINT_STATE)
+        if not len(self._topics[chosen]):
+            raise BagError(f'{chosen} in {self.path} has no messages: record it again')
+        return chosen
+
+    def _joint_states(
+        self, topic: str, quantities: Sequence[str]
+    ) -> tuple[NDArray[np.int64], tuple[str, ...], list[FloatArray]]:
+        """Return stamps (N,), names of n joints, and (N, n) of each quantity, NaN if absent."""
+        self._require_type(topic, JOINT_STATE)
+        count = len(self._topics[topic])
+        t_ns = np.empty(count, dtype=np.int64)
+        # Messages that name the same joints in the same order are copied as one block.
+        rows: dict[tuple[str, ...], list[int]] = {}
+        blocks: dict[tuple[str, ...], list[array[float]]] = {}
+        for row, (_, message) in enumerate(self.decoded(topic)):
+            stamp = message.header.stamp
+            t_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
+            key = tuple(message.name)
+            if key not in rows:
+                if len(set(key)) != len(key):
+                    raise self._contradiction(topic, int(t_ns[row]), f'joints {", ".join(key)}')
+                rows[key] = []
+                blocks[key] = [array('d') for _ in quantities]
+            rows[key].append(row)
+            for quantity in ('position', 'velocity', 'effort'):
+                values = getattr(message, quantity)
+                if len(values) not in (0, len(key)):
+                    what = f'{len(key)} joint names and {len(values)} values of {quantity}'
+                    raise self._contradiction(topic, int(t_ns[row]), what)
+            for quantity, block in zip(quantities, blocks[key], strict=True):
+                block.extend(getattr(message, quantity) or array('d', [np.nan] * len(key)))
+        if count > 1 and not t_ns.any():
+            raise BagError(
+                f'{topic} in {self.path} has no stamps (all are 0): let its publisher fill '
+                'header.stamp with the time of measurement'
+            )
+        names = tuple(dict.fromkeys(name for key in rows for name in key))
+        column = {name: i for i, name in enumerate(names)}
+        arrays = []
+        for i in range(len(quantities)):
+            table = np.full((count, len(names)), np.nan)
+            for key, its_rows in rows.items():
+                columns = [column[name] for name in key]
+                numbers = np.array(blocks[key][i], dtype=np.float64)
+                table[np.ix_(its_rows, columns)] = numbers.reshape(len(its_rows), len(key))
+            arrays.append(table)
+        return t_ns, names, arrays
+
+    def _contradiction(self, topic: str, t_ns: int, what: str) -> BagError:
+        return BagError(
+            f'{topic} in {self.path} at stamp {t_ns} ns has {what}: each joint needs one name and '
+            'one value, or the array must be empty; correct its publisher'
+        )
+
+    def _temperatures(
+        self, joint_topic: str, explicit: bool, t_ns: NDArray[np.int64], names: tuple[str, ...]
+    ) -> FloatArray | None:
+        """Return (N, n) [degC], the value last measured at or before each sample, or None."""
+        beside = joint_topic.rpartition('/')[0] + '/joint_temperatures'
+        topic: str | None = beside if beside in self._topics else None
+        if topic is None and not explicit:
+            topic = self._find('joint_temperatures')
+        if topic is None:
+            return None
+        self._require_type(topic, TEMPERATURE)
+        measured: dict[str, tuple[list[int], list[float]]] = {}
+        for _, message in self.decoded(topic):
+            stamp = message.header.stamp
+            stamps, values = measured.setdefault(message.header.frame_id, ([], []))
+            stamps.append(stamp.sec * 1_000_000_000 + stamp.nanosec)
+            values.append(message.temperature)
+        if not any(name in measured for name in names):
+            return None
+        temperature = np.full((len(t_ns), len(names)), np.nan)
+        for i, name in enumerate(names):
+            if name not in measured:
+                continue
+            when, celsius = (np.array(column) for column in measured[name])
+            order = np.argsort(when, kind='stable')
+            last = np.searchsorted(when[order], t_ns, side='right') - 1
+            known = last >= 0
+            temperature[known, i] = celsius[order][last[known]]
+        return temperature
+
+
+def _mcap_files(path: Path) -> list[Path]:
+    """Return the MCAP files of a bag in the order they were recorded."""
+    if not path.exists():
+        raise BagError(f'{path} does not exist: give a bag folder or a .mcap file')
+    if path.is_file():
+        if path.suffix == '.db3':
+            raise BagError(
+                f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
+                'with -s mcap'
+            )
+        return [path]
+    try:
+        names = sorted(file.name for file in path.iterdir() if file.is_file())
+    except OSError as error:
+        raise BagError(f'{path} cannot be read: {error.strerror}') from error
+    files = [name for name in names if name.endswith('.mcap')]
+    if files:
+        # name_2.mcap comes before name_10.mcap.
+        files.sort(
+            key=lambda name: [int(p) if p.isdigit() else p for p in re.split(r'(\d+)', name)]
+        )
+        return [path / name for name in files]
+    packed = [name for name in names if name.endswith('.mcap.zstd')]
+    if packed:
+        raise BagError(
+            f'{path} holds compressed files only ({packed[0]}): unpack them with `zstd -d`, or '
+            'record with --storage-preset-profile zstd_fast, which is read directly'
+        )
+    if any(name.endswith('.db3') for name in names):
+        raise BagError(
+            f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
+            'with -s mcap'
+        )
+    raise BagError(f'{path} is no bag: the folder holds no .mcap file; give the folder of one bag')
+
+
+def _merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, _Topic]:
+    """Join the channels of all files that carry the same topic."""
+    parts: dict[str, list[tuple[McapScan, int]]] = {}
+    kinds: dict[str, tuple[str, str]] = {}
+    for found in scans:
+        for channel_id, channel in found.channels.items():
+            kind = (found.type_name(channel), channel.message_encoding)
+            if kinds.setdefault(channel.topic, kind) != kind:
+                raise BagError(
+                    f'{channel.topic} in {path} is both {kinds[channel.topic][0]} and {kind[0]}: '
+                    'remap one of the two publishers and record again'
+                )
+            parts.setdefault(channel.topic, []).append((found, channel_id))
+    topics = {}
+    for name, channels in parts.items():
+        indexes = [found.messages[channel_id] for found, channel_id in channels]
+        region, offset, length, log_time_ns = (
+            np.concatenate([np.array(getattr(index, what), dtype=np.int64) for index in indexes])
+            for what in ('region', 'offset', 'length', 'log_time_ns')
+        )
+        # Equal log times keep the order of the file.
+        order = np.lexsort((offset, region, log_time_ns))
+        topics[name] = _Topic(
+            *kinds[name], region[order], offset[order], length[order], log_time_ns[order]
+        )
+    return topics
+
+
+def _mapping(value: Any) -> dict[Any, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _information(path: Path, scans: Sequence[McapScan]) -> list[dict[Any, Any]]:
+    """Return what rosbag2 wrote about the bag, in the files and beside them, where readable."""
+    texts = [
+        record.metadata.get('serialized_metadata', '')
+        for found in scans
+        for record in found.metadata
+        if record.name == 'rosbag2'
+    ]
+    parts = []
+    beside = path / 'metadata.yaml'
+    if beside.is_file():
+        try:
+            document = yaml.safe_load(beside.read_text(encoding='utf-8'))
+        # The messages do not depend on it, so a broken metadata.yaml is no reason to stop.
+        except (OSError, ValueError, yaml.YAMLError):
+            document = None
+        parts.append(_mapping(_mapping(document).get('rosbag2_bagfile_information')))
+    for text in texts:
+        try:
+            parts.append(_mapping(yaml.safe_load(text)))
+        except yaml.YAMLError:
+            continue
+    return parts
+
+
+def _refuse_compressed_messages(path: Path, information: Sequence[dict[Any, Any]]) -> None:
+    modes = {str(part.get('compression_mode') or '').lower() for part in information}
+    if 'message' in modes:
+        raise BagError(
+            f'{path} was recorded with --compression-mode message, which is not read: record with '
+            '--storage-preset-profile zstd_fast instead'
+        )

@@ -1,0 +1,88 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The measured motion of a robot: what all offline work takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import DataError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointLog:
+    """
+    Hold one recording of N samples of n joints.
+
+    ``t_ns`` (N,) int64 stamps of measurement; ``q`` (N, n) [rad or m]; ``v`` (N, n) [rad/s or
+    m/s]; ``tau`` (N, n) actuator effort at the joint [Nm or N]. What was not measured is NaN.
+    ``temperature`` (N, n) [degC] or None. ``tags`` are conditions (worn, payload, ...).
+
+    :raises DataError: if a shape disagrees or there is no sample.
+    """
+
+    names: tuple[str, ...]
+    t_ns: NDArray[np.int64]
+    q: FloatArray
+    v: FloatArray
+    tau: FloatArray
+    temperature: FloatArray | None = None
+    tags: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        shape = (len(self.t_ns), len(self.names))
+        if 0 in shape:
+            raise DataError(f'the recording has {shape[0]} samples of {shape[1]} joints: no data')
+        for what in ('q', 'v', 'tau', 'temperature'):
+            array = getattr(self, what)
+            if array is not None and array.shape != shape:
+                raise DataError(f'{what} has shape {array.shape} where {shape} is needed')
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    @property
+    def time(self) -> FloatArray:
+        """Return seconds since the first sample, (N,)."""
+        return (self.t_ns - self.t_ns[0]) * 1e-9
+
+    def require_effort(self) -> None:
+        """
+        Refuse a recording without torque, from which no friction can be told.
+
+        :raises DataError: if the effort of every joint is unknown in every sample.
+        """
+        if np.isnan(self.tau).all():
+            raise DataError(
+                f'joint_states carries no effort for {", ".join(self.names)}: let the driver fill '
+                'effort [Nm or N], or map it when the recording is imported'
+            )
+
+    def select(self, names: Sequence[str]) -> JointLog:
+        """
+        Return the log of ``names``, in that order.
+
+        :raises DataError: if a joint is not in the log; the sentence lists those that are.
+        """
+        missing = [name for name in names if name not in self.names]
+        if missing:
+            raise DataError(
+                f'joint {", ".join(missing)} is not in the recording, which has '
+                f'{", ".join(self.names)}: name its joints in the model or rename them'
+            )
+        index = [self.names.index(name) for name in names]
+        temperature = None if self.temperature is None else self.temperature[:, index]
+        return replace(
+            self,
+            names=tuple(names),
+            q=self.q[:, index],
+            v=self.v[:, index],
+            tau=self.tau[:, index],
+            temperature=temperature,
+        )

@@ -1,0 +1,312 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The mapping file of an import: which variable is what, in which unit.
+
+::
+
+    time: {variable: t, unit: s}      # s, ms, us or ns; or instead: sample_rate: 1000.0   [Hz]
+    start_time: 0                     # optional [s], added to every stamp
+    joints:
+      slider:
+        position: {variable: qm, unit: m}
+        velocity: {variable: dq, unit: m/s}            # optional
+        effort: {variable: vir, unit: V, scale: gtau}  # optional; gtau: a variable of the file
+        temperature: {variable: temp, unit: degC}      # optional
+    urdf: robot.urdf                  # optional, relative to the mapping file
+    model: model.yaml                 # optional, relative to the mapping file
+    tags: {worn: 'no'}                # optional conditions
+    rows: [t, q, i]                   # .npy only: names of its rows, or columns: [...]
+
+Each quantity is ``value = variable * unit * scale + offset`` in SI units (rad, m, Nm, N, degC).
+``column`` or ``row`` (counted from 0) picks a series out of a table. ``scale`` and ``offset`` are
+numbers, or names of variables that hold one number. An effort given in A, mA, V, mV or counts has
+no torque until ``scale`` says how many Nm (or N) one of that unit makes, so it must be given; a
+position in counts needs ``counts_per_unit`` (counts per rad or per m) or ``counts_per_turn``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from sosml_friction.exceptions import ConfigurationError
+
+TIME_UNITS = {'s': 1_000_000_000, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
+
+# Factor to SI, or None where the mapping must give it.
+UNITS: dict[str, dict[str, float | None]] = {
+    'position': {'rad': 1.0, 'deg': math.pi / 180.0, 'm': 1.0, 'mm': 1e-3, 'counts': None},
+    'velocity': {
+        'rad/s': 1.0,
+        'deg/s': math.pi / 180.0,
+        'rpm': math.pi / 30.0,
+        'm/s': 1.0,
+        'mm/s': 1e-3,
+        'counts/s': None,
+    },
+    'effort': {
+        'Nm': 1.0,
+        'mNm': 1e-3,
+        'N': 1.0,
+        'kN': 1e3,
+        'A': None,
+        'mA': None,
+        'V': None,
+        'mV': None,
+        'counts': None,
+    },
+    'temperature': {'degC': 1.0, 'K': 1.0},
+}
+KELVIN_OFFSET = -273.15
+ANGULAR_UNITS = frozenset(('rad', 'deg', 'rad/s', 'deg/s', 'rpm', 'Nm', 'mNm'))
+LINEAR_UNITS = frozenset(('m', 'mm', 'm/s', 'mm/s', 'N', 'kN'))
+
+_TOP_KEYS = (
+    'time', 'sample_rate', 'start_time', 'joints', 'urdf', 'model', 'tags', 'rows', 'columns',
+)  # fmt: skip
+_SERIES_KEYS = ('variable', 'column', 'row')
+_SIGNAL_KEYS = (*_SERIES_KEYS, 'unit', 'scale', 'offset')
+_COUNT_KEYS = ('counts_per_unit', 'counts_per_turn')
+
+
+@dataclass(frozen=True)
+class Series:
+    """Name one series of numbers: a variable, or one column or row (from 0) of a table."""
+
+    variable: str
+    column: int | None = None
+    row: int | None = None
+
+
+@dataclass(frozen=True)
+class Signal:
+    """
+    Say how a series becomes a physical quantity: ``series * factor * scale + offset``.
+
+    ``factor`` comes from ``unit``; ``scale`` and ``offset`` are numbers, or the name of a variable
+    that holds one.
+    """
+
+    series: Series
+    unit: str
+    factor: float
+    scale: float | str
+    offset: float | str
+
+
+@dataclass(frozen=True)
+class ImportMapping:
+    """
+    Hold a checked mapping file.
+
+    Either ``time`` with ``ns_per_time_unit``, or ``sample_rate`` [Hz] (a number or a variable's
+    name). ``joints`` maps each joint to its signals by quantity. ``urdf`` and ``model`` are whole
+    paths.
+    """
+
+    path: Path
+    joints: Mapping[str, Mapping[str, Signal]]
+    time: Series | None = None
+    ns_per_time_unit: int = 1
+    sample_rate: float | str | None = None
+    start_time_ns: int = 0
+    urdf: Path | None = None
+    model: Path | None = None
+    tags: Mapping[str, str] = field(default_factory=dict)
+    rows: tuple[str, ...] | None = None
+    columns: tuple[str, ...] | None = None
+
+
+class _Reader:
+    """Take a mapping file apart, naming the file and the key in every complaint."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def error(self, where: str, what: str) -> ConfigurationError:
+        return ConfigurationError(f'{self.path}: {where} {what}')
+
+    def table(self, value: Any, where: str, keys: tuple[str, ...] | None = None) -> dict[str, Any]:
+        """Return a mapping whose keys are strings, all of them among ``keys``."""
+        if not isinstance(value, dict) or not value:
+            raise self.error(where, f'is {value!r}: a mapping of names to values is needed')
+        for key in value:
+            if not isinstance(key, str):
+                raise self.error(where, f'has the key {key!r}: put it in quotes')
+            if keys is not None and key not in keys:
+                raise self.error(
+                    where, f'has the unknown key {key!r}: known are {", ".join(keys)}'
+                )
+        return value
+
+    def text(self, value: Any, where: str) -> str:
+        if not isinstance(value, str) or not value:
+            raise self.error(where, f'is {value!r}: a name is needed')
+        return value
+
+    def number(self, value: Any, where: str) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise self.error(where, f'is {value!r}: a number is needed')
+        if not math.isfinite(value):
+            raise self.error(where, f'is {value!r}: a finite number is needed')
+        return float(value)
+
+    def factor(self, value: Any, where: str) -> float | str:
+        """Return a number that is not 0, or the name of a variable."""
+        if isinstance(value, str):
+            return self.text(value, where)
+        number = self.number(value, where)
+        if number == 0.0:
+            raise self.error(where, 'is 0: that would erase the quantity')
+        return number
+
+    def names(self, value: Any, where: str) -> tuple[str, ...]:
+        if not isinstance(value, list) or not value:
+            raise self.error(where, f'is {value!r}: a list of names is needed')
+        return tuple(self.text(name, where) for name in value)
+
+    def series(self, value: dict[str, Any], where: str) -> Series:
+        if 'variable' not in value:
+            raise self.error(where, 'has no variable: name the one that holds it')
+        if 'column' in value and 'row' in value:
+            raise self.error(where, 'has both column and row: give one of them')
+        place: dict[str, int] = {}
+        for key in ('column', 'row'):
+            if key in value:
+                if type(value[key]) is not int or value[key] < 0:
+                    raise self.error(f'{where}.{key}', f'is {value[key]!r}: count from 0')
+                place[key] = value[key]
+        return Series(self.text(value['variable'], f'{where}.variable'), **place)
+
+    def unit(self, value: dict[str, Any], where: str, known: Mapping[str, Any]) -> str:
+        unit = value.get('unit')
+        if unit not in known:
+            said = 'has no unit' if unit is None else f'has the unknown unit {unit!r}'
+            raise self.error(where, f'{said}: known are {", ".join(known)}')
+        return str(unit)
+
+    def signal(self, value: Any, where: str, quantity: str) -> Signal:
+        """Return a checked signal of a joint."""
+        countable = quantity in ('position', 'velocity')
+        keys = _SIGNAL_KEYS + (_COUNT_KEYS if countable else ())
+        value = self.table(value, where, keys)
+        unit = self.unit(value, where, UNITS[quantity])
+        factor = UNITS[quantity][unit]
+        counts = [key for key in _COUNT_KEYS if key in value]
+        if countable and factor is None:
+            if len(counts) != 1:
+                raise self.error(
+                    where,
+                    f'is in {unit}: give counts_per_unit (counts per rad or per m) or '
+                    'counts_per_turn',
+                )
+            per = self.factor(value[counts[0]], f'{where}.{counts[0]}')
+            if isinstance(per, str):
+                raise self.error(f'{where}.{counts[0]}', f'is {per!r}: a number is needed')
+            factor = (2.0 * math.pi if counts[0] == 'counts_per_turn' else 1.0) / per
+        elif counts:
+            raise self.error(where, f'has {counts[0]} but is in {unit}: remove one of the two')
+        elif factor is None:
+            if 'scale' not in value:
+                raise self.error(
+                    where,
+                    f'is in {unit} and has no scale: give the Nm (or N) per {unit}, as a number '
+                    'or the name of a variable; there is no default',
+                )
+            factor = 1.0
+        offset: float | str = KELVIN_OFFSET if unit == 'K' else 0.0
+        if 'offset' in value:
+            if unit == 'K':
+                raise self.error(where, 'is in K and has an offset: give it in degC instead')
+            given = value['offset']
+            offset = given if isinstance(given, str) else self.number(given, f'{where}.offset')
+        scale = self.factor(value.get('scale', 1.0), f'{where}.scale')
+        return Signal(self.series(value, where), unit, factor, scale, offset)
+
+    def file(self, value: Any, where: str) -> Path:
+        path = self.path.parent / self.text(value, where)
+        if not path.is_file():
+            raise self.error(where, f'is {value!r} and {path} does not exist')
+        return path
+
+
+def read_mapping(path: str | Path) -> ImportMapping:
+    """
+    Return the checked content of a mapping file.
+
+    :raises ConfigurationError: if the file is missing, is no YAML, has an unknown key or unit, or
+        lacks what it needs; the sentence names the key.
+    """
+    path = Path(path)
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ConfigurationError(
+            f'the mapping {path} cannot be read ({error.strerror}): give a YAML file that says '
+            'which variable is what'
+        ) from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = ' '.join(str(error).split())
+        raise ConfigurationError(f'the mapping {path} is no readable YAML: {reason}') from error
+    read = _Reader(path)
+    content = read.table(content, 'the mapping', _TOP_KEYS)
+    if ('time' in content) == ('sample_rate' in content):
+        raise read.error('the mapping', 'needs either time or sample_rate')
+    if 'joints' not in content:
+        raise read.error('the mapping', 'has no joints: name at least one')
+    time: Series | None = None
+    ns_per_time_unit = 1
+    sample_rate: float | str | None = None
+    if 'time' in content:
+        value = read.table(content['time'], 'time', (*_SERIES_KEYS, 'unit'))
+        time = read.series(value, 'time')
+        ns_per_time_unit = TIME_UNITS[read.unit(value, 'time', TIME_UNITS)]
+    else:
+        sample_rate = read.factor(content['sample_rate'], 'sample_rate')
+        if not isinstance(sample_rate, str) and sample_rate < 0:
+            raise read.error('sample_rate', f'is {sample_rate:g} Hz: it must be positive')
+    start_time = content.get('start_time', 0)
+    read.number(start_time, 'start_time')
+    joints: dict[str, dict[str, Signal]] = {}
+    for joint, value in read.table(content['joints'], 'joints').items():
+        where = f'joints.{joint}'
+        quantities = read.table(value, where, tuple(UNITS))
+        if 'position' not in quantities:
+            raise read.error(where, 'has no position: a joint needs at least that')
+        joints[joint] = {
+            quantity: read.signal(quantities[quantity], f'{where}.{quantity}', quantity)
+            for quantity in UNITS
+            if quantity in quantities
+        }
+        units = [signal.unit for signal in joints[joint].values()]
+        angular = [unit for unit in units if unit in ANGULAR_UNITS]
+        linear = [unit for unit in units if unit in LINEAR_UNITS]
+        if angular and linear:
+            raise read.error(
+                where,
+                f'has both {angular[0]} and {linear[0]}: a joint either turns (rad, Nm) or slides '
+                '(m, N)',
+            )
+    tags = content.get('tags')
+    return ImportMapping(
+        path=path,
+        joints=joints,
+        time=time,
+        ns_per_time_unit=ns_per_time_unit,
+        sample_rate=sample_rate,
+        # A whole number of seconds keeps every digit.
+        start_time_ns=(
+            start_time * 1_000_000_000 if isinstance(start_time, int) else round(start_time * 1e9)
+        ),
+        urdf=read.file(content['urdf'], 'urdf') if 'urdf' in content else None,
+        model=read.file(content['model'], 'model') if 'model' in content else None,
+        tags={k: str(v) for k, v in read.table(tags, 'tags').items()} if tags else {},
+        rows=read.names(content['rows'], 'rows') if 'rows' in content else None,
+        columns=read.names(content['columns'], 'columns') if 'columns' in content else None,
+    )

@@ -1,0 +1,98 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""CDR bytes to messages and back: the one place of ``bags/`` that imports rclpy."""
+
+from __future__ import annotations
+
+import importlib
+import struct
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+from sosml_friction.bags.message_definitions import split_type_name
+from sosml_friction.exceptions import BagError, ConfigurationError
+
+
+@cache
+def message_class(type_name: str) -> type[Any]:
+    """
+    Return the Python class of a type such as ``sensor_msgs/msg/JointState``.
+
+    :raises BagError: if its package or the type is not installed.
+    """
+    package, name = split_type_name(type_name)
+    try:
+        return getattr(importlib.import_module(f'{package}.msg'), name)  # type: ignore[no-any-return]
+    except (ImportError, AttributeError) as error:
+        raise BagError(
+            f'the message type {type_name} is not installed: source the workspace that has it or '
+            f'install the package {package}'
+        ) from error
+
+
+@cache
+def _rclpy_serialization() -> Any:
+    try:
+        return importlib.import_module('rclpy.serialization')
+    except ImportError as error:
+        raise ConfigurationError(
+            'rclpy, which decodes the messages of a bag, is not installed: source ROS 2 Jazzy or '
+            "pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces"
+        ) from error
+
+
+def serialize(message: Any) -> bytes:
+    """
+    Return the CDR bytes (with their 4-byte encapsulation header) of a message.
+
+    Alignment gaps hold arbitrary bytes, and after an empty array of doubles up to 8 arbitrary
+    bytes follow the message: rclpy reserves more than it fills. ROS readers pass over them; bytes
+    received from a topic do not have them, nor do those of :func:`serialize_joint_state`.
+
+    :raises ConfigurationError: if rclpy is not installed.
+    """
+    return bytes(_rclpy_serialization().serialize_message(message))
+
+
+def serialize_joint_state(
+    t_ns: int,
+    names: Sequence[str],
+    position: Sequence[float] = (),
+    velocity: Sequence[float] = (),
+    effort: Sequence[float] = (),
+) -> bytes:
+    """
+    Return the CDR bytes of a sensor_msgs/JointState, the same for the same values.
+
+    ``t_ns`` is the stamp [ns], 0 <= t_ns < 2^31 s; frame_id is empty. Little-endian, gaps filled
+    with zeros, and exactly as long as the message (see :func:`serialize`).
+    """
+    # Header: stamp, then frame_id of length 1 (its NUL), padded to the next length.
+    body = bytearray(struct.pack('<iII4x', *divmod(t_ns, 1_000_000_000), 1))
+    body += struct.pack('<I', len(names))
+    for name in names:
+        text = name.encode() + b'\0'
+        body += bytes(-len(body) % 4) + struct.pack('<I', len(text)) + text
+    body += bytes(-len(body) % 4)
+    for values in (position, velocity, effort):
+        body += struct.pack('<I', len(values))
+        if values:
+            body += bytes(-len(body) % 8) + struct.pack(f'<{len(values)}d', *values)
+    return b'\x00\x01\x00\x00' + bytes(body)
+
+
+def deserialize(cdr: bytes, type_name: str) -> Any:
+    """
+    Return the message of type ``type_name`` that the CDR bytes hold.
+
+    :raises BagError: if the bytes are no such message or the type is not installed.
+    :raises ConfigurationError: if rclpy is not installed.
+    """
+    kind = message_class(type_name)
+    decode = _rclpy_serialization().deserialize_message
+    try:
+        return decode(cdr, kind)
+    # rclpy raises its own C++ exception types, which differ between its versions.
+    except Exception as error:
+        raise BagError(f'{len(cdr)} bytes recorded as {type_name} cannot be decoded') from error
