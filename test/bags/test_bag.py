@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Bag: what was recorded is what is read, and bad bags get a sentence."""
 
 import numpy as np
 import pytest

@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Importing: units, stamps and names as the mapping says, or a sentence."""
 
 import math
 import shutil

@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""A JointLog written as a bag comes back bit for bit."""
 
 import tempfile
 from pathlib import Path

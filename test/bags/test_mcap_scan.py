@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Reading up to the last whole message of a file cut or damaged anywhere."""
 
 import os
 

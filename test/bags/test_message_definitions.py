@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Schemas are the concatenated definitions rosbag2 writes."""
 
 import pytest
 

@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""BagRecorder: rosbag2 format, and what a crash may cost."""
 
 import os
 import signal

@@ -1,5 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""CDR bytes and messages, both ways."""
 
 import sys
 

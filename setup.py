@@ -1,0 +1,107 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Install sosml_friction: with pip into a virtual environment, or with colcon into a workspace.
+
+In a plain environment pip brings ROS 2 (rclpy, Fast DDS, the messages) and Pinocchio as wheels.
+Where a ROS 2 distribution is sourced its own packages are used: the wheels would shadow them and
+mix two builds of the same shared libraries in one process, and those of Pinocchio need a newer
+NumPy than the distribution's packages are compiled against.
+"""
+
+import os
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'sosml_friction'
+
+# Lower bounds: what Ubuntu 24.04 has. Upper bounds: the next major version.
+REQUIREMENTS = [
+    'PyYAML>=6.0,<7',
+    'cantools>=39,<46',
+    'lz4>=4.0,<5',
+    'matplotlib>=3.6,<4',
+    'mcap>=1.5,<2',
+    'numba>=0.60,<1',
+    'numpy>=1.26,<3',
+    'pyserial>=3.5,<4',
+    'python-can>=4.3,<5',
+    'rich>=13.7,<16',
+    'scipy>=1.11,<2',
+    'typer>=0.12,<1',
+    'zstandard>=0.22,<1',
+]
+# What stands in for a ROS 2 distribution: its rclpy, Fast DDS and messages, and Pinocchio.
+ROS_REQUIREMENTS = [
+    'pin>=3.2,<5',
+    'ros-jazzy-common-interfaces>=5.3,<6',
+    'ros-jazzy-rclpy[fastrtps]>=7.1,<8',
+]
+TEST_REQUIREMENTS = [
+    'colcon-common-extensions>=0.3,<1',
+    'hypothesis>=6.98,<7',
+    'mypy>=1.9,<3',
+    'pytest>=7.4,<10',
+    'rosbags>=0.10,<1',
+    'ruff>=0.17,<0.18',
+    'setuptools>=70.1,<80',
+    'types-PyYAML>=6.0,<7',
+]
+
+
+def distribution_is_sourced():
+    """Tell whether the shell has sourced a ROS 2 distribution that has rclpy."""
+    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    marker = Path('share', 'ament_index', 'resource_index', 'packages', 'rclpy')
+    return bool(os.environ.get('ROS_DISTRO')) and any(
+        (Path(prefix) / marker).is_file() for prefix in prefixes if prefix
+    )
+
+
+def data_files():
+    """Return (folder in the prefix, files) pairs; subfolders of the source are kept."""
+    share = Path('share', PACKAGE)
+    pairs = {
+        Path('share', 'ament_index', 'resource_index', 'packages'): [f'resource/{PACKAGE}'],
+        share: ['package.xml'],
+    }
+    files = [
+        *Path('config').rglob('*'),
+        *Path('urdf').rglob('*'),
+        *Path('launch').glob('*.launch.py'),
+    ]
+    for path in sorted(files):
+        hidden = any(part.startswith(('.', '__pycache__')) for part in path.parts)
+        if path.is_file() and not hidden:
+            pairs.setdefault(share / path.parent, []).append(path.as_posix())
+    return [(folder.as_posix(), names) for folder, names in pairs.items()]
+
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='Friction of geared robot joints without a torque sensor: observe, identify.',
+    author='the sosml_friction authors',
+    maintainer='the sosml_friction authors',
+    maintainer_email='maintainers@sosml-friction.example',
+    license='Apache-2.0',
+    # The ROS wheels exist for CPython 3.10 to 3.13; a distribution brings its own rclpy.
+    python_requires='>=3.10' if distribution_is_sourced() else '>=3.10,<3.14',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=data_files(),
+    zip_safe=False,
+    install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
+    extras_require={'test': TEST_REQUIREMENTS},
+    entry_points={
+        'console_scripts': [
+            f'driver_node = {PACKAGE}.nodes.driver_node:main',
+            f'emulator_node = {PACKAGE}.nodes.emulator_node:main',
+            f'identifier_node = {PACKAGE}.nodes.identifier_node:main',
+            f'observer_node = {PACKAGE}.nodes.observer_node:main',
+            f'replay_node = {PACKAGE}.nodes.replay_node:main',
+            f'sosml = {PACKAGE}.cli:main',
+        ],
+    },
+)
