@@ -41,6 +41,7 @@ ROS_REQUIREMENTS = [
 TEST_REQUIREMENTS = [
     'colcon-common-extensions>=0.3,<1',
     'hypothesis>=6.98,<7',
+    'jsonschema>=4.17,<5',
     'mypy>=1.9,<3',
     'pytest>=7.4,<10',
     'rosbags>=0.10,<1',

@@ -1,0 +1,90 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""One emulated actuator: frames in, frames and torque out."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from sosml_friction.actuators.frame import Frame
+
+# The time constant of the inner current loops [s].
+CURRENT_LOOP = 1e-3
+
+
+class EmulatedActuator(ABC):
+    """
+    Answer frames and drive one joint of the emulated plant.
+
+    x = direction * (q - zero_offset) is the actuator's own position, direction * torque_constant *
+    current the effort on the joint. The current follows its command with a first-order lag of
+    1 ms.
+
+    :param seed: of this actuator's own noise, so that one actuator's traffic does not change
+        another's.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        torque_constant: float,
+        direction: int,
+        zero_offset: float,
+        current_limit: float,
+        seed: np.random.SeedSequence,
+    ) -> None:
+        self.name = name
+        self.torque_constant = torque_constant
+        self.direction = direction
+        self.zero_offset = zero_offset
+        self.current_limit = current_limit
+        self.current = 0.0
+        self.frames = 0
+        self.undecodable = 0
+        self.watchdog_trips = 0
+        self._rng = np.random.default_rng(seed)
+        self._commanded = 0.0
+
+    @property
+    @abstractmethod
+    def request_id(self) -> int:
+        """Return the identifier it listens to."""
+
+    @property
+    def commanded_current(self) -> float:
+        """Return the current its loop is told to give [A], after its own limit."""
+        return self._commanded
+
+    @property
+    def effort(self) -> float:
+        """Return the effort on the joint [Nm or N]."""
+        return self.direction * self.torque_constant * self.current
+
+    @abstractmethod
+    def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
+        """
+        Take a frame that arrived at ``t_ns`` and return the reply, or None.
+
+        :param q: the joint's position at that time [rad or m].
+        :param v: its velocity.
+        """
+
+    @abstractmethod
+    def control(self, t_ns: int, q: float, v: float) -> None:
+        """Run the inner loop that is due on the grid of time at ``t_ns``, with the joint at q."""
+
+    def advance(self, h: float) -> None:
+        """Let the current follow its command for ``h`` seconds."""
+        self.current += -math.expm1(-h / CURRENT_LOOP) * (self._commanded - self.current)
+
+    def _position(self, q: float) -> float:
+        return self.direction * (q - self.zero_offset)
+
+    def _normal(self, sigma: float) -> float:
+        return sigma * float(self._rng.standard_normal()) if sigma > 0.0 else 0.0
+
+    def _clamped(self, current: float) -> float:
+        return min(max(current, -self.current_limit), self.current_limit)

@@ -1,0 +1,142 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A position servo behind its CAN bridge, emulated."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sosml_friction.actuators.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.servo_dbc import Mode, ServoDbc, ServoFlag, ServoState
+from sosml_friction.exceptions import CanProtocolError
+
+LOOP_PERIOD_NS = 1_000_000
+# The filter of the servo's own velocity [s].
+VELOCITY_FILTER = 5e-3
+
+
+class EmulatedServo(EmulatedActuator):
+    """
+    Follow position targets with a 1 kHz proportional-derivative loop that gives a current.
+
+    The loop reads its own noisy sensor; the state reports position, velocity and current with the
+    DBC's resolution, the current with sensor noise or as "not available". The current is the mean
+    since the last state, as the ADC of a bridge averages: a single sample would always meet the
+    same phase of the target's staircase, an error proportional to speed that looks like viscous
+    friction. Without a command for
+    ``watchdog_ns`` the output goes off, which the status says until the next command.
+
+    Not modelled: hobby-servo dead band, PWM resolution, gear backlash, potentiometer nonlinearity.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        dbc: ServoDbc,
+        torque_constant: float,
+        direction: int,
+        zero_offset: float,
+        current_limit: float,
+        kp: float,
+        kd: float,
+        current_noise: float,
+        current_available: bool,
+        encoder_noise: float,
+        watchdog_ns: int,
+        seed: np.random.SeedSequence,
+    ) -> None:
+        """Make the servo; ``kp`` [A/rad], ``kd`` [A s/rad]."""
+        super().__init__(name, torque_constant, direction, zero_offset, current_limit, seed)
+        self._dbc = dbc
+        self._kp = kp
+        self._kd = kd
+        self._current_noise = current_noise
+        self._current_available = current_available
+        self._encoder_noise = encoder_noise
+        self._watchdog_ns = watchdog_ns
+        self._last_frame_ns = 0
+        self._loop_due_ns = 0
+        self._mode = Mode.OFF
+        self._target = 0.0
+        self._sensor = math.nan
+        self._velocity = 0.0
+        self._tripped = False
+        self._charge = 0.0
+        self._charge_time = 0.0
+        self.status = ServoFlag(0)
+
+    @property
+    def request_id(self) -> int:
+        """Return the identifier of ``servo_command``."""
+        return self._dbc.command_id
+
+    @property
+    def mode(self) -> Mode:
+        """Return what the bridge does now."""
+        return self._mode
+
+    def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
+        """Take a command; one that cannot be decoded is not answered."""
+        self.frames += 1
+        try:
+            command = self._dbc.decode_command(frame)
+        except CanProtocolError:
+            self.undecodable += 1
+            return None
+        self._last_frame_ns = t_ns
+        tripped, self._tripped = self._tripped, False
+        self._mode = command.mode
+        self._target = command.target
+        if self._mode is Mode.OFF:
+            self._commanded = 0.0
+        elif self._mode is Mode.CURRENT:
+            self._commanded = self._clamped(command.target)
+        status = self.status
+        if self._mode is not Mode.OFF:
+            status |= ServoFlag.OUTPUT_ON
+        if tripped:
+            status |= ServoFlag.WATCHDOG
+        current = math.nan
+        if self._current_available:
+            mean = self._charge / self._charge_time if self._charge_time > 0.0 else self.current
+            current = mean + self._normal(self._current_noise)
+            self._charge = self._charge_time = 0.0
+        state = ServoState(
+            position=self._position(q) + self._normal(self._encoder_noise),
+            velocity=self._velocity,
+            current=current,
+            status=status,
+            sequence_echo=command.sequence,
+        )
+        return self._dbc.encode_state(state)
+
+    def advance(self, h: float) -> None:
+        """Let the current follow its command for ``h`` seconds, and count the charge."""
+        super().advance(h)
+        self._charge += self.current * h
+        self._charge_time += h
+
+    def control(self, t_ns: int, q: float, v: float) -> None:
+        """Run the position loop each millisecond, and the watchdog."""
+        if t_ns < self._loop_due_ns:
+            return
+        self._loop_due_ns = t_ns + LOOP_PERIOD_NS
+        before = self._sensor
+        self._sensor = self._position(q) + self._normal(self._encoder_noise)
+        if not math.isnan(before):
+            h = LOOP_PERIOD_NS * 1e-9
+            rate = (self._sensor - before) / h
+            self._velocity += -math.expm1(-h / VELOCITY_FILTER) * (rate - self._velocity)
+        if self._mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
+            self._mode = Mode.OFF
+            self._commanded = 0.0
+            self._tripped = True
+            self.watchdog_trips += 1
+        if self._mode is Mode.POSITION:
+            self._commanded = self._clamped(
+                self._kp * (self._target - self._sensor) - self._kd * self._velocity
+            )

@@ -1,0 +1,355 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The tool ``sosml``: what is done off line.
+
+Exit codes: 0 done; 1 ran, but the answer is "no"; 2 bad input or wrong usage, one sentence on
+stderr; 130 after Ctrl-C. With ``--json`` stdout carries exactly one JSON object; progress and
+remarks always go to stderr.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+from sosml_friction.share import share_directory
+
+# Modules that load NumPy, Pinocchio or Matplotlib are imported in the command that needs them, so
+# that --help and a misspelt option answer at once.
+
+_INTERRUPTED = 130
+_IMPORT_FORMAT = 'sosml_friction/import/1'
+
+app = typer.Typer(
+    name='sosml',
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help='Friction of robot joints without a torque sensor: fit it to a recording, import data, '
+    'look into a bag, or see a demonstration.',
+)
+
+JsonOption = Annotated[
+    bool, typer.Option('--json', help='Print one JSON object on stdout instead of tables.')
+]
+NamespaceOption = Annotated[
+    str | None,
+    typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
+]
+
+
+@app.callback(invoke_without_command=True)
+def _sosml(context: typer.Context) -> None:
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(2)
+
+
+@app.command()
+def fit(
+    bags: Annotated[list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    model: Annotated[
+        Path | None,
+        typer.Option(help="Model folder with the armature of the joints; default: the bag's."),
+    ] = None,
+    urdf: Annotated[
+        Path | None,
+        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+    ] = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar='auto|segments|samples',
+            help='Fit medians of steady windows, or every sample in motion; auto takes segments '
+            'where the plateaus reach down to a fifth of the top speed.',
+        ),
+    ] = 'auto',
+    bandwidth: Annotated[
+        float | None,
+        typer.Option(
+            metavar='RAD_S', help="Bandwidth of the observers; default: the bag's own gains."
+        ),
+    ] = None,
+    namespace: NamespaceOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR', help='Where to write; default: <name of the bag>_fit in this folder.'
+        ),
+    ] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(metavar='DIR', help='Model folder whose friction is known to be the truth.'),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Fit the friction of every joint of a recording.
+
+    Runs the observers over the bag, fits the Stribeck law to what they say, prints the parameters
+    with their standard errors, and writes a model folder (robot.urdf, model.yaml) with report.html
+    and fit.json. An earlier fit in the same place is replaced, anything else is not touched.
+
+    Exit code 1 if a joint that reports effort could not be fitted.
+
+    Example: sosml fit recording --model config/exoskeleton --out shoulder_fit
+    """
+    if len(bags) != 1:
+        raise ConfigurationError(
+            f'{len(bags)} bags are given ({", ".join(map(str, bags))}): fit takes one at a time'
+        )
+    bag = bags[0]
+    from sosml_friction.identification.bag_analysis import analyse_bag
+    from sosml_friction.identification.friction_fit import FitSettings
+    from sosml_friction.model.model_folder import read_model
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.results import (
+        check_destination,
+        fit_document,
+        to_json,
+        write_results,
+    )
+    from sosml_friction.report.tables import parameter_table, print_table
+
+    folder = check_destination(out if out is not None else Path(f'{_bag_name(bag)}_fit'))
+    settings = FitSettings(method=method)
+    known = None if truth is None else read_model(truth)
+    with progress(f'reading and fitting {bag}') as step:
+        analysis = analyse_bag(bag, model, urdf, settings, bandwidth, namespace)
+        document = fit_document(analysis, known)
+        step('drawing the report')
+        write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
+    if json:
+        typer.echo(to_json({**document, 'output': str(folder)}))
+    else:
+        print_table(parameter_table(analysis, known))
+        typer.echo(f'Model, report.html and fit.json are in {folder}')
+    if analysis.model.provenance.get('recovered'):
+        _remark(f'{bag} is cut off or damaged: only its readable part was used')
+    if any(
+        joint not in analysis.fit.joints and _has_effort(analysis, joint)
+        for joint in analysis.fit.unavailable
+    ):
+        raise typer.Exit(1)
+
+
+@app.command('import')
+def import_(
+    file: Annotated[
+        Path, typer.Argument(metavar='FILE', help='Recording: .mat, .csv, .npz or .npy.')
+    ],
+    mapping: Annotated[
+        Path | None,
+        typer.Option(
+            '--map',
+            metavar='MAPPING.yaml',
+            help='Which variable is what, in which unit; default: the shipped mapping that is '
+            'named in the file name.',
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='BAG', help='Bag to make; default: the name of the file, in this folder.'
+        ),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Turn a recording of another format into a bag.
+
+    An existing bag is not overwritten. The URDF and model that the mapping names go into the bag,
+    so that sosml fit needs nothing else.
+
+    Example: sosml import DATA_EMPS.mat --map config/import/emps.yaml --out emps
+    """
+    from sosml_friction.bags.bag import Bag
+    from sosml_friction.bags.importer import import_recording
+    from sosml_friction.report.bag_information import bag_information
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.results import to_json
+
+    if mapping is None:
+        mapping = _shipped_mapping(file)
+        _remark(f'using the shipped mapping {mapping}')
+    with progress(f'importing {file}') as step:
+        path = import_recording(file, mapping, out if out is not None else Path(file.stem))
+        step('reading the bag back')
+        information = bag_information(Bag.open(path))
+    motion = information['joint_states']
+    if json:
+        document = {
+            'format': _IMPORT_FORMAT,
+            'file': str(file),
+            'mapping': str(mapping),
+            'bag': str(path),
+            'duration_s': information['duration_s'],
+            'joint_states': motion,
+            'descriptions': information['descriptions'],
+        }
+        typer.echo(to_json(document))
+        return
+    typer.echo(
+        f'{path}: {motion["samples"]} samples over {information["duration_s"]:.2f} s of '
+        + '; '.join(f'{joint} ({", ".join(what)})' for joint, what in motion['measured'].items())
+    )
+
+
+@app.command()
+def info(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    namespace: NamespaceOption = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Say what a bag holds and whether its motion is complete.
+
+    Topics and messages, joints and what was measured of them, gaps, repeated and backward stamps,
+    and how much of a cut-off recording could be read.
+
+    Example: sosml info recording --json
+    """
+    from sosml_friction.bags.bag import Bag
+    from sosml_friction.report.bag_information import bag_information
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.results import to_json
+    from sosml_friction.report.tables import information_table, print_table
+
+    with progress(f'reading {bag}'):
+        information = bag_information(Bag.open(bag, namespace))
+    if json:
+        typer.echo(to_json(information))
+        return
+    for line in _information_lines(information):
+        typer.echo(line)
+    print_table(information_table(information))
+
+
+@app.command()
+def demo(
+    out: Annotated[
+        Path, typer.Option(metavar='DIR', help='Where to write the recording and the report.')
+    ] = Path('demo_output'),
+    seed: Annotated[int, typer.Option(help='Seed of the noise in the emulator.')] = 0,
+    json: JsonOption = False,
+) -> None:
+    """
+    Identify an emulated exoskeleton, from CAN frames to the report.
+
+    Starts the emulator, the driver, the observers and the identifier as processes of their own,
+    and compares what they find with the friction that is in the emulator.
+
+    Example: sosml demo --out demo_output
+    """
+    from sosml_friction.nodes.demo import run_demo
+
+    code = run_demo(output=out, seed=seed, json=json)
+    if code:
+        raise typer.Exit(code)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Run the tool and return its exit code.
+
+    :param arguments: the command line without the name of the program; sys.argv's if None.
+    """
+    try:
+        # Not standalone: usage errors come back, to be told in one sentence like all others.
+        result = app(args=arguments, prog_name='sosml', standalone_mode=False)
+    except SosmlFrictionError as error:
+        return _refuse(str(error))
+    except (KeyboardInterrupt, typer.Abort):
+        result = _INTERRUPTED
+    except _UsageError as error:
+        command = error.ctx.command_path if error.ctx else 'sosml'
+        return _refuse(f'{_sentence(error.format_message())} (see {command} --help)')
+    # Newer versions of Typer answer Ctrl-C with the code, older ones with Abort.
+    if result == _INTERRUPTED:
+        _remark('interrupted')
+    return result if isinstance(result, int) else 0
+
+
+# Typer bundles its own copy of click since 0.20 and needs click itself before: both end here.
+_UsageError: Any = typer.BadParameter.__base__
+
+
+def _sentence(text: str) -> str:
+    text = ' '.join(text.split()).rstrip('.')
+    return text[:1].lower() + text[1:]
+
+
+def _refuse(text: str) -> int:
+    print(f'sosml: {" ".join(text.split())}', file=sys.stderr)
+    return 2
+
+
+def _remark(text: str) -> None:
+    print(f'sosml: {text}', file=sys.stderr)
+
+
+def _bag_name(bag: Path) -> str:
+    path = bag.resolve()
+    return path.stem if path.suffix == '.mcap' else path.name
+
+
+def _has_effort(analysis: Any, joint: str) -> bool:
+    import numpy as np
+
+    return bool(np.isfinite(analysis.log.select([joint]).tau).any())
+
+
+def _shipped_mapping(file: Path) -> Path:
+    """
+    Return the mapping in config/import whose name is a word of the file's name.
+
+    :raises ConfigurationError: if none or several are; the sentence lists those that exist.
+    """
+    shipped = sorted((share_directory() / 'config' / 'import').glob('*.yaml'))
+    words = {file.stem.lower(), *re.split(r'[^a-z0-9]+', file.stem.lower())}
+    found = [path for path in shipped if path.stem.lower() in words]
+    if len(found) != 1:
+        names = ', '.join(path.stem for path in shipped) or 'none'
+        raise ConfigurationError(
+            f'the name {file.name} says not which mapping to use: give one with --map (shipped '
+            f'are {names}, in {share_directory() / "config" / "import"})'
+        )
+    return found[0]
+
+
+def _information_lines(information: dict[str, Any]) -> Iterator[str]:
+    yield (
+        f'{information["path"]}: {information["messages"]} messages over '
+        f'{information["duration_s"]:.2f} s'
+    )
+    if information['recovered']:
+        yield f'Damaged: {information["recovery"]}'
+    held = [name for name, there in information['descriptions'].items() if there]
+    lacking = [name for name, there in information['descriptions'].items() if not there]
+    yield f'Holds {", ".join(held) or "no description"}' + (
+        f'; not {", ".join(lacking)}' if lacking else ''
+    )
+    if information['tags']:
+        yield 'Conditions: ' + ', '.join(f'{k}={v}' for k, v in information['tags'].items())
+    motion = information['joint_states']
+    if motion is None:
+        yield f'No motion: {information["joint_states_problem"]}'
+        return
+    for joint, what in motion['measured'].items():
+        yield f'Joint {joint}: {", ".join(what) or "nothing measured"}'
+    yield (
+        f'joint_states: {motion["samples"]} samples at {motion["rate_hz"]:.4g} Hz, '
+        f'{motion["gaps"]} gaps (longest step {motion["longest_step_s"]:.4g} s), '
+        f'{motion["repeated_stamps"]} repeated and {motion["backward_stamps"]} backward stamps'
+    )
+
+
+if __name__ == '__main__':
+    sys.exit(main())

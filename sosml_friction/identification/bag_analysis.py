@@ -1,0 +1,178 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a bag to friction parameters and the model folder: what the tool and the node both do."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.friction_fit import FitSettings, FrictionFit, fit_friction
+from sosml_friction.model.friction_laws import FRICTION_LAWS
+from sosml_friction.model.model_folder import (
+    FrictionParameters,
+    RobotModelFile,
+    parse_model,
+    read_model,
+)
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
+from sosml_friction.observers.recipe import BANDWIDTH, configuration_for
+
+FloatArray = NDArray[np.float64]
+
+#: The fit that becomes the model where several observers ran.
+PREFERRED_OBSERVER = 'sosml'
+
+
+@dataclass(frozen=True)
+class BagAnalysis:
+    """
+    Hold a fitted recording.
+
+    ``estimates`` per observer (N, n) on the stamps of ``log``, whose joints are those of
+    ``model``.
+    """
+
+    log: JointLog
+    estimates: Mapping[str, FloatArray]
+    configuration: ObserverConfiguration
+    fit: FrictionFit
+    model: RobotModelFile
+
+
+def analyse_bag(
+    path: str | Path,
+    model: str | Path | None = None,
+    urdf: str | Path | None = None,
+    settings: FitSettings | None = None,
+    bandwidth: float | None = None,
+    namespace: str | None = None,
+) -> BagAnalysis:
+    """
+    Run the observers over a bag and fit friction to what they say.
+
+    The bag's own robot_description, model_description and observer_configuration are used unless
+    the caller gives others; a bag without observer configuration gets one by recipe.
+
+    :param model: model folder with the armature of the joints, None for the bag's.
+    :param urdf: URDF file, None for the bag's, or where it has none the model's.
+    :param bandwidth: observers made by recipe with this bandwidth [rad/s] instead of the bag's.
+    :param namespace: which robot, where a bag holds several.
+    :raises BagError: if the bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if no model or URDF is known, or joints disagree.
+    :raises DataError: if effort is missing or the motion cannot be fitted.
+    """
+    bag = Bag.open(path, namespace)
+    log = bag.joint_log()
+    nominal = _model_of(bag, path, model)
+    document = _urdf_of(bag, urdf) or nominal.urdf
+    if document is None:
+        raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
+    robot = nominal.make_robot(document)
+    log = log.select(robot.names)
+    log.require_effort()
+    text = bag.text('observer_configuration')
+    if text is not None and bandwidth is None:
+        configuration = parse_configuration(text, f'observer_configuration of {path}')
+    else:
+        configuration = configuration_for(
+            log, robot, BANDWIDTH if bandwidth is None else bandwidth
+        )
+    estimator = configuration.make_estimator(robot)
+    estimates = estimator.batch(log)
+    fit = fit_friction(log, estimates, robot, estimator.observers, settings)
+    provenance = _provenance(Path(path), bag, log, configuration, fit)
+    fitted = _with_friction(replace(nominal, urdf=document), fit, provenance)
+    return BagAnalysis(log, estimates, configuration, fit, fitted)
+
+
+def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:
+    if model is not None:
+        return read_model(model)
+    text = bag.text('model_description')
+    if text is None:
+        raise ConfigurationError(
+            f'bag {path} has no model_description, so the armature of its joints is not known: '
+            'give a model folder with --model'
+        )
+    return parse_model(text, f'model_description of {path}')
+
+
+def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
+    if urdf is None:
+        return bag.text('robot_description')
+    try:
+        return Path(urdf).read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
+
+
+def _with_friction(
+    nominal: RobotModelFile, fit: FrictionFit, provenance: Mapping[str, Any]
+) -> RobotModelFile:
+    joints = {}
+    for name, joint in nominal.joints.items():
+        fits = fit.joints.get(name, {})
+        chosen = fits.get(PREFERRED_OBSERVER) or next(iter(fits.values()), None)
+        if chosen is None:
+            joints[name] = replace(joint, friction=None)
+            continue
+        names = FRICTION_LAWS[chosen.fit.law].parameter_names
+        parameters: dict[str, Parameter] = {key: chosen.fit.parameters[key] for key in names}
+        # Plateaus say nothing of the sign's width: 0 is the law as fitted.
+        joints[name] = replace(joint, friction=FrictionParameters(chosen.fit.law, 0.0, parameters))
+    return RobotModelFile(nominal.name, joints, nominal.urdf, provenance)
+
+
+def _provenance(
+    path: Path, bag: Bag, log: JointLog, configuration: ObserverConfiguration, fit: FrictionFit
+) -> dict[str, Any]:
+    return {
+        'bag': path.name,
+        'sha256': bag_hash(path),
+        'start_ns': int(log.t_ns[0]),
+        'end_ns': int(log.t_ns[-1]),
+        'samples': len(log),
+        'recovered': bool(bag.recovered),
+        'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+        'versions': {name: _version(name) for name in ('sosml_friction', 'numpy', 'scipy', 'pin')},
+        'observers': {
+            name: {gain: [float(x) for x in values] for gain, values in gains.items()}
+            for name, gains in configuration.gains.items()
+        },
+        'fits': {
+            joint: {observer: result.to_dict() for observer, result in fits.items()}
+            for joint, fits in fit.joints.items()
+        },
+        'unavailable': dict(fit.unavailable),
+    }
+
+
+def bag_hash(path: Path) -> str:
+    """Return the SHA-256 of a bag's MCAP files, in the order of their names."""
+    files = sorted(path.glob('*.mcap')) if path.is_dir() else [path]
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open('rb') as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return 'unknown'

@@ -1,0 +1,245 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""From a recording and its friction estimates to the parameters of every joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.signal import lfilter
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.law_fit import LawFit, fit_law
+from sosml_friction.identification.segments import (
+    Segment,
+    SegmentSettings,
+    centred_difference,
+    find_segments,
+    segment_medians,
+)
+from sosml_friction.model.robot import Robot
+from sosml_friction.observers.observer import Observer
+
+FloatArray = NDArray[np.float64]
+METHODS = ('auto', 'segments', 'samples')
+
+#: Plateaus that begin above this share of the top speed leave the intercept to extrapolation.
+REACH = 0.2
+#: Share of an unknown sign that may be left in a sample of the observer's output.
+_BLUR = 0.2
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """
+    Choose how friction is fitted.
+
+    ``method``:
+
+    * ``segments``: the paper's pipeline. One pair per steady window, the median of the estimate
+      against the speed of the window's position difference;
+    * ``samples``: every sample in motion, the law passed through the observer's own lag before it
+      is compared, so that transients count without their lag counting as friction;
+    * ``auto``: ``segments`` where the plateaus reach down to a fifth of the top speed, else
+      ``samples``: a Coulomb level extrapolated from fast plateaus is not a measurement. Where
+      the method so chosen finds too little, the other.
+
+    ``segments.trim_s`` is lengthened to what the slowest observer needs to settle to 5 %.
+    """
+
+    method: str = 'auto'
+    segments: SegmentSettings = field(default_factory=SegmentSettings)
+    #: Samples closer than this are taken to share their noise [s].
+    cluster_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise ConfigurationError(f'method is {self.method!r}: use one of {", ".join(METHODS)}')
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """Hold one joint's fit from one observer; ``medians`` (K,) belong to ``segments``."""
+
+    joint: str
+    observer: str
+    method: str
+    unit: str
+    fit: LawFit
+    segments: tuple[Segment, ...]
+    medians: FloatArray
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of ``sosml fit --json``."""
+        return {
+            'method': self.method,
+            'law': self.fit.law,
+            'parameters': {
+                name: parameter.to_dict() for name, parameter in self.fit.parameters.items()
+            },
+            'relative_error': self.fit.relative_error,
+            'residual_std': self.fit.residual_std,
+            'residual_unit': self.unit,
+            'pairs': self.fit.pairs,
+            'clusters': self.fit.clusters,
+            'segments_used': sum(not segment.rejected for segment in self.segments),
+            'segments_rejected': sum(bool(segment.rejected) for segment in self.segments),
+        }
+
+
+@dataclass(frozen=True)
+class FrictionFit:
+    """
+    Hold the fits of a recording.
+
+    ``joints[joint][observer]`` is the fit to use; ``alternatives[joint][observer]`` the other
+    method's, where it could be computed. ``unavailable[joint]`` says why a joint has none.
+    """
+
+    joints: Mapping[str, Mapping[str, JointFit]]
+    alternatives: Mapping[str, Mapping[str, JointFit]]
+    unavailable: Mapping[str, str]
+
+
+def fit_friction(
+    log: JointLog,
+    estimates: Mapping[str, FloatArray],
+    robot: Robot,
+    observers: Mapping[str, Observer],
+    settings: FitSettings | None = None,
+) -> FrictionFit:
+    """
+    Fit every joint and observer.
+
+    :param log: the recording; its joints include the robot's.
+    :param estimates: tau_f per observer (N, n) in the robot's joint order, on the log's stamps.
+    :param observers: the observers that made them, for their lag.
+    :raises DataError: if no joint can be fitted; the sentence names each reason.
+    """
+    settings = settings or FitSettings()
+    log = log.select(robot.names)
+    if not (np.diff(log.t_ns) > 0).any():
+        raise DataError(
+            f'no joint can be fitted. The recording has {len(log)} samples at one stamp: record '
+            'motion'
+        )
+    joints: dict[str, dict[str, JointFit]] = {}
+    alternatives: dict[str, dict[str, JointFit]] = {}
+    unavailable: dict[str, str] = {}
+    for i, name in enumerate(robot.names):
+        if not np.isfinite(log.tau[:, i]).any():
+            unavailable[name] = 'its actuator reports no effort'
+            continue
+        task = _JointTask(log, i, robot, list(observers.values()), settings)
+        for observer, tau_f in estimates.items():
+            try:
+                chosen, other = task.fit(observer, tau_f[:, i], observers[observer])
+            except DataError as error:
+                unavailable[name] = str(error)
+                continue
+            joints.setdefault(name, {})[observer] = chosen
+            if other is not None:
+                alternatives.setdefault(name, {})[observer] = other
+        if name in joints:
+            unavailable.pop(name, None)
+    if not joints:
+        reasons = '; '.join(f'{name}: {reason}' for name, reason in unavailable.items())
+        raise DataError(f'no joint can be fitted. {reasons}')
+    return FrictionFit(joints, alternatives, unavailable)
+
+
+class _JointTask:
+    """What the fits of one joint have in common."""
+
+    def __init__(
+        self,
+        log: JointLog,
+        i: int,
+        robot: Robot,
+        observers: Sequence[Observer],
+        settings: FitSettings,
+    ) -> None:
+        self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
+        self.time, q = log.time, log.q[:, i]
+        self.step = float(np.median(np.diff(self.time)[np.diff(self.time) > 0.0]))
+        settle = max((self._memory(observer, 0.05) for observer in observers), default=0)
+        trim = max(settings.segments.trim_s, settle * self.step)
+        self.settings = replace(settings, segments=replace(settings.segments, trim_s=trim))
+        self.segments = tuple(find_segments(self.time, q, self.settings.segments))
+        self.half = max(1, round(0.5 * settings.segments.window_s / self.step))
+        self.v = centred_difference(self.time, q, self.half)
+
+    def _memory(self, observer: Observer, rest: float) -> int:
+        """Return after how many samples ``rest`` of an observer's past is left."""
+        _, a = observer.lag_filter(self.step, self.i)
+        slowest = max(np.abs(np.roots(a)), default=0.0) if len(a) > 1 else 0.0
+        return int(np.ceil(np.log(rest) / np.log(slowest))) if 0.0 < slowest < 1.0 else 0
+
+    def fit(
+        self, observer: str, tau_f: FloatArray, lag_of: Observer
+    ) -> tuple[JointFit, JointFit | None]:
+        order = ('segments', 'samples')
+        if self.settings.method == 'samples' or (
+            self.settings.method == 'auto' and not self._reaches_down()
+        ):
+            order = ('samples', 'segments')
+        fits = []
+        for method in order:
+            try:
+                fits.append(self._fit_by(method, observer, tau_f, lag_of))
+            except DataError:
+                if not fits and (method == order[1] or self.settings.method != 'auto'):
+                    raise
+        return fits[0], fits[1] if len(fits) > 1 else None
+
+    def _reaches_down(self) -> bool:
+        speeds = [abs(segment.velocity) for segment in self.segments if not segment.rejected]
+        return bool(speeds) and min(speeds) <= REACH * max(speeds)
+
+    def _fit_by(self, method: str, observer: str, tau_f: FloatArray, lag_of: Observer) -> JointFit:
+        medians = segment_medians(self.segments, tau_f)
+        if method == 'segments':
+            used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
+            v = np.array([segment.velocity for segment in self.segments])
+            fit = fit_law(v, medians, np.arange(len(v)), self.unit, keep=used)
+        else:
+            fit = self._fit_samples(tau_f, lag_of)
+        return JointFit(self.name, observer, method, self.unit, fit, self.segments, medians)
+
+    def _fit_samples(self, tau_f: FloatArray, lag_of: Observer) -> LawFit:
+        unknown = ~np.isfinite(tau_f) | ~np.isfinite(self.v)
+        if unknown.all():
+            raise DataError(
+                'the observer gave no estimate: position, velocity or effort is missing or the '
+                'recording has gaps at every sample'
+            )
+        b, a = lag_of.lag_filter(self.step, self.i)
+        # The observer forgets how it was started while its impulse response dies out.
+        index = np.arange(len(tau_f))
+        since = index - np.maximum.accumulate(np.where(unknown, index, -1))
+        settled = since > self._memory(lag_of, 1e-3)
+        v = np.nan_to_num(self.v)
+        way = np.where(np.abs(v) > self.settings.segments.zero_band, np.sign(v), 0.0)
+        # Velocity is a mean over a window: within it of a start, stop or reversal the sign is not
+        # known, and the observer passes that on for a while.
+        blurred = maximum_filter1d(way, 2 * self.half + 1) != minimum_filter1d(
+            way, 2 * self.half + 1
+        )
+        passed_on = np.abs(lfilter(b, a, blurred.astype(float)))
+        moving = (way != 0.0) & (passed_on < _BLUR)
+        clusters = (self.time / self.settings.cluster_s).astype(np.int64)
+        return fit_law(
+            self.v,
+            tau_f,
+            clusters,
+            self.unit,
+            # The disturbance of a step is the mean over its interval, not its value at the end.
+            lag=lambda column: lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))),
+            keep=settled & moving,
+        )

@@ -1,0 +1,190 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Windows of steady motion, and what each says of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import ConfigurationError
+
+FloatArray = NDArray[np.float64]
+
+
+#: Slow motion is judged by differences over so many times ``window_s``: see find_segments.
+_WINDOWS = (1, 2, 4)
+_POSITIVE = ('window_s', 'minimum_s')
+
+
+@dataclass(frozen=True)
+class SegmentSettings:
+    """
+    Say what counts as steady motion.
+
+    A sample is steady while the speed, as a position difference over ``window_s`` (longer where
+    the resolution of position asks for it), changes by less than ``relative_change`` of itself per
+    second beyond what resolution and noise of position can make, and is above ``zero_band``
+    [rad/s or m/s]. A run of steady samples is cut by ``trim_s`` at its beginning, where the
+    observer still settles, and by ``window_s`` at its end; it is used if ``minimum_s`` is left and
+    the speeds of its three thirds differ by less than ``total_change`` of the whole's.
+    """
+
+    window_s: float = 0.05
+    relative_change: float = 0.5
+    zero_band: float = 1e-3
+    trim_s: float = 0.15
+    minimum_s: float = 0.15
+    total_change: float = 0.2
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value >= 0.0 or (name in _POSITIVE and value == 0.0):
+                raise ConfigurationError(
+                    f'segment setting {name} is {value}: it must be '
+                    f'{"positive" if name in _POSITIVE else "0 or more"}'
+                )
+
+
+@dataclass(frozen=True)
+class Segment:
+    """
+    Hold one steady window of one joint: samples first .. last inclusive.
+
+    ``velocity`` is (q_last - q_first) / (t_last - t_first) [rad/s or m/s]. ``rejected`` is empty
+    for a window that is used, else the reason it is not.
+    """
+
+    first: int
+    last: int
+    start_s: float
+    end_s: float
+    velocity: float
+    rejected: str = ''
+
+
+def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) -> list[Segment]:
+    """
+    Return the steady windows of one joint, rejected ones that last ``window_s`` included.
+
+    Acceleration is the second difference of position over a window w. A quantum d of position
+    makes it wrong by up to 2 d / w^2, white noise s by sqrt(6) s / w^2 (four times that is
+    allowed). Of w = ``window_s`` and its double and fourfold, each sample takes the shortest whose
+    error is less than the change looked for.
+
+    :param time: seconds (N,); a step longer than ``window_s``, or not forwards, ends a window.
+    :param q: position (N,) [rad or m]; NaN ends a window.
+    """
+    forwards = np.diff(time)[np.diff(time) > 0.0]
+    if len(forwards) == 0:
+        return []
+    step = float(np.median(forwards))
+    half = max(1, round(0.5 * settings.window_s / step))
+    if len(time) < 8 * half:
+        return []
+    quantum, noise = _position_noise(q)
+    steady = np.zeros(len(time), dtype=bool)
+    way = np.zeros(len(time))
+    open_ = np.ones(len(time), dtype=bool)
+    for factor in _WINDOWS:
+        width = half * factor
+        if len(time) < 8 * width:
+            break
+        speed = centred_difference(time, q, width)
+        acceleration = centred_difference(time, speed, width)
+        error = (2.0 * quantum + 4.0 * np.sqrt(6.0) * noise) / (2 * width * step) ** 2
+        change = settings.relative_change * np.abs(np.nan_to_num(speed))
+        # NaN at the ends of a longer window: what a shorter one said stays.
+        takes = open_ & np.isfinite(acceleration)
+        steady[takes] = (
+            (np.abs(speed) > settings.zero_band) & (np.abs(acceleration) < change + error)
+        )[takes]
+        way[takes] = np.sign(speed[takes])
+        open_ &= change < error
+    steady[1:] &= (np.diff(time) <= settings.window_s) & (np.diff(time) > 0.0)
+    breaks = np.flatnonzero((np.diff(steady.astype(int)) != 0) | (np.diff(way) != 0)) + 1
+    segments = []
+    for run in np.split(np.arange(len(time)), breaks):
+        if steady[run[0]] and time[run[-1]] - time[run[0]] >= settings.window_s:
+            segments.append(_trimmed(time, q, run, settings, quantum + 4.0 * noise))
+    return segments
+
+
+def _position_noise(q: FloatArray) -> tuple[float, float]:
+    """Return quantum and white noise (standard deviation) of position [rad or m]."""
+    moved = np.abs(np.diff(q))
+    moved = moved[np.isfinite(moved)]
+    moved = moved[moved > 1e-9 * max(np.ptp(q[np.isfinite(q)]), 1e-300)] if len(moved) else moved
+    # Third differences: motion hardly has any from one sample to the next.
+    third = np.diff(q, 3)
+    third = third[np.isfinite(third)]
+    return (
+        float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
+        1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0) if len(third) else 0.0,
+    )
+
+
+def _trimmed(
+    time: FloatArray,
+    q: FloatArray,
+    run: NDArray[np.int64],
+    settings: SegmentSettings,
+    resolution: float,
+) -> Segment:
+    # The observers lag: they still settle at the beginning of a window, never at its end. The
+    # difference that tells steadiness notices late that motion changes, so the end is trimmed too.
+    begin, end = time[run[0]] + settings.trim_s, time[run[-1]] - settings.window_s
+    kept = run[(time[run] >= begin) & (time[run] <= end)]
+    if len(kept) < 4 or time[kept[-1]] - time[kept[0]] < settings.minimum_s:
+        reason = f'steady for only {time[run[-1]] - time[run[0]]:.2f} s'
+        return _segment(time, q, run[0], run[-1], reason)
+    segment = _segment(time, q, kept[0], kept[-1], '')
+    marks = kept[np.linspace(0, len(kept) - 1, 4).astype(int)]
+    thirds = np.diff(q[marks]) / np.diff(time[marks])
+    slack = 2.0 * resolution / float(np.diff(time[marks]).min())
+    varies = float(np.ptp(thirds))
+    if varies > settings.total_change * abs(segment.velocity) + slack:
+        reason = f'speed varies by {100.0 * varies / abs(segment.velocity):.0f} % within it'
+        return replace(segment, rejected=reason)
+    return segment
+
+
+def _segment(time: FloatArray, q: FloatArray, first: int, last: int, rejected: str) -> Segment:
+    span = time[last] - time[first]
+    velocity = float((q[last] - q[first]) / span) if span > 0.0 else np.nan
+    return Segment(
+        int(first), int(last), float(time[first]), float(time[last]), velocity, rejected
+    )
+
+
+def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray:
+    """
+    Return (x_{k+half} - x_{k-half}) / (t_{k+half} - t_{k-half}), (N,).
+
+    NaN at the ends and where time does not go forwards.
+    """
+    result = np.full(len(x), np.nan)
+    span = time[2 * half :] - time[: -2 * half]
+    forwards = span > 0.0
+    result[half:-half][forwards] = (x[2 * half :] - x[: -2 * half])[forwards] / span[forwards]
+    return result
+
+
+def segment_medians(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:
+    """
+    Return the median of an observer's output in each segment, (K,) [Nm or N].
+
+    NaN where less than half of a segment's samples have an estimate.
+
+    :param tau_f: estimate of one joint (N,).
+    """
+    medians = np.full(len(segments), np.nan)
+    for k, segment in enumerate(segments):
+        inside = tau_f[segment.first : segment.last + 1]
+        known = inside[np.isfinite(inside)]
+        if 2 * len(known) >= len(inside):
+            medians[k] = np.median(known)
+    return medians

@@ -1,0 +1,76 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A number a person can trust: value, uncertainty, unit, flags."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from sosml_friction.exceptions import ConfigurationError
+
+AT_BOUND = 'at_bound'
+NOT_IDENTIFIABLE = 'not_identifiable'
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """
+    Hold one parameter of a model.
+
+    ``std_error`` is NaN where it is not known; ``interval`` is the 95 % confidence interval, given
+    where it is not value +- t * std_error; ``flags`` say why the value must not be used blindly.
+    """
+
+    value: float
+    unit: str
+    std_error: float = math.nan
+    interval: tuple[float, float] | None = None
+    flags: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings, unknown as None, ready for YAML or JSON."""
+        result: dict[str, Any] = {
+            'value': _finite(self.value),
+            'std_error': _finite(self.std_error),
+            'unit': self.unit,
+            'flags': list(self.flags),
+        }
+        if self.interval is not None:
+            result['interval'] = [_finite(bound) for bound in self.interval]
+        return result
+
+    @classmethod
+    def from_dict(cls, data: Any, where: str) -> Parameter:
+        """
+        Read what :meth:`to_dict` wrote.
+
+        :param where: what the entry is, for the error sentence.
+        :raises ConfigurationError: if ``value`` or ``unit`` is missing or not a number.
+        """
+        try:
+            interval, flags = data.get('interval'), data.get('flags', ())
+            if isinstance(flags, str):
+                raise ValueError('flags is a list')
+            return cls(
+                value=_number(data['value']),
+                unit=str(data['unit']),
+                std_error=_number(data.get('std_error')),
+                interval=None
+                if interval is None
+                else (_number(interval[0]), _number(interval[1])),
+                flags=tuple(flags),
+            )
+        except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
+            raise ConfigurationError(
+                f'{where} is {data!r}: write it as {{value: NUMBER, unit: UNIT}}'
+            ) from error
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _number(value: Any) -> float:
+    return math.nan if value is None else float(value)

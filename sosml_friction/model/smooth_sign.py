@@ -1,0 +1,21 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The one sign function: regressors, predictions and simulation all use it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def smooth_sign(v: ArrayLike, smoothing_velocity: float) -> NDArray[np.float64]:
+    """
+    Return tanh(v / v0), or sgn(v) with sgn(0) = 0 where v0 = 0.
+
+    :param v: velocity [rad/s or m/s], any shape.
+    :param smoothing_velocity: v0 >= 0, same unit: |v| = 3 v0 gives 99.5 % of the sign.
+    """
+    v = np.asarray(v, dtype=float)
+    if smoothing_velocity == 0.0:
+        return np.sign(v)
+    return np.tanh(v / smoothing_velocity)

@@ -1,0 +1,547 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Drive and measure the joints over CAN: the lifecycle node around :class:`JointDriver`."""
+
+from __future__ import annotations
+
+import math
+import sys
+from array import array
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.time import Time
+from sensor_msgs.msg import JointState, Temperature
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
+
+from sosml_friction.actuators.clock import MonotonicClock
+from sosml_friction.actuators.configuration import DRIVERS, DriverConfiguration
+from sosml_friction.actuators.cycle_thread import CycleThread
+from sosml_friction.actuators.driver import DriverReport, DriverState, JointDriver, JointSample
+from sosml_friction.actuators.joint_trajectory import JointTrajectory
+from sosml_friction.actuators.open_bus import open_bus
+from sosml_friction.actuators.velocity import lag
+from sosml_friction.exceptions import (
+    ConfigurationError,
+    SosmlFrictionError,
+    TrajectoryError,
+)
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
+from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.nodes.run import run_node
+from sosml_friction.nodes.stamps import StampConverter
+from sosml_friction.share import share_directory
+
+PARAMETERS = (
+    ParameterSpec(
+        'joints', 'string_array', None, 'the joints to drive, in the order of the model'
+    ),
+    ParameterSpec(
+        'model', 'string', '', 'the nominal model folder; empty: config/exoskeleton of the package'
+    ),
+    ParameterSpec(
+        'can_interface',
+        'string',
+        None,
+        'a python-can interface: socketcan, slcan, virtual, udp_multicast, pcan, ...',
+    ),
+    ParameterSpec(
+        'can_channel',
+        'string',
+        None,
+        'its channel: can0, /dev/ttyACM0, socket://127.0.0.1:29536, ...',
+    ),
+    ParameterSpec(
+        'can_bitrate', 'integer', 1000000, 'the bit rate', unit='bit/s', range=(10000, 1000000)
+    ),
+    ParameterSpec('rate', 'double', 500.0, 'cycles per second', unit='Hz', range=(10.0, 1000.0)),
+    ParameterSpec(
+        'velocity_window',
+        'integer',
+        11,
+        'positions whose least-squares slope is the velocity; it lags by (N - 1) / 2 periods',
+        range=(2, 101),
+    ),
+    ParameterSpec(
+        'reply_timeout',
+        'double',
+        0.02,
+        'how long a cycle waits for replies before the next one begins',
+        unit='s',
+        range=(0.0005, 1.0),
+    ),
+    ParameterSpec(
+        'missed_limit',
+        'integer',
+        40,
+        'an actuator that has not answered for so many periods is a fault',
+        unit='periods',
+        range=(1, 1000),
+    ),
+    ParameterSpec(
+        'start_tolerance',
+        'double',
+        0.05,
+        'how far from the present position a trajectory may start',
+        unit='rad or m',
+        range=(0.0, 1.0),
+    ),
+    ParameterSpec(
+        'limit_margin',
+        'double',
+        0.1,
+        "how far outside the URDF's limits a joint may be before it is a fault",
+        unit='rad or m',
+        range=(0.0, 1.0),
+    ),
+    ParameterSpec(
+        'stop_deceleration',
+        'double',
+        5.0,
+        'deceleration of a stop, and of the catch when a moving joint is enabled',
+        unit='rad/s^2 or m/s^2',
+        range=(0.01, 1000.0),
+    ),
+    ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
+    ParameterSpec('{joint}.driver', 'string', None, 'the kind of actuator', choices=DRIVERS),
+    ParameterSpec(
+        '{joint}.direction', 'integer', None, '1 where it turns as the URDF says, or -1'
+    ),
+    ParameterSpec(
+        '{joint}.zero_offset',
+        'double',
+        None,
+        "the joint's position at the actuator's zero",
+        unit='rad or m',
+    ),
+    ParameterSpec(
+        '{joint}.torque_constant',
+        'double',
+        None,
+        'effort at the joint per ampere',
+        unit='Nm/A or N/A',
+    ),
+    ParameterSpec('{joint}.can_id', 'integer', 0, 'id of the motor, 1 to 32 (rmd_x: required)'),
+    ParameterSpec(
+        '{joint}.current_limit',
+        'double',
+        math.nan,
+        'most current to command (rmd_x: required)',
+        unit='A',
+    ),
+    ParameterSpec(
+        '{joint}.current_rate_limit',
+        'double',
+        math.nan,
+        'fastest change of the commanded current (rmd_x: required)',
+        unit='A/s',
+    ),
+    ParameterSpec(
+        '{joint}.kp',
+        'double',
+        math.nan,
+        'proportional gain on the host (rmd_x: required)',
+        unit='Nm/rad or N/m',
+    ),
+    ParameterSpec(
+        '{joint}.kd',
+        'double',
+        math.nan,
+        'derivative gain on the host (rmd_x: required)',
+        unit='Nm s/rad or N s/m',
+    ),
+    ParameterSpec(
+        '{joint}.temperature_limit',
+        'double',
+        75.0,
+        'temperature above which it is a fault',
+        unit='degC',
+    ),
+    ParameterSpec(
+        '{joint}.dbc',
+        'string',
+        '',
+        'DBC of the servo bridge; empty: config/elbow_servo.dbc of the package',
+    ),
+)
+
+
+class DriverNode(LifecycleNode):
+    """
+    Publish ``joint_states`` from CAN actuators and execute ``joint_trajectory``.
+
+    ``configure`` opens the bus and asks every actuator who it is; ``activate`` starts the cycle,
+    which measures and commands no torque; ``~/enable`` alone lets a joint be driven. Deactivation,
+    shutdown, an error and the end of the process switch the outputs off.
+
+    Stamps are receive times; effort comes from measured current and is NaN where there is none;
+    velocity is the slope of the last positions, see :class:`WindowedSlope`.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('driver_node', **kwargs)
+        autostart = [spec for spec in PARAMETERS if spec.name == 'autostart']
+        self._autostart = bool(declare(self, autostart)['autostart'])
+        self._starting = False
+        self._failure: Exception | None = None
+        self._bus: can.BusABC | None = None
+        self._driver: JointDriver | None = None
+        self._thread: CycleThread | None = None
+        self._channel = ''
+        self._refused_trajectory = ''
+        self._reported_fault = ''
+        self._ended = ''
+        self._stamps: StampConverter | None = None
+        self._entities: list[tuple[Any, Any]] = []
+
+    def autostart(self) -> None:
+        """
+        Configure and activate if the parameter ``autostart`` says so.
+
+        :raises SosmlFrictionError: why the configuration failed.
+        """
+        if not self._autostart:
+            return
+        self._starting = True
+        try:
+            configured = self.trigger_configure() == TransitionCallbackReturn.SUCCESS
+            if not configured or self.trigger_activate() != TransitionCallbackReturn.SUCCESS:
+                raise self._failure or ConfigurationError('the driver cannot be started')
+        finally:
+            self._starting = False
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Read the parameters, open the bus, ask the actuators."""
+        try:
+            self._configure()
+        except SosmlFrictionError as error:
+            self._failure = error
+            self._release()
+            # At autostart the program's one line on stderr says it.
+            if not self._starting:
+                self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
+        except Exception as error:  # rclpy would swallow it
+            self._failure = error
+            self.get_logger().fatal(f'configuration failed by a defect: {error!r}')
+            raise
+        self._failure = None
+        return super().on_configure(state)
+
+    def _configure(self) -> None:
+        values = declare(self, PARAMETERS)
+        if self.get_parameter('use_sim_time').value:
+            raise ConfigurationError(
+                'use_sim_time is set for driver_node: hardware runs in real time, unset it'
+            )
+        for joint in values['joints']:
+            own = declare(self, PARAMETERS, joint)
+            values.update({f'{joint}.{key}': value for key, value in own.items()})
+        config = share_directory() / 'config'
+        model_path = Path(values['model'] or config / 'exoskeleton')
+        model = read_model(model_path)
+        configuration = DriverConfiguration.from_parameters(values, config / 'elbow_servo.dbc')
+        robot = model.make_robot()
+        self._channel = f'{values["can_interface"]} {values["can_channel"]}'
+        self._bus = open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
+        clock = MonotonicClock()
+        self._driver = JointDriver(configuration, robot, self._bus, clock)
+        self._driver.configure()
+        self._cycle_clock = clock
+        self._create_entities(configuration, str(model.urdf))
+        logger = self.get_logger()
+        logger.info(f'model {model_path}, bus {self._channel}')
+        logger.info(f'bus load: {self._driver.bus_load()}')
+
+    def _create_entities(self, configuration: DriverConfiguration, urdf: str) -> None:
+        self._joint_states = self.create_lifecycle_publisher(
+            JointState, 'joint_states', JOINT_STATES
+        )
+        self._temperatures = self.create_lifecycle_publisher(Temperature, 'joint_temperatures', 10)
+        description = self.create_publisher(String, 'robot_description', LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        services = (
+            self.create_service(SetBool, '~/enable', self._on_enable),
+            self.create_service(Trigger, '~/stop', self._on_stop),
+        )
+        subscription = self.create_subscription(
+            JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10
+        )
+        timer = self.create_timer(1.0, self._on_timer)
+        self._entities = [
+            (self.destroy_lifecycle_publisher, self._joint_states),
+            (self.destroy_lifecycle_publisher, self._temperatures),
+            (self.destroy_publisher, description),
+            (self.destroy_publisher, self._diagnostics),
+            *((self.destroy_service, service) for service in services),
+            (self.destroy_subscription, subscription),
+            (self.destroy_timer, timer),
+        ]
+        self._message = JointState(name=list(configuration.names))
+        description.publish(String(data=urdf))
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start the cycle: measuring, no torque."""
+        result = super().on_activate(state)
+        if self._driver is None:
+            return TransitionCallbackReturn.FAILURE
+        if self._driver.state is DriverState.UNCONFIGURED:
+            # A deactivation shut the actuators down: ask them again.
+            try:
+                self._driver.configure()
+            except SosmlFrictionError as error:
+                self._failure = error
+                super().on_deactivate(state)
+                if not self._starting:
+                    self.get_logger().error(str(error))
+                return TransitionCallbackReturn.FAILURE
+        self._stamps = StampConverter(
+            self._cycle_clock.now_ns, lambda: int(self.get_clock().now().nanoseconds)
+        )
+        self._ended = ''
+        self._thread = CycleThread(self._driver, self._cycle_clock, self._publish)
+        self._thread.start()
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop the cycle and switch the outputs off."""
+        self._stop_thread()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Close the bus."""
+        self._release()
+        return super().on_cleanup(state)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Switch the outputs off and close the bus."""
+        self._release()
+        return super().on_shutdown(state)
+
+    def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Switch the outputs off and close the bus."""
+        self._release()
+        return TransitionCallbackReturn.SUCCESS
+
+    def destroy_node(self) -> None:
+        """Switch the outputs off and close the bus."""
+        self._release()
+        super().destroy_node()
+
+    def _stop_thread(self) -> None:
+        if self._thread is not None:
+            self._thread.stop()
+            self._thread = None
+
+    def _release(self) -> None:
+        self._stop_thread()
+        self._driver = None
+        if self._bus is not None:
+            bus, self._bus = self._bus, None
+            try:
+                bus.shutdown()
+            except can.CanError as error:
+                self.get_logger().warning(f'the CAN bus did not close: {error}')
+        for destroy, entity in self._entities:
+            destroy(entity)
+        self._entities = []
+
+    def _publish(self, sample: JointSample) -> None:
+        """Publish one sample; runs in the cycle's thread."""
+        assert self._stamps is not None
+        message = self._message
+        message.header.stamp = Time(nanoseconds=self._stamps.to_ros_ns(sample.stamp_ns)).to_msg()
+        message.position = array('d', sample.q)
+        message.velocity = array('d', sample.v)
+        message.effort = array('d', sample.tau)
+        self._joint_states.publish(message)
+
+    def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> Any:
+        response.success, response.message = self._command('enable' if request.data else 'disable')
+        return response
+
+    def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Any:
+        response.success, response.message = self._command('stop')
+        return response
+
+    def _command(self, what: str) -> tuple[bool, str]:
+        if self._driver is None or self._thread is None:
+            return False, 'the driver is not active: activate it first'
+        try:
+            getattr(self._driver, what)()
+        except SosmlFrictionError as error:
+            self.get_logger().error(f'{what} refused: {error}')
+            return False, str(error)
+        done = {'enable': 'enabled: the joints hold', 'disable': 'disabled: no torque'}
+        text = done.get(what, 'stopped: the joints hold')
+        self.get_logger().info(text)
+        return True, text
+
+    def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
+        try:
+            if self._driver is None or self._thread is None:
+                raise TrajectoryError('the driver is not active: activate it first')
+            self._driver.follow(trajectory_from_message(message))
+        except SosmlFrictionError as error:
+            self._refused_trajectory = str(error)
+            self.get_logger().error(f'trajectory refused: {error}')
+            return
+        self._refused_trajectory = ''
+
+    def _on_timer(self) -> None:
+        if self._driver is None:
+            return
+        if self._stamps is not None:
+            self._stamps.refresh()
+        report = self._driver.report()
+        thread = self._thread
+        if report.reason and report.reason != self._reported_fault:
+            self.get_logger().error(f'fault, no torque: {report.reason}')
+        self._reported_fault = report.reason
+        stamp = self.get_clock().now().to_msg()
+        for joint in report.joints:
+            if math.isfinite(joint.temperature):
+                temperature = Temperature(temperature=joint.temperature, variance=0.0)
+                temperature.header.stamp = stamp
+                temperature.header.frame_id = joint.name
+                self._temperatures.publish(temperature)
+        self._diagnostics.publish(make_array(stamp, self._statuses(report, thread)))
+        if thread is not None and thread.error is not None:
+            self._ended = f'the cycle ended, no torque: {thread.error!r}'
+            self.get_logger().fatal(self._ended)
+            self.trigger_deactivate()
+
+    def _statuses(
+        self, report: DriverReport, thread: CycleThread | None
+    ) -> list[DiagnosticStatus]:
+        assert self._driver is not None
+        configuration = self._driver.configuration
+        if self._ended:
+            level, text = ERROR, self._ended
+        elif report.state is DriverState.FAULT:
+            level, text = ERROR, report.reason
+        elif self._refused_trajectory:
+            level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
+        elif report.trajectory_running:
+            level, text = OK, 'following a trajectory'
+        else:
+            level, text = OK, report.state.value
+        name = self.get_name()
+        cycle = {
+            'state': report.state.value,
+            'fault': report.reason,
+            'trajectory running': report.trajectory_running,
+            'refused trajectory': self._refused_trajectory,
+            'cycles': report.cycles,
+            'incomplete cycles': report.incomplete_cycles,
+            'cycle overruns': thread.overruns if thread else 0,
+            'cycles skipped': thread.skipped if thread else 0,
+            'position skew [ms]': report.skew_ns * 1e-6,
+            'velocity lag [ms]': 1e3
+            * lag(configuration.velocity_window, 1.0 / configuration.rate),
+            'velocity window [samples]': configuration.velocity_window,
+        }
+        bus = {
+            'frames sent': report.bus.sent,
+            'frames received': report.bus.received,
+            'replies missed': report.bus.missed,
+            'frames stale': report.bus.stale,
+            'frames foreign': report.bus.foreign,
+            'frames undecodable': report.bus.undecodable,
+            'load': self._driver.bus_load(),
+        }
+        statuses = [
+            make_status(f'{name}: driver', level, text, cycle, self._channel),
+            make_status(f'{name}: bus', OK, self._channel, bus, self._channel),
+        ]
+        for joint in report.joints:
+            values = {
+                'position': joint.q,
+                'velocity': joint.v,
+                'effort': joint.tau if math.isfinite(joint.tau) else 'not measured',
+                'current [A]': joint.current,
+                'temperature [degC]': joint.temperature,
+                'voltage [V]': joint.voltage,
+                'flags': joint.flags,
+                'firmware': joint.firmware or 'not told',
+                'replies missed': joint.missed,
+            }
+            statuses.append(
+                make_status(
+                    f'{name}: {joint.name}',
+                    ERROR if joint.problem else OK,
+                    joint.problem or 'no fault',
+                    values,
+                    self._channel,
+                )
+            )
+        return statuses
+
+
+def trajectory_from_message(message: JointTrajectoryMessage) -> JointTrajectory:
+    """
+    Return the message's trajectory; its accelerations, efforts and start time are not used.
+
+    :raises TrajectoryError: if points have positions or velocities of differing numbers.
+    """
+    names = tuple(message.joint_names)
+    points = message.points
+    times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
+    if not names or not points:
+        raise TrajectoryError(
+            f'the trajectory has {len(points)} points of {len(names)} joints: give at least one '
+            'point, or call ~/stop to end the motion'
+        )
+    with_velocity = any(len(p.velocities) for p in points)
+    for i, point in enumerate(points):
+        lengths = [len(point.positions)] + ([len(point.velocities)] if with_velocity else [])
+        if any(length != len(names) for length in lengths):
+            raise TrajectoryError(
+                f'point {i} of the trajectory has {len(point.positions)} positions and '
+                f'{len(point.velocities)} velocities for {len(names)} joints: give each joint a '
+                'position, and velocities at all points or at none'
+            )
+    n = len(names)
+    return JointTrajectory(
+        names,
+        np.array(times),
+        np.array([p.positions for p in points], dtype=float).reshape(-1, n),
+        np.array([p.velocities for p in points], dtype=float).reshape(-1, n)
+        if with_velocity
+        else None,
+    )
+
+
+def make_driver_node() -> DriverNode:
+    """
+    Make the node and start it if its parameter ``autostart`` says so.
+
+    :raises SosmlFrictionError: why it cannot start.
+    """
+    # The cycle's thread must not wait 5 ms for a callback to give the interpreter away.
+    sys.setswitchinterval(5e-4)
+    node = DriverNode()
+    try:
+        node.autostart()
+    except SosmlFrictionError:
+        node.destroy_node()
+        raise
+    return node
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node as a program; return its exit code."""
+    return run_node(make_driver_node, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,265 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Answer CAN frames as the exoskeleton's actuators would, in real time."""
+
+from __future__ import annotations
+
+import heapq
+import sys
+import threading
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import can
+from diagnostic_msgs.msg import DiagnosticArray
+
+from sosml_friction.actuators.clock import MonotonicClock
+from sosml_friction.actuators.configuration import DRIVERS, mounts_from_parameters
+from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
+from sosml_friction.actuators.emulator import (
+    EmulatorOptions,
+    ExoskeletonEmulator,
+    hanging_position,
+)
+from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.open_bus import SLCAN_SERVER, open_bus
+from sosml_friction.exceptions import ActuatorError
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.nodes.diagnostics import OK, make_array, make_status
+from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.program_node import ProgramNode
+from sosml_friction.nodes.run import run_node
+from sosml_friction.share import share_directory
+
+_OPTIONS = {
+    'rmd_current_noise': ("noise of an RMD-X's reported current", 'A'),
+    'rmd_encoder_noise': ("noise of an RMD-X's angle before it is rounded to 0.01 degree", 'rad'),
+    'rmd_current_limit': ("an RMD-X's own current limit", 'A'),
+    'servo_current_noise': ("noise of the servo's current sensor", 'A'),
+    'servo_encoder_noise': ("noise of the servo's position sensor", 'rad'),
+    'servo_current_limit': ("the servo's own current limit", 'A'),
+    'servo_current_available': ('whether the servo measures its current', ''),
+    'servo_kp': ("proportional gain of the servo's position loop", 'A/rad'),
+    'servo_kd': ("derivative gain of the servo's position loop", 'A s/rad'),
+    'servo_watchdog': ('the bridge turns the servo off after so long without a command', 's'),
+    'comm_timeout': ('a motor turns off after so long without a frame; 0: never', 's'),
+    'latency': ('from a request to its reply', 's'),
+    'latency_jitter': ('standard deviation of the half-normal time added to it', 's'),
+}
+
+PARAMETERS = (
+    ParameterSpec('joints', 'string_array', None, 'the joints, in the order of the model'),
+    ParameterSpec(
+        'model',
+        'string',
+        '',
+        'the model folder that is the truth; empty: config/emulated_exoskeleton of the package',
+    ),
+    ParameterSpec(
+        'can_interface',
+        'string',
+        SLCAN_SERVER,
+        'slcan_server (slcan on a TCP port) or any python-can interface',
+    ),
+    ParameterSpec(
+        'can_channel', 'string', '127.0.0.1:29536', 'its channel; HOST:PORT of the server'
+    ),
+    ParameterSpec(
+        'can_bitrate', 'integer', 1000000, 'the bit rate', unit='bit/s', range=(10000, 1000000)
+    ),
+    ParameterSpec('seed', 'integer', 0, 'of all noise', range=(0, 2**31 - 1)),
+    ParameterSpec(
+        'start_position',
+        'double_array',
+        [],
+        'where the joints rest at the start; empty: hanging, -pi/2 and zeros',
+        unit='rad or m',
+    ),
+    *(
+        ParameterSpec(
+            option.name,
+            'bool' if isinstance(option.default, bool) else 'double',
+            option.default,
+            _OPTIONS[option.name][0],
+            unit=_OPTIONS[option.name][1],
+            range=None if isinstance(option.default, bool) else (0.0, 1e6),
+        )
+        for option in fields(EmulatorOptions)
+    ),
+    ParameterSpec('{joint}.driver', 'string', None, 'the kind of actuator', choices=DRIVERS),
+    ParameterSpec(
+        '{joint}.direction', 'integer', None, '1 where it turns as the URDF says, or -1'
+    ),
+    ParameterSpec(
+        '{joint}.zero_offset',
+        'double',
+        None,
+        "the joint's position at the actuator's zero",
+        unit='rad or m',
+    ),
+    ParameterSpec(
+        '{joint}.torque_constant',
+        'double',
+        None,
+        'effort at the joint per ampere, in truth',
+        unit='Nm/A or N/A',
+    ),
+    ParameterSpec('{joint}.can_id', 'integer', 0, 'id of the motor, 1 to 32 (rmd_x: required)'),
+    ParameterSpec(
+        '{joint}.dbc',
+        'string',
+        '',
+        'DBC of the servo bridge; empty: config/elbow_servo.dbc of the package',
+    ),
+)
+
+# The plant is kept up to date at least this often.
+_TICK = 2e-3
+
+
+class EmulatorThread(threading.Thread):
+    """
+    Own the bus: take frames when they come, send replies when they are due.
+
+    Emulated time is the time since the start. A reply later than due, for want of the processor,
+    is sent at once.
+    """
+
+    def __init__(self, bus: can.BusABC, emulator: ExoskeletonEmulator) -> None:
+        super().__init__(name='emulator', daemon=True)
+        self._bus = bus
+        self._clock = MonotonicClock()
+        self._emulator = emulator
+        self._stop_event = threading.Event()
+        self.error: BaseException | None = None
+
+    def run(self) -> None:
+        """Run until :meth:`stop`; an exception is kept in ``error``."""
+        replies: list[tuple[int, int, Frame]] = []
+        count = 0
+        start_ns = self._clock.now_ns()
+        try:
+            while not self._stop_event.is_set():
+                now_ns = self._clock.now_ns() - start_ns
+                while replies and replies[0][0] <= now_ns:
+                    self._bus.send(heapq.heappop(replies)[2].to_message())
+                wait = _TICK
+                if replies:
+                    wait = min(wait, (replies[0][0] - now_ns) * 1e-9)
+                message = self._bus.recv(wait)
+                now_ns = self._clock.now_ns() - start_ns
+                frame = None if message is None else Frame.from_message(message)
+                if frame is None:
+                    self._emulator.advance(now_ns)
+                    continue
+                for t_ns, reply in self._emulator.handle(frame, now_ns):
+                    count += 1
+                    heapq.heappush(replies, (t_ns, count, reply))
+        except BaseException as error:
+            self.error = error
+
+    def stop(self) -> None:
+        """End and wait."""
+        self._stop_event.set()
+        if self.is_alive():
+            self.join()
+
+
+class EmulatorNode(ProgramNode):
+    """
+    Run :class:`ExoskeletonEmulator` on a CAN bus; it publishes nothing but ``/diagnostics``.
+
+    :raises SosmlFrictionError: if a parameter, the model or the bus does not fit.
+    """
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__('emulator_node', **kwargs)
+        self._thread: EmulatorThread | None = None
+        self._bus: can.BusABC | None = None
+        values = declare(self, PARAMETERS)
+        for joint in values['joints']:
+            own = declare(self, PARAMETERS, joint)
+            values.update({f'{joint}.{key}': value for key, value in own.items()})
+        config = share_directory() / 'config'
+        model_path = Path(values['model'] or config / 'emulated_exoskeleton')
+        options = EmulatorOptions(**{name: values[name] for name in _OPTIONS})
+        mounts = mounts_from_parameters(values, config / 'elbow_servo.dbc')
+        self._emulator = ExoskeletonEmulator(
+            read_model(model_path),
+            mounts,
+            values['start_position'] or hanging_position(len(mounts)),
+            options=options,
+            seed=values['seed'],
+        )
+        self._bus = open_bus(values['can_interface'], values['can_channel'], values['can_bitrate'])
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_timer(1.0, self._on_timer)
+        self._thread = EmulatorThread(self._bus, self._emulator)
+        self._thread.start()
+        self.get_logger().info(
+            f'emulating {model_path} on {values["can_interface"]} {self._bus.channel_info}'
+        )
+
+    def _on_timer(self) -> None:
+        if self._thread is not None and self._thread.error is not None:
+            self.end(ActuatorError(f'the emulation ended: {self._thread.error!r}'))
+        name = self.get_name()
+        emulator = self._emulator
+        q, v, effort = emulator.q, emulator.v, emulator.effort
+        statuses = [
+            make_status(
+                f'{name}: plant',
+                OK,
+                'running',
+                {
+                    'emulated time [s]': emulator.time_ns * 1e-9,
+                    'frames foreign': emulator.foreign_frames,
+                },
+            )
+        ]
+        for i, actuator in enumerate(emulator.actuators):
+            values = {
+                'true position': float(q[i]),
+                'true velocity': float(v[i]),
+                'true effort': float(effort[i]),
+                'commanded current [A]': actuator.commanded_current,
+                'frames': actuator.frames,
+                'frames undecodable': actuator.undecodable,
+                'watchdog trips': actuator.watchdog_trips,
+            }
+            if isinstance(actuator, EmulatedRmdX):
+                values['shutdowns'] = actuator.shutdowns
+            statuses.append(make_status(f'{name}: {actuator.name}', OK, 'running', values))
+        self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
+
+    def destroy_node(self) -> None:
+        """Stop the emulation and close the bus."""
+        if self._thread is not None:
+            self._thread.stop()
+            self._thread = None
+        if self._bus is not None:
+            self._bus.shutdown()
+            self._bus = None
+        super().destroy_node()
+
+
+def make_emulator_node() -> EmulatorNode:
+    """
+    Make the node.
+
+    :raises SosmlFrictionError: why it cannot start.
+    """
+    # As in the driver: replies are due within a fraction of a millisecond.
+    sys.setswitchinterval(5e-4)
+    return EmulatorNode()
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node as a program; return its exit code."""
+    return run_node(make_emulator_node, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

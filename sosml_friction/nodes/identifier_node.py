@@ -1,0 +1,511 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+identifier_node: run trajectory T1, record it, fit friction when it ends.
+
+A run goes through the phases ``starting`` (the observers are reset and the recording begins at
+their first sample, so that a replay of the bag gives the same estimates), ``moving``, ``fitting``
+(in a thread: messages are still taken), ``done`` or ``failed``. Its folder holds the bag, the
+model folder and ``parameters.yaml`` for ``--params-file``.
+"""
+
+from __future__ import annotations
+
+import struct
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from builtin_interfaces.msg import Duration
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from sensor_msgs.msg import JointState, Temperature
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.serialization import deserialize, serialize
+from sosml_friction.exceptions import (
+    ConfigurationError,
+    SosmlFrictionError,
+)
+from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.friction_fit import METHODS, FitSettings
+from sosml_friction.identification.motion import check_limits
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.trajectory import Trajectory
+from sosml_friction.nodes.diagnostics import ERROR, OK, make_array, make_status
+from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.program_node import ProgramNode
+from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.nodes.run import run_node
+from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.share import share_directory
+
+PARAMETERS = (
+    ParameterSpec(
+        'model', 'string', '', 'nominal model folder, written into the bag; empty: exoskeleton'
+    ),
+    ParameterSpec('output', 'string', 'identification', 'folder that gets a folder for each run'),
+    ParameterSpec('run_name', 'string', '', 'name of the run folder; empty: date and time in UTC'),
+    ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
+    ParameterSpec('driver_node', 'string', 'driver_node', 'node whose ~/stop is called on abort'),
+    ParameterSpec(
+        'speeds',
+        'double_array',
+        [0.05, 0.1, 0.2, 0.35, 0.5, 0.7],
+        'plateau speeds of T1, taken up and then down',
+        'rad/s or m/s',
+    ),
+    ParameterSpec('plateau', 'double', 0.8, 'length of a plateau', 's', (0.1, 60.0)),
+    ParameterSpec(
+        'ramp', 'double', 0.3, 'length of a ramp to or from a plateau', 's', (0.02, 10.0)
+    ),
+    ParameterSpec(
+        'centre',
+        'double_array',
+        [],
+        'middle of the plateaus of each joint of the model; empty: where the robot is',
+        'rad or m',
+    ),
+    ParameterSpec(
+        'effort_margin',
+        'double',
+        0.85,
+        'share of the URDF effort limit the rigid body alone may need; friction needs the rest',
+        '',
+        (0.01, 1.0),
+    ),
+    ParameterSpec(
+        'tracking_tolerance',
+        'double',
+        0.2,
+        'the run fails when a joint is farther than this from the trajectory for a second',
+        'rad or m',
+        (1e-4, 10.0),
+    ),
+    ParameterSpec('method', 'string', 'auto', 'how friction is fitted', choices=METHODS),
+)
+
+#: The recording goes on for so long after the trajectory [s].
+SETTLE_S = 0.5
+_RUNNING = ('starting', 'moving', 'fitting')
+_JOINT_STATE = 'sensor_msgs/msg/JointState'
+
+
+@dataclass
+class _Run:
+    """
+    One run: its folder, its bag and how far it is.
+
+    ``pending`` holds what came before the beginning was known; ``begin_ns`` is the stamp of the
+    first sample of the bag, ``moving_from_ns`` that of the sample the trajectory was sent after.
+    """
+
+    folder: Path
+    trajectory: Trajectory
+    recorder: BagRecorder
+    pending: list[tuple[str, bytes, int]] = field(default_factory=list)
+    begin_ns: int = 0
+    moving_from_ns: int = 0
+    past_end: set[str] = field(default_factory=set)
+    off_track_since: float | None = None
+
+    @property
+    def end_ns(self) -> int:
+        """Return the stamp of the end of the recording."""
+        return self.moving_from_ns + round((self.trajectory.duration + SETTLE_S) * 1e9)
+
+    def elapsed(self, state: bytes) -> float:
+        """Return how long the trajectory has run at a serialised JointState [s]."""
+        return (_stamp_ns(state) - self.moving_from_ns) * 1e-9
+
+
+class IdentifierNode(ProgramNode):
+    """
+    Run, record and fit.
+
+    :raises ConfigurationError: if the model or a parameter cannot be used.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('identifier_node')
+        self._p = declare(self, PARAMETERS)
+        folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
+        self._model = read_model(folder)
+        if self._p['centre'] and len(self._p['centre']) != len(self._model.joint_names):
+            raise ConfigurationError(
+                f'parameter centre has {len(self._p["centre"])} values for the joints '
+                f'{", ".join(self._model.joint_names)}: give one for each'
+            )
+        self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        self._phase = 'idle'
+        self._message = 'call ~/start to run the trajectory'
+        self._robot: Robot | None = None
+        self._observers: list[str] = []
+        self._latched: dict[str, bytes] = {}
+        self._last_state: bytes | None = None
+        self._last_state_at = 0.0
+        self._run: _Run | None = None
+        self._phase_since = time.monotonic()
+        self._worker: threading.Thread | None = None
+        self._outcome: BagAnalysis | Exception | None = None
+        self._trajectory_output = self.create_publisher(JointTrajectory, 'joint_trajectory', 10)
+        self._result_output = self.create_publisher(String, 'friction_parameters', LATCHED)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._reset_client = self.create_client(Trigger, f'{self._p["observer_node"]}/reset')
+        self._stop_client = self.create_client(Trigger, f'{self._p["driver_node"]}/stop')
+        self.create_service(Trigger, '~/start', self._on_start)
+        self.create_service(Trigger, '~/abort', self._on_abort)
+        self.create_service(Trigger, '~/fit', self._on_fit)
+        self._stamped = {'joint_states', 'friction_estimate'}
+        self._subscribe('joint_states', JointState, JOINT_STATES)
+        self._subscribe('joint_temperatures', Temperature, JOINT_STATES)
+        self._subscribe('friction_estimate', JointState, JOINT_STATES)
+        for topic in ('robot_description', 'observer_configuration'):
+            self.create_subscription(
+                String, topic, partial(self._on_latched, topic), LATCHED, raw=True
+            )
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(0.1, self._watch, clock=steady)
+        self.create_timer(0.5, self._diagnose, clock=steady)
+
+    def destroy_node(self) -> None:
+        """Close the bag, wait for a running fit, destroy the node."""
+        if self._run is not None:
+            self._run.recorder.close()
+        if self._worker is not None:
+            self._worker.join()
+        super().destroy_node()
+
+    # Messages -----------------------------------------------------------------------------------
+
+    def _subscribe(self, topic: str, kind: type, qos: Any) -> None:
+        # One argument: with two, which would bring the time of publication, the EventsExecutor of
+        # rclpy 7.1.6 ends in a SystemError on serialised messages.
+        callback = partial(self._on_message, topic)
+        self.create_subscription(kind, topic, callback, qos, raw=True)
+
+    def _on_latched(self, topic: str, data: bytes) -> None:
+        try:
+            self._read_latched(topic, data)
+        except SosmlFrictionError as error:
+            self.end(error)
+
+    def _read_latched(self, topic: str, data: bytes) -> None:
+        self._latched[topic] = data
+        text = deserialize(data, 'std_msgs/msg/String').data
+        if topic == 'robot_description' and self._robot is None:
+            self._robot = self._model.make_robot(text)
+        if topic == 'observer_configuration':
+            configuration = parse_configuration(text, 'the topic observer_configuration')
+            for observer in configuration.gains:
+                if observer not in self._observers:
+                    self._observers.append(observer)
+                    self._stamped.add(f'friction_estimate/{observer}')
+                    self._subscribe(f'friction_estimate/{observer}', JointState, JOINT_STATES)
+
+    def _on_message(self, topic: str, data: bytes) -> None:
+        now_ns = self.get_clock().now().nanoseconds
+        if topic == 'joint_states':
+            self._last_state, self._last_state_at = data, time.monotonic()
+        run = self._run
+        if run is None:
+            return
+        if self._phase == 'starting':
+            run.pending.append((topic, data, now_ns))
+            if topic == f'friction_estimate/{self._observers[0]}':
+                self._look_for_beginning(run, data)
+        elif self._phase == 'moving':
+            self._record(run, topic, data, now_ns)
+            self._look_for_end(run, topic, data)
+
+    def _record(self, run: _Run, topic: str, data: bytes, log_ns: int) -> None:
+        # The bag has the same stamps on all its topics: each sample with its estimates.
+        if topic in self._stamped and not run.begin_ns <= _stamp_ns(data) <= run.end_ns:
+            return
+        try:
+            run.recorder.write(self.resolve_topic_name(topic), data, log_ns)
+        except SosmlFrictionError as error:
+            self._fail(str(error))
+
+    # A run --------------------------------------------------------------------------------------
+
+    def _on_start(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            run = self._start()
+        except SosmlFrictionError as error:
+            response.success, response.message = False, str(error)
+            self.get_logger().error(f'not started: {error}')
+            return response
+        response.success = True
+        response.message = f'T1, {run.trajectory.duration:.1f} s, recording to {run.folder}'
+        self.get_logger().info(response.message)
+        return response
+
+    def _start(self) -> _Run:
+        if self._phase in _RUNNING:
+            raise ConfigurationError(f'a run is {self._phase}: wait for its end or call ~/abort')
+        if self._robot is None or self._last_state is None:
+            missing = 'robot_description' if self._robot is None else 'joint_states'
+            raise ConfigurationError(f'nothing was received on {missing}: start the driver')
+        if not self._observers or not self._reset_client.service_is_ready():
+            raise ConfigurationError(
+                f'{self._p["observer_node"]} does not answer: start it, or name it in parameter '
+                'observer_node'
+            )
+        trajectory = self._plan(self._robot, deserialize(self._last_state, _JOINT_STATE))
+        name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
+        folder = Path(self._p['output']) / name
+        run = self._run = _Run(folder, trajectory, self._open_bag(folder / 'bag'))
+        self._enter('starting', 'waiting for the observers to start afresh')
+        self._reset_client.call_async(Trigger.Request())
+        return run
+
+    def _open_bag(self, folder: Path) -> BagRecorder:
+        recorder = BagRecorder(folder)
+        kinds = {
+            'joint_states': _JOINT_STATE,
+            'joint_temperatures': 'sensor_msgs/msg/Temperature',
+            'joint_trajectory': 'trajectory_msgs/msg/JointTrajectory',
+            'friction_estimate': _JOINT_STATE,
+        }
+        kinds |= {f'friction_estimate/{observer}': _JOINT_STATE for observer in self._observers}
+        for topic, kind in kinds.items():
+            recorder.add_topic(self.resolve_topic_name(topic), kind)
+        texts = {
+            **self._latched,
+            'model_description': serialize(String(data=self._model.to_yaml())),
+        }
+        now_ns = self.get_clock().now().nanoseconds
+        for topic, data in texts.items():
+            recorder.add_topic(self.resolve_topic_name(topic), 'std_msgs/msg/String', latched=True)
+            recorder.write(self.resolve_topic_name(topic), data, now_ns)
+        return recorder
+
+    def _plan(self, robot: Robot, state: JointState) -> Trajectory:
+        position = dict(zip(state.name, state.position, strict=False))
+        names = robot.names
+        missing = [name for name in names if not np.isfinite(position.get(name, np.nan))]
+        if missing:
+            raise ConfigurationError(
+                f'joint_states has no position for {", ".join(missing)} of the model: name its '
+                f'joints alike ({", ".join(state.name)})'
+            )
+        start = {name: float(position[name]) for name in names}
+        centre = dict(zip(names, self._p['centre'] or start.values(), strict=True))
+        p = self._p
+        trajectory = speed_ladder(start, centre, p['speeds'], p['plateau'], p['ramp'])
+        check_limits(trajectory, robot, p['effort_margin'])
+        return trajectory
+
+    def _look_for_beginning(self, run: _Run, data: bytes) -> None:
+        if np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
+            return
+        run.begin_ns = run.moving_from_ns = _stamp_ns(data)
+        self._enter('moving', 'running T1')
+        pending, run.pending = run.pending, []
+        for topic, message, log_ns in pending:
+            self._record(run, topic, message, log_ns)
+        trajectory = _trajectory_message(run.trajectory)
+        self._trajectory_output.publish(trajectory)
+        now_ns = self.get_clock().now().nanoseconds
+        self._record(run, 'joint_trajectory', serialize(trajectory), now_ns)
+
+    def _look_for_end(self, run: _Run, topic: str, data: bytes) -> None:
+        if topic not in self._stamped or _stamp_ns(data) <= run.end_ns:
+            return
+        run.past_end.add(topic)
+        # Estimates come after their sample, but an observer that died is not waited for.
+        overdue = topic == 'joint_states' and _stamp_ns(data) > run.end_ns + 1_000_000_000
+        if overdue or self._stamped <= run.past_end:
+            self._finish(run)
+
+    def _watch(self) -> None:
+        """Look after what does not come as a message: time-outs, the worker's end, the disk."""
+        waited = time.monotonic() - self._phase_since
+        if self._run is None:
+            return
+        if self._phase == 'starting' and waited > 10.0:
+            self._fail(
+                f'{self._p["observer_node"]} did not start afresh within 10 s: is it getting '
+                'joint_states?'
+            )
+        elif self._phase == 'moving':
+            self._run.recorder.flush()
+            silent = time.monotonic() - max(self._last_state_at, self._phase_since)
+            if silent > 2.0:
+                self._fail('joint_states fell silent for 2 s: see the diagnostics of the driver')
+            elif self._last_state is not None:
+                self._check_tracking(self._run, self._last_state)
+        elif self._phase == 'fitting' and self._worker and not self._worker.is_alive():
+            self._worker = None
+            self._conclude(self._run)
+
+    def _check_tracking(self, run: _Run, data: bytes) -> None:
+        state = deserialize(data, _JOINT_STATE)
+        elapsed = run.elapsed(data)
+        wanted = run.trajectory.spline()(np.clip(elapsed, 0.0, run.trajectory.duration))
+        names = run.trajectory.names
+        position = dict(zip(state.name, state.position, strict=False))
+        errors = np.abs([position.get(name, np.nan) for name in names] - wanted)
+        if not (errors > self._p['tracking_tolerance']).any():
+            run.off_track_since = None
+            return
+        now = time.monotonic()
+        run.off_track_since = run.off_track_since or now
+        if now - run.off_track_since > 1.0:
+            worst = int(np.nanargmax(errors))
+            self._call_stop()
+            self._fail(
+                f'joint {names[worst]} is {errors[worst]:.2g} away from the trajectory '
+                f'{elapsed:.1f} s into it: is the driver enabled (its ~/enable), and what do its '
+                'diagnostics say?'
+            )
+
+    def _finish(self, run: _Run) -> None:
+        try:
+            run.recorder.close()
+        except SosmlFrictionError as error:
+            self._fail(str(error))
+            return
+        self.get_logger().info(f'{run.recorder.message_count} messages in {run.folder / "bag"}')
+        self._begin_fit(run)
+
+    def _begin_fit(self, run: _Run) -> None:
+        self._enter('fitting', 'running the observers over the bag and fitting')
+        self._worker = threading.Thread(target=self._fit, args=(run.folder,), name='fit')
+        self._worker.start()
+
+    def _fit(self, folder: Path) -> None:
+        try:
+            settings = FitSettings(method=self._p['method'])
+            analysis = analyse_bag(folder / 'bag', settings=settings)
+            analysis.model.write(folder / 'model')
+            model = str((folder / 'model').resolve())
+            parameters = {'/**': {'ros__parameters': {'model': model}}}
+            (folder / 'parameters.yaml').write_text(yaml.safe_dump(parameters), encoding='utf-8')
+            self._outcome = analysis
+        except Exception as error:  # told to the main thread, which fails the run with it
+            self._outcome = error
+
+    def _conclude(self, run: _Run) -> None:
+        outcome, self._outcome = self._outcome, None
+        if isinstance(outcome, BagAnalysis):
+            self._result_output.publish(String(data=outcome.model.to_yaml()))
+            self._enter('done', f'{_summary(outcome)}; model in {run.folder / "model"}')
+            return
+        self._fail(f'the fit failed: {outcome}')
+        if outcome is not None and not isinstance(outcome, SosmlFrictionError):
+            self.end(outcome)
+
+    def _on_fit(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._phase in _RUNNING:
+            response.success, response.message = False, f'a run is {self._phase}'
+        elif self._run is None:
+            response.success, response.message = False, 'nothing is recorded yet: call ~/start'
+        else:
+            self._begin_fit(self._run)
+            response.success, response.message = True, f'fitting {self._run.folder / "bag"}'
+        return response
+
+    def _on_abort(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._run is None or self._phase not in ('starting', 'moving'):
+            response.success, response.message = False, f'nothing to abort: {self._phase}'
+            return response
+        self._call_stop()
+        self._fail('aborted')
+        response.success = True
+        response.message = f'aborted; what was recorded is in {self._run.folder}'
+        return response
+
+    def _call_stop(self) -> None:
+        if self._stop_client.service_is_ready():
+            self._stop_client.call_async(Trigger.Request())
+
+    def _fail(self, sentence: str) -> None:
+        self._enter('failed', sentence)
+        if self._run is not None:
+            self._run.pending.clear()
+            try:
+                self._run.recorder.close()
+            except SosmlFrictionError as error:
+                self.get_logger().error(str(error))
+
+    def _enter(self, phase: str, message: str) -> None:
+        self._phase, self._message, self._phase_since = phase, message, time.monotonic()
+        # Two calls: rclpy ties a severity to the line that logs.
+        if phase == 'failed':
+            self.get_logger().error(f'{phase}: {message}')
+        else:
+            self.get_logger().info(f'{phase}: {message}')
+        self._diagnose()
+
+    def _diagnose(self) -> None:
+        values: dict[str, Any] = {'phase': self._phase}
+        run = self._run
+        if run is not None:
+            values['run'] = str(run.folder)
+            values['messages recorded'] = run.recorder.message_count
+            if self._phase == 'moving' and self._last_state is not None:
+                share = run.elapsed(self._last_state) / run.trajectory.duration
+                values['progress [%]'] = round(100.0 * min(1.0, max(0.0, share)), 1)
+        level = ERROR if self._phase == 'failed' else OK
+        status = make_status(f'{self.get_name()}: run', level, self._message, values)
+        self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
+
+
+def _stamp_ns(data: bytes) -> int:
+    """Read the stamp of a serialised message that begins with a header, without decoding it."""
+    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+
+
+def _trajectory_message(trajectory: Trajectory) -> JointTrajectory:
+    message = JointTrajectory(joint_names=list(trajectory.names))
+    for t, q, v in zip(trajectory.t, trajectory.q, trajectory.v, strict=True):
+        seconds, nanoseconds = divmod(round(t * 1e9), 1_000_000_000)
+        message.points.append(
+            JointTrajectoryPoint(
+                positions=q.tolist(),
+                velocities=v.tolist(),
+                time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
+            )
+        )
+    return message
+
+
+def _summary(analysis: BagAnalysis) -> str:
+    parts = []
+    for name, joint in analysis.model.joints.items():
+        if joint.friction is None:
+            parts.append(f'{name}: {analysis.fit.unavailable.get(name, "no friction")}')
+            continue
+        coulomb = joint.friction.parameters['coulomb']
+        viscous = joint.friction.parameters['viscous']
+        parts.append(
+            f'{name}: coulomb {coulomb.value:.4g} +- {coulomb.std_error:.2g} {coulomb.unit}, '
+            f'viscous {viscous.value:.4g} +- {viscous.std_error:.2g} {viscous.unit}'
+        )
+    return '; '.join(parts)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
+    return run_node(IdentifierNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

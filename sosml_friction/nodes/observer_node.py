@@ -1,0 +1,341 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+observer_node: joint_states in, friction_estimate out, at whatever rate they come.
+
+Everything follows from the messages and their stamps, so a replayed bag gives the same numbers at
+any speed. ``friction_estimate`` is the friction torque tau_f in ``effort``, positive for positive
+velocity; NaN in it marks a fresh start (first sample, after a gap, after ``~/reset``).
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from numpy.typing import NDArray
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.robot import Robot
+from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
+from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.program_node import ProgramNode
+from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.nodes.run import run_node
+from sosml_friction.observers.configuration import OBSERVERS, ObserverConfiguration
+from sosml_friction.observers.friction_estimator import EFFORT_HOLDS, VELOCITY_SOURCES
+from sosml_friction.observers.recipe import BANDWIDTH, gains_from_noise
+from sosml_friction.share import share_directory
+
+#: After so many messages of which none can be used, the node gives up with a sentence.
+PATIENCE = 50
+
+PARAMETERS = (
+    ParameterSpec(
+        'model', 'string', '', 'model folder with the armature of the joints; empty: exoskeleton'
+    ),
+    ParameterSpec(
+        'urdf_path', 'string', '', 'URDF file; empty: wait for the topic robot_description'
+    ),
+    ParameterSpec('observers', 'string_array', ['first_order', 'sosml'], 'observers to run'),
+    ParameterSpec(
+        'selected', 'string', 'sosml', 'observer whose output is published as friction_estimate'
+    ),
+    ParameterSpec(
+        'bandwidth',
+        'double',
+        BANDWIDTH,
+        'bandwidth the gains are made for, where none are given',
+        'rad/s',
+        (0.1, 1e4),
+    ),
+    ParameterSpec(
+        'velocity_noise',
+        'double_array',
+        [],
+        'standard deviation of the velocity of each joint; empty: no sliding term is added',
+        'rad/s or m/s',
+    ),
+    ParameterSpec(
+        'effort_hold',
+        'string_array',
+        ['start'],
+        'where in an interval an effort sample holds, for all joints or one for each: '
+        f'{", ".join(EFFORT_HOLDS)}',
+    ),
+    ParameterSpec(
+        'velocity_source',
+        'string',
+        'message',
+        'velocity of joint_states, or backward difference of its position',
+        choices=VELOCITY_SOURCES,
+    ),
+    ParameterSpec(
+        'maximum_gap',
+        'double',
+        0.05,
+        'a longer gap starts the observers afresh',
+        's',
+        (1e-4, 10.0),
+    ),
+    ParameterSpec(
+        'reliability',
+        'string',
+        'reliable',
+        'of the subscription to joint_states; best_effort for a driver that publishes so',
+        choices=('reliable', 'best_effort'),
+    ),
+    *(
+        ParameterSpec(
+            f'{observer.identifier}.{gain}',
+            'double_array',
+            [],
+            f'gain of observer {observer.identifier}, one for each joint; empty: by bandwidth',
+            unit,
+        )
+        for observer in OBSERVERS.values()
+        for gain, unit in observer.gain_units.items()
+    ),
+)
+
+
+class ObserverNode(ProgramNode):
+    """
+    Run momentum observers on joint_states.
+
+    Where parameters, URDF and joint_states turn out not to fit together the program ends with exit
+    code 2.
+
+    :raises ConfigurationError: if the parameters do not fit.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('observer_node')
+        self._p = declare(self, PARAMETERS)
+        folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
+        self._model = read_model(folder)
+        self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
+        if unknown or self._p['selected'] not in self._p['observers']:
+            raise ConfigurationError(
+                f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
+                f'from {", ".join(OBSERVERS)} and select one that runs'
+            )
+        self._estimator: Any = None
+        self._columns: dict[tuple[str, ...], NDArray[np.int64] | None] = {}
+        self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
+        self._has_estimated = False
+        self._lost = 0
+        self._published = 0
+        self._first_ns = self._last_ns = 0
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._timer = self.create_timer(
+            1.0, self._diagnose, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        if self._p['urdf_path']:
+            try:
+                self._begin(Path(self._p['urdf_path']).read_text(encoding='utf-8'))
+            except (OSError, UnicodeDecodeError) as error:
+                raise ConfigurationError(
+                    f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
+                    'path of a file'
+                ) from error
+        else:
+            self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
+
+    def _on_description(self, message: String) -> None:
+        if self._estimator is not None:
+            return
+        try:
+            self._begin(message.data)
+        except SosmlFrictionError as error:
+            self.end(error)
+
+    def _begin(self, urdf: str) -> None:
+        robot = self._model.make_robot(urdf)
+        configuration = self._configure(robot)
+        self._estimator = configuration.make_estimator(robot)
+        self._joints = list(robot.names)
+        self._outputs = {
+            name: self.create_publisher(JointState, f'friction_estimate/{name}', JOINT_STATES)
+            for name in self._estimator.observers
+        }
+        self._selected_output = self.create_publisher(
+            JointState, 'friction_estimate', JOINT_STATES
+        )
+        self._configuration_output = self.create_publisher(
+            String, 'observer_configuration', LATCHED
+        )
+        self._configuration_output.publish(String(data=configuration.to_yaml()))
+        # Only now: whoever waits for this subscription knows that every message will be estimated.
+        qos = JOINT_STATES
+        if self._p['reliability'] == 'best_effort':
+            qos = QoSProfile(depth=JOINT_STATES.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+        events = SubscriptionEventCallbacks(message_lost=self._on_lost)
+        try:
+            self.create_subscription(
+                JointState, 'joint_states', self._on_joint_states, qos, event_callbacks=events
+            )
+        except UnsupportedEventTypeError:
+            self.create_subscription(JointState, 'joint_states', self._on_joint_states, qos)
+        self.get_logger().info(f'observing {", ".join(self._joints)}')
+
+    def _configure(self, robot: Robot) -> ObserverConfiguration:
+        p = self._p
+        noise = p['velocity_noise'] or [0.0] * robot.n
+        if len(noise) != robot.n:
+            raise ConfigurationError(
+                f'parameter velocity_noise has {len(noise)} values for the {robot.n} joints '
+                f'{", ".join(robot.names)}: give one for each'
+            )
+        momentum_noise = robot.momentum_rows(np.zeros(robot.n)) * np.array(noise)
+        recipe = gains_from_noise(p['bandwidth'], momentum_noise.tolist())
+        gains: dict[str, dict[str, Sequence[float]]] = {}
+        for name in p['observers']:
+            given = {
+                gain: p[f'{name}.{gain}']
+                for gain in OBSERVERS[name].gain_units
+                if p[f'{name}.{gain}']
+            }
+            gains[name] = {**recipe[name], **given}
+        holds = p['effort_hold']
+        return ObserverConfiguration(
+            robot.names,
+            gains,
+            tuple(holds * robot.n if len(holds) == 1 else holds),
+            p['velocity_source'],
+            p['maximum_gap'],
+        )
+
+    def _on_joint_states(self, message: JointState) -> None:
+        names = tuple(message.name)
+        if names not in self._columns:
+            known = set(self._joints) <= set(names)
+            self._columns[names] = (
+                np.array([names.index(name) for name in self._joints]) if known else None
+            )
+        columns = self._columns[names]
+        if columns is None:
+            self._count_unusable(
+                'joints',
+                f'joint_states has the joints {", ".join(names) or "(none)"} where the model has '
+                f'{", ".join(self._joints)}: name them alike or give another model',
+            )
+            return
+        q, v, tau = (
+            np.array(values)[columns]
+            if len(values) == len(names)
+            else np.full(len(columns), np.nan)
+            for values in (message.position, message.velocity, message.effort)
+        )
+        if not np.isfinite(tau).any():
+            self._count_unusable(
+                'effort',
+                'joint_states carries no effort, and without it friction cannot be told from '
+                'motion: make the driver publish effort in Nm or N',
+            )
+        elif self._p['velocity_source'] == 'message' and not np.isfinite(v).any():
+            self._count_unusable(
+                'velocity',
+                'joint_states carries no velocity: make the driver publish it or set parameter '
+                'velocity_source to position_difference',
+            )
+        t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        estimates = self._estimator.update(t_ns, q, v, tau)
+        if estimates is None:
+            return
+        self._first_ns = self._first_ns or t_ns
+        self._last_ns = t_ns
+        self._published += 1
+        self._has_estimated |= bool(np.isfinite(estimates[self._p['selected']]).any())
+        result = JointState(header=message.header, name=self._joints)
+        result.position, result.velocity = q.tolist(), v.tolist()
+        for name, publisher in self._outputs.items():
+            result.effort = estimates[name].tolist()
+            publisher.publish(result)
+            if name == self._p['selected']:
+                self._selected_output.publish(result)
+
+    def _count_unusable(self, what: str, sentence: str) -> None:
+        # Another publisher may share the topic, so one such message is no error; only such are.
+        self._unusable[what] += 1
+        if self._unusable[what] >= PATIENCE and not self._has_estimated:
+            self.end(ConfigurationError(sentence))
+
+    def _on_lost(self, event: Any) -> None:
+        self._lost += int(event.total_count_change)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._estimator is None:
+            response.success, response.message = False, 'waiting for robot_description'
+            return response
+        self._estimator.reset()
+        response.success, response.message = True, 'the next joint_states starts the observers'
+        return response
+
+    def _diagnose(self) -> None:
+        name = self.get_name()
+        if self._estimator is None:
+            status = make_status(
+                f'{name}: observers',
+                STALE,
+                'waiting for robot_description: start the driver, or set parameter urdf_path',
+                {},
+            )
+            self._report([status])
+            return
+        counts = self._estimator.counts
+        span = (self._last_ns - self._first_ns) * 1e-9
+        values = {
+            'samples': counts.samples,
+            'estimates published': self._published,
+            'rate by stamps [Hz]': (self._published - 1) / span if span > 0.0 else math.nan,
+            'messages lost by DDS': self._lost,
+            'gaps': counts.gaps,
+            'repeated stamps': counts.repeated_stamps,
+            'time backwards': counts.time_backwards,
+            'position or velocity not finite': counts.not_finite,
+            'messages of other joints': self._unusable['joints'],
+        }
+        trouble = self._lost + counts.gaps + counts.time_backwards + counts.repeated_stamps
+        message = (
+            f'observing {len(self._joints)} joints' if counts.samples else 'no joint_states yet'
+        )
+        level = STALE if not counts.samples else WARN if trouble else OK
+        statuses = [make_status(f'{name}: observers', level, message, values)]
+        for joint in self._joints:
+            missing = counts.without_effort.get(joint, 0)
+            if counts.samples and missing == counts.samples:
+                text = 'friction of this joint unavailable: its actuator reports no current'
+                statuses.append(make_status(f'{name}: {joint}', ERROR, text, {}))
+            else:
+                level = WARN if missing else OK
+                text = f'{missing} samples without effort' if missing else 'estimating'
+                statuses.append(make_status(f'{name}: {joint}', level, text, {}))
+        self._report(statuses)
+
+    def _report(self, statuses: list[Any]) -> None:
+        self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
+    return run_node(ObserverNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,140 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Run one node as a program: executor, signals, exit code."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import rclpy
+from rclpy._rclpy_pybind11 import RCLError
+from rclpy.exceptions import ROSInterruptException
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from sosml_friction.exceptions import SosmlFrictionError
+from sosml_friction.nodes.program_node import ProgramNode
+
+# With an unlimited wait the EventsExecutor of rclpy 7.1.6 dispatches nothing.
+_SPIN_TIMEOUT = 0.5
+
+
+def make_executor() -> Executor:
+    """Return the EventsExecutor where rclpy has one (half the CPU), else the single-threaded."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def run_node(factory: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """
+    Run the node ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.
+
+    0 after a signal, after :meth:`ProgramNode.end` (the code it was given) and after
+    the context was shut down; 2 after a :class:`SosmlFrictionError` from the factory or a
+    callback, or after ROS arguments that cannot be read, with one sentence on stderr (rclpy logs
+    an exception of a callback as well: refuse bad configuration in the factory). The node's
+    ``destroy_node`` is called in every case, while the ROS context is still valid, so that it can
+    still publish; a second signal does not cut it short.
+    """
+    try:
+        # Our own handlers: rclpy's would shut the context down before destroy_node().
+        rclpy.init(
+            args=None if args is None else list(args),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+    except Exception as error:  # rclpy raises several types, none of them documented
+        return _refuse(error, 'ROS arguments cannot be read')
+    node: Node | None = None
+    stop = _StopSignal()
+    try:
+        with stop:
+            node = factory()
+            executor = make_executor()
+            stop.on_signal = executor.wake
+            executor.add_node(node)
+            while rclpy.ok() and not stop.is_set() and getattr(node, 'outcome', None) is None:
+                executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
+            executor.remove_node(node)
+            if isinstance(node, ProgramNode) and node.outcome is not None:
+                raise node.outcome
+    except SosmlFrictionError as error:
+        return _refuse(error)
+    except RCLError as error:
+        if node is not None:
+            raise
+        return _refuse(error, 'the node cannot start')
+    except SystemExit as request:
+        return request.code if isinstance(request.code, int) else 0
+    except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
+        return 0
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+        stop.restore()
+    return 0
+
+
+def _refuse(error: Exception, what: str = '') -> int:
+    text = ' '.join(str(error).split())
+    print(f'{what}: {text}' if what else text, file=sys.stderr)
+    return 2
+
+
+class _StopSignal:
+    """
+    Turn SIGINT and SIGTERM into a flag and a wake-up of the executor.
+
+    Python runs a handler only between two bytecodes of the main thread, which sleeps in the
+    executor's C++ wait; the wake-up descriptor is written by the C handler at once, and a thread
+    that reads it wakes the executor. Outside the main thread (tests) signals are left alone.
+    """
+
+    def __init__(self) -> None:
+        self.on_signal: Callable[[], None] = lambda: None
+        self._event = threading.Event()
+        self._before: dict[int, Any] = {}
+
+    def is_set(self) -> bool:
+        """Tell whether a signal came."""
+        return self._event.is_set()
+
+    def __enter__(self) -> _StopSignal:
+        if threading.current_thread() is not threading.main_thread():
+            return self
+        self._read, self._write = os.pipe()
+        os.set_blocking(self._write, False)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, lambda *_: self._event.set())
+        self._fd_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
+        threading.Thread(target=self._watch, name='signals', daemon=True).start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Keep the handlers: the node is still to be destroyed in peace."""
+
+    def _watch(self) -> None:
+        # An empty read is the end of the pipe: restore() closed it.
+        while os.read(self._read, 1):
+            self._event.set()
+            self.on_signal()
+        os.close(self._read)
+
+    def restore(self) -> None:
+        """Give the signals back to whoever had them before."""
+        if not self._before:
+            return
+        signal.set_wakeup_fd(self._fd_before)
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before.clear()
+        os.close(self._write)

@@ -1,0 +1,200 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""From stamped joint states to friction: one path for on-line, replayed and batch use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.robot import Robot
+from sosml_friction.observers.observer import Observer
+
+FloatArray = NDArray[np.float64]
+
+#: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
+#: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
+EFFORT_HOLDS = ('start', 'mean', 'end')
+VELOCITY_SOURCES = ('message', 'position_difference')
+
+
+@dataclass
+class EstimatorCounts:
+    """Count what happened to the samples an estimator was given."""
+
+    samples: int = 0
+    repeated_stamps: int = 0
+    time_backwards: int = 0
+    gaps: int = 0
+    not_finite: int = 0
+    without_effort: dict[str, int] = field(default_factory=dict)
+
+
+class FrictionEstimator:
+    """
+    Run momentum observers on samples (t, q, v, tau) and return tau_f = -tau_e.
+
+    The forcing over (t_{k-1}, t_k] is the effort held as ``effort_hold`` says plus the trapezoid
+    of C^T q' - g. What a sample can be:
+
+    * the first, the first after a gap longer than ``maximum_gap_s``, after time went backwards
+      (a looping bag), or after a sample with a position or velocity that is not finite: the
+      observers start there and their estimate is NaN, not yet known;
+    * one with the stamp of its predecessor: dropped, :meth:`update` returns None;
+    * one whose joint i has no effort: over the intervals that need that effort (the next one with
+      ``start``, this one with ``end``, both with ``mean``) joint i is NaN and starts again, the
+      others go on.
+
+    :param robot: rigid-body terms; its joints are the columns of q, v and tau.
+    :param observers: what to run, each for all joints; names must differ.
+    :param effort_hold: one of :data:`EFFORT_HOLDS` for all joints, or one for each.
+    :param velocity_source: ``message``, or ``position_difference``: backward difference over one
+        interval, which lags by half of it.
+    :raises ConfigurationError: if an option is unknown or an observer has another number of
+        joints.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        observers: Sequence[Observer],
+        effort_hold: Sequence[str] | str = 'start',
+        velocity_source: str = 'message',
+        maximum_gap_s: float = 0.05,
+    ) -> None:
+        holds = [effort_hold] * robot.n if isinstance(effort_hold, str) else list(effort_hold)
+        if len(holds) != robot.n or any(hold not in EFFORT_HOLDS for hold in holds):
+            raise ConfigurationError(
+                f'effort_hold is {effort_hold!r}: use one of {", ".join(EFFORT_HOLDS)} for all '
+                f'joints or one for each of {", ".join(robot.names)}'
+            )
+        if velocity_source not in VELOCITY_SOURCES:
+            raise ConfigurationError(
+                f'velocity_source is {velocity_source!r}: use one of {", ".join(VELOCITY_SOURCES)}'
+            )
+        if not maximum_gap_s > 0.0:
+            raise ConfigurationError(f'maximum_gap_s is {maximum_gap_s}: it must be positive')
+        names = [observer.identifier for observer in observers]
+        if len(set(names)) != len(names) or not names:
+            raise ConfigurationError(
+                f'the observers are {names}: give each one once, at least one'
+            )
+        for observer in observers:
+            if observer.n != robot.n:
+                raise ConfigurationError(
+                    f'observer {observer.identifier} has gains for {observer.n} joints where the '
+                    f'robot has {robot.n} ({", ".join(robot.names)})'
+                )
+        self.robot = robot
+        self.observers = {observer.identifier: observer for observer in observers}
+        self._weight_of_end = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
+        self.velocity_source = velocity_source
+        self.maximum_gap_s = maximum_gap_s
+        self.counts = EstimatorCounts()
+        self._everything = np.ones(robot.n, dtype=bool)
+        for observer in observers:
+            # Compile the step now: at the first sample it would stall the node.
+            observer.start(np.zeros(robot.n), self._everything)
+            observer.step(np.zeros(robot.n), np.zeros(robot.n), 1e-3)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past: the next sample starts the observers. Counts are kept."""
+        self._t_ns: int | None = None
+        self._q = np.full(self.robot.n, np.nan)
+        self._started = False
+        self._drift = np.full(self.robot.n, np.nan)
+        self._tau = np.full(self.robot.n, np.nan)
+
+    def update(
+        self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
+    ) -> dict[str, FloatArray] | None:
+        """
+        Take one sample and return tau_f of each observer, (n,) [Nm or N].
+
+        :param t_ns: stamp of measurement [ns].
+        :param q: position (n,) [rad or m].
+        :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
+        :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
+        :return: None for a repeated stamp; NaN where there is no estimate yet.
+        """
+        counts = self.counts
+        counts.samples += 1
+        h = np.nan
+        if self._t_ns is not None:
+            if t_ns == self._t_ns:
+                counts.repeated_stamps += 1
+                return None
+            h = (t_ns - self._t_ns) * 1e-9
+            if h < 0.0:
+                counts.time_backwards += 1
+                self.reset()
+            elif h > self.maximum_gap_s:
+                counts.gaps += 1
+                self.reset()
+        # Copies: a caller may reuse its arrays, and a strided view sums in another order.
+        q, tau = np.array(q, dtype=float), np.array(tau, dtype=float)
+        if self.velocity_source == 'position_difference':
+            # NaN on a first sample: there is no velocity yet, and so no momentum to start from.
+            v = (q - self._q) / h
+        else:
+            v = np.array(v, dtype=float)
+        self._t_ns, self._q = t_ns, q
+        for i in np.flatnonzero(~np.isfinite(tau)):
+            name = self.robot.names[i]
+            counts.without_effort[name] = counts.without_effort.get(name, 0) + 1
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            if self.velocity_source == 'message' or not np.isfinite(q).all():
+                counts.not_finite += 1
+            self._started = False
+            return self._unknown()
+        p, drift = self.robot.momentum_terms(q, v)
+        if not self._started:
+            for observer in self.observers.values():
+                observer.start(p, self._everything)
+            result = self._unknown()
+        else:
+            forcing = self._held(tau) + 0.5 * (self._drift + drift)
+            result = {}
+            for name, observer in self.observers.items():
+                tau_f = -observer.step(p, forcing, h)
+                lost = ~np.isfinite(tau_f)
+                if lost.any():
+                    tau_f[lost] = np.nan
+                    observer.start(p, lost)
+                result[name] = tau_f
+        self._started = True
+        self._drift, self._tau = drift, tau
+        return result
+
+    def batch(self, log: JointLog) -> dict[str, FloatArray]:
+        """
+        Return tau_f of each observer over a recording, (N, n), by the same steps as on line.
+
+        Starts afresh. A repeated stamp gets NaN.
+
+        :raises DataError: if a joint of the robot is not in the log.
+        """
+        log = log.select(self.robot.names)
+        self.reset()
+        result = {name: np.full(log.q.shape, np.nan) for name in self.observers}
+        for k in range(len(log)):
+            estimates = self.update(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
+            if estimates is not None:
+                for name, tau_f in estimates.items():
+                    result[name][k] = tau_f
+        return result
+
+    def _held(self, tau: FloatArray) -> FloatArray:
+        # A joint whose effort counts from one end only is not lost with the other end's NaN.
+        w = self._weight_of_end
+        before = np.where(w < 1.0, (1.0 - w) * self._tau, 0.0)
+        return before + np.where(w > 0.0, w * tau, 0.0)
+
+    def _unknown(self) -> dict[str, FloatArray]:
+        return {name: np.full(self.robot.n, np.nan) for name in self.observers}

@@ -1,0 +1,126 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Real nodes in processes of their own, over real DDS confined to this machine."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+# Wrong types in a message are an error here, not bytes on the wire.
+os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
+
+#: A condition that has not come true by then never will; no test judges how long it took.
+PATIENCE = 60.0
+
+
+class NodeProcess:
+    """A node of the package as a program, its output in a file."""
+
+    def __init__(self, name: str, arguments: list[str], log: Path) -> None:
+        self.name, self.log = name, log
+        with log.open('wb') as stream:
+            self.process = subprocess.Popen(
+                [sys.executable, '-m', f'sosml_friction.nodes.{name}', *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=stream,
+                stderr=subprocess.STDOUT,
+            )
+
+    @property
+    def output(self) -> str:
+        """Return what it printed so far."""
+        return self.log.read_text(errors='replace')
+
+    def wait(self) -> int:
+        """Return its exit code when it has ended by itself."""
+        return self.process.wait(timeout=PATIENCE)
+
+    def stop(self, number: int = signal.SIGTERM) -> int:
+        """Send a signal and return the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+
+
+class Ros:
+    """A node of the test itself."""
+
+    def __init__(self) -> None:
+        import rclpy
+        from rclpy.executors import SingleThreadedExecutor
+
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context)
+        self.node = rclpy.create_node('test', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def spin_until(self, condition: Callable[[], Any], patience: float = PATIENCE) -> None:
+        """Handle messages until ``condition()`` holds; fail the test if it never does."""
+        end = time.monotonic() + patience
+        while not condition():
+            assert time.monotonic() < end, 'the condition did not come true'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def call(self, kind: Any, name: str, request: Any = None) -> Any:
+        """Call a service once it is there and return its response."""
+        client = self.node.create_client(kind, name)
+        self.spin_until(client.service_is_ready)
+        future = client.call_async(request or kind.Request())
+        self.spin_until(future.done)
+        return future.result()
+
+    def collect(self, kind: Any, topic: str, qos: Any) -> list[Any]:
+        """Return a list that the messages of a topic are appended to."""
+        messages: list[Any] = []
+        self.node.create_subscription(kind, topic, messages.append, qos)
+        return messages
+
+    def close(self) -> None:
+        """Destroy the node and its context."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+@pytest.fixture
+def ros() -> Iterator[Ros]:
+    """Return a node of the test's own."""
+    peer = Ros()
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
+    """Return a function that starts a node by name with ``key:=value`` parameters."""
+    started: list[NodeProcess] = []
+
+    def start(name: str, *parameters: str, files: tuple[Path, ...] = ()) -> NodeProcess:
+        arguments = ['--ros-args']
+        for file in files:
+            arguments += ['--params-file', str(file)]
+        for parameter in parameters:
+            arguments += ['-p', parameter]
+        node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log')
+        started.append(node)
+        return node
+
+    yield start
+    for node in reversed(started):
+        node.stop()

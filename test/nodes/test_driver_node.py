@@ -1,0 +1,304 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Driver and emulator as processes, over slcan bytes and DDS."""
+
+from __future__ import annotations
+
+import math
+import signal
+import socket
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy')
+
+from builtin_interfaces.msg import Duration
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from sensor_msgs.msg import JointState, Temperature
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.nodes.driver_node import PARAMETERS, trajectory_from_message
+from sosml_friction.nodes.parameters import markdown_table
+from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.share import share_directory
+
+PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
+HANGING = np.array([-np.pi / 2, 0.0])
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return int(probe.getsockname()[1])
+
+
+@dataclass
+class Chain:
+    """What the test hears from driver and emulator, and how to reach them."""
+
+    ros: object
+    start_node: object
+    port: int = field(default_factory=free_port)
+
+    def __post_init__(self) -> None:
+        self.diagnostics: dict[str, tuple[str, dict[str, str]]] = {}
+        self.ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 50)
+        self.states = self.ros.collect(JointState, 'joint_states', JOINT_STATES)
+        self.trajectories = self.ros.node.create_publisher(JointTrajectory, 'joint_trajectory', 10)
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            values = {item.key: item.value for item in status.values}
+            self.diagnostics[status.name] = (status.message, values)
+
+    def emulator(self, *parameters: str):
+        node = self.start_node(
+            'emulator_node',
+            f'can_channel:=127.0.0.1:{self.port}',
+            *parameters,
+            files=(PARAMETER_FILE,),
+        )
+        self.ros.spin_until(
+            lambda: 'emulator_node: plant' in self.diagnostics or node.process.poll() is not None
+        )
+        return node
+
+    def driver(self, *parameters: str):
+        return self.start_node(
+            'driver_node',
+            f'can_channel:=socket://127.0.0.1:{self.port}',
+            *parameters,
+            files=(PARAMETER_FILE,),
+        )
+
+    def value(self, name: str, key: str) -> str:
+        return self.diagnostics.get(name, ('', {}))[1].get(key, '')
+
+    def fresh(self, name: str) -> dict[str, str]:
+        """Wait for the next status called ``name`` and return its values."""
+        self.diagnostics.pop(name, None)
+        self.ros.spin_until(lambda: name in self.diagnostics)
+        return self.diagnostics[name][1]
+
+    def enable(self, on: bool = True):
+        return self.ros.call(SetBool, 'driver_node/enable', SetBool.Request(data=on))
+
+    def send(self, times, positions) -> None:
+        self.ros.spin_until(lambda: self.trajectories.get_subscription_count() > 0)
+        self.trajectories.publish(message(times, positions))
+
+
+def message(times, positions, velocities=True) -> JointTrajectory:
+    result = JointTrajectory(joint_names=['shoulder', 'elbow'])
+    for t, q in zip(times, positions, strict=True):
+        result.points.append(
+            JointTrajectoryPoint(
+                positions=[float(x) for x in q],
+                velocities=[0.0, 0.0] if velocities else [],
+                time_from_start=Duration(sec=int(t), nanosec=round((t % 1) * 1e9)),
+            )
+        )
+    return result
+
+
+@pytest.fixture
+def chain(ros, start_node):
+    return Chain(ros, start_node)
+
+
+def stamps(states) -> np.ndarray:
+    return np.array([s.header.stamp.sec * 10**9 + s.header.stamp.nanosec for s in states])
+
+
+def test_a_whole_session(chain):
+    """Measure released, enable, follow, refuse, stop, SIGTERM: one pair of processes for all."""
+    ros = chain.ros
+    emulator = chain.emulator()
+    temperatures = ros.collect(Temperature, 'joint_temperatures', 10)
+    descriptions = ros.collect(String, 'robot_description', LATCHED)
+    driver = chain.driver()
+
+    # Released: it measures, at the rate of its cycles, and nothing moves.
+    ros.spin_until(lambda: len(chain.states) >= 500)
+    states = list(chain.states)
+    assert [tuple(s.name) for s in states] == [('shoulder', 'elbow')] * len(states)
+    q = np.array([s.position for s in states])
+    np.testing.assert_allclose(q, np.tile(HANGING, (len(q), 1)), atol=5e-4)
+    counts = np.degrees(q[:, 0]) / 0.01
+    np.testing.assert_allclose(counts, np.round(counts), atol=1e-6)
+    t = stamps(states)
+    assert (np.diff(t) > 0).all()
+    # Never faster than its rate; how much slower is the machine's business.
+    assert np.diff(t).mean() > 1.99e6
+    plant = chain.fresh('emulator_node: shoulder')
+    assert float(plant['commanded current [A]']) == 0.0
+    assert float(plant['true position']) == pytest.approx(-math.pi / 2, abs=1e-5)
+    assert '<robot name="exoskeleton">' in descriptions[0].data
+
+    # Every completed cycle is published, none twice.
+    before = chain.fresh('driver_node: driver')
+    done = int(before['cycles']) - int(before['incomplete cycles'])
+    ros.spin_until(lambda: len(chain.states) >= done)
+    assert before['state'] == 'disabled'
+    assert before['velocity lag [ms]'] == '10'
+    assert chain.diagnostics['driver_node: bus'][1]['frames foreign'] == '0'
+    assert chain.diagnostics['driver_node: shoulder'][1]['voltage [V]'] == '48'
+    assert temperatures[0].header.frame_id == 'shoulder'
+    assert temperatures[0].temperature == pytest.approx(25.0, abs=2.0)
+
+    # A trajectory before enable is refused with its reason.
+    chain.send([1.0], [HANGING + np.array([0.3, 0.4])])
+    ros.spin_until(
+        lambda: 'enable it before' in chain.value('driver_node: driver', 'refused trajectory')
+    )
+    assert ros.call(Trigger, 'driver_node/stop').success is False
+
+    # Enabled it holds, then follows.
+    assert chain.enable().success
+    target = HANGING + np.array([0.4, 0.6])
+    chain.send([1.5], [target])
+    ros.spin_until(lambda: np.allclose(chain.states[-1].position, target, atol=0.04))
+    ros.spin_until(lambda: chain.fresh('driver_node: driver')['trajectory running'] == 'False')
+    assert chain.value('driver_node: driver', 'refused trajectory') == ''
+    plant = chain.fresh('emulator_node: shoulder')
+    assert float(plant['true position']) == pytest.approx(target[0], abs=0.04)
+    assert float(plant['commanded current [A]']) > 0.5
+    assert chain.states[-1].effort[0] > 0.5
+
+    # Beyond the limits it is refused as a whole and the joints stay.
+    chain.send([5.0], [[2.0, 0.5]])
+    ros.spin_until(
+        lambda: 'outside its limits' in chain.value('driver_node: driver', 'refused trajectory')
+    )
+    assert np.allclose(chain.states[-1].position, target, atol=0.04)
+    assert ros.call(Trigger, 'driver_node/stop').success
+
+    # SIGTERM while it holds the arm up: zero current and shutdown reach the motor.
+    assert float(chain.fresh('emulator_node: shoulder')['commanded current [A]']) > 0.5
+    assert driver.stop(signal.SIGTERM) == 0
+    ros.spin_until(lambda: chain.fresh('emulator_node: shoulder')['shutdowns'] == '1')
+    assert float(chain.value('emulator_node: shoulder', 'commanded current [A]')) == 0.0
+    assert float(chain.value('emulator_node: elbow', 'commanded current [A]')) == 0.0
+    assert chain.value('emulator_node: shoulder', 'watchdog trips') == '0'
+    assert 'Traceback' not in driver.output
+    assert emulator.stop(signal.SIGINT) == 0
+    assert 'Traceback' not in emulator.output
+
+
+def test_lifecycle_and_a_lost_bus(chain):
+    """Without autostart it waits to be told; deactivation ends the torque; a dead bus is said."""
+    ros = chain.ros
+    emulator = chain.emulator()
+    driver = chain.driver('autostart:=false')
+
+    def change(transition):
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return ros.call(ChangeState, 'driver_node/change_state', request).success
+
+    assert ros.call(GetState, 'driver_node/get_state').current_state.label == 'unconfigured'
+    assert change(Transition.TRANSITION_CONFIGURE)
+    assert not chain.enable().success
+    plant = chain.fresh('emulator_node: shoulder')
+    assert plant['frames'] == '3'
+    assert change(Transition.TRANSITION_ACTIVATE)
+    ros.spin_until(lambda: len(chain.states) > 100)
+    ros.spin_until(lambda: chain.enable().success)
+    assert change(Transition.TRANSITION_DEACTIVATE)
+    assert chain.fresh('emulator_node: shoulder')['shutdowns'] == '1'
+    count = len(chain.states)
+    frames = chain.fresh('emulator_node: shoulder')['frames']
+    assert chain.fresh('emulator_node: shoulder')['frames'] == frames
+    assert change(Transition.TRANSITION_ACTIVATE)
+    ros.spin_until(lambda: len(chain.states) > count + 100)
+    ros.spin_until(lambda: chain.enable().success)
+
+    emulator.stop(signal.SIGKILL)
+    ros.spin_until(lambda: chain.value('driver_node: driver', 'state') == 'fault')
+    assert 'the CAN bus failed' in chain.diagnostics['driver_node: driver'][0]
+    response = chain.enable()
+    assert not response.success
+    assert 'the CAN bus failed' in response.message
+    assert driver.stop(signal.SIGINT) == 0
+    assert 'Traceback' not in driver.output
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'sentence'),
+    [
+        (['shoulder.torque_constant:=-1.0'], 'shoulder.torque_constant is -1'),
+        (['shoulder.direction:=2'], 'shoulder.direction is 2'),
+        (['shoulder.driver:=servo'], "shoulder.driver of driver_node is 'servo'"),
+        (['joints:=[shoulder]'], 'name the same, in the same order'),
+        (['model:=/no/such/model'], 'model /no/such/model cannot be read'),
+        (['can_interface:=no_such'], "CAN interface 'no_such' cannot be used"),
+        (['can_bitrate:=250000'], 'lower rate or raise can_bitrate'),
+        (['elbow.dbc:=/no/such.dbc'], 'the DBC /no/such.dbc cannot be read'),
+        (['use_sim_time:=true'], 'hardware runs in real time'),
+        ([], 'slcan on socket://127.0.0.1:1 cannot be opened'),
+    ],
+)
+def test_a_bad_configuration_is_one_line_and_exit_code_two(start_node, parameters, sentence):
+    needs_bus = ('lower rate', 'same order', 'the DBC')
+    bus = (
+        ['can_interface:=virtual', 'can_channel:=nobody']
+        if sentence.startswith(needs_bus) or any(s in sentence for s in needs_bus)
+        else ['can_channel:=socket://127.0.0.1:1']
+    )
+    node = start_node('driver_node', *bus, *parameters, files=(PARAMETER_FILE,))
+    assert node.wait() == 2
+    lines = node.output.strip().splitlines()
+    assert len(lines) == 1
+    assert sentence in lines[0]
+
+
+def test_a_silent_bus_is_one_line_and_exit_code_two(start_node):
+    node = start_node(
+        'driver_node', 'can_interface:=virtual', 'can_channel:=nobody', files=(PARAMETER_FILE,)
+    )
+    assert node.wait() == 2
+    (line,) = node.output.strip().splitlines()
+    assert 'joint shoulder: no answer from 0x241' in line
+
+
+def test_a_required_parameter_that_is_missing_is_named(start_node):
+    node = start_node('driver_node')
+    assert node.wait() == 2
+    (line,) = node.output.strip().splitlines()
+    assert 'parameter joints of driver_node is not set' in line
+
+
+def test_a_message_becomes_the_trajectory_it_says():
+    trajectory = trajectory_from_message(message([0.25, 2.0], [[0.1, 0.2], [0.3, 0.4]]))
+    assert trajectory.names == ('shoulder', 'elbow')
+    np.testing.assert_allclose(trajectory.times, [0.25, 2.0])
+    np.testing.assert_allclose(trajectory.positions, [[0.1, 0.2], [0.3, 0.4]])
+    np.testing.assert_allclose(trajectory.velocities, 0.0)
+    assert trajectory_from_message(message([1.0], [[0.0, 0.0]], False)).velocities is None
+
+
+@pytest.mark.parametrize('what', ['positions', 'velocities'])
+def test_points_with_missing_numbers_are_refused(what):
+    broken = message([1.0, 2.0], [[0.0, 0.0], [0.1, 0.1]])
+    setattr(broken.points[1], what, [0.0])
+    with pytest.raises(TrajectoryError, match='point 1'):
+        trajectory_from_message(broken)
+
+
+def test_an_empty_message_is_refused():
+    for empty in (JointTrajectory(), JointTrajectory(joint_names=['shoulder', 'elbow'])):
+        with pytest.raises(TrajectoryError, match='at least one point'):
+            trajectory_from_message(empty)
+
+
+def test_every_parameter_has_its_row_in_the_table():
+    table = markdown_table(PARAMETERS)
+    for spec in PARAMETERS:
+        assert f'`{spec.name}`' in table
+        assert spec.description

@@ -1,0 +1,90 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The emulator as a process, spoken to in slcan bytes."""
+
+from __future__ import annotations
+
+import math
+import signal
+import socket
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from sosml_friction.actuators import rmd_x
+from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.open_bus import open_bus
+from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoDbc
+from sosml_friction.exceptions import ActuatorError
+from sosml_friction.share import share_directory
+
+CONFIG = share_directory() / 'config'
+PARAMETER_FILE = CONFIG / 'exoskeleton.yaml'
+DBC = ServoDbc(CONFIG / 'elbow_servo.dbc')
+PATIENCE = 20.0
+
+
+@pytest.fixture
+def port():
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return int(probe.getsockname()[1])
+
+
+def connect(port, node):
+    while True:
+        assert node.process.poll() is None, node.output
+        try:
+            return open_bus('slcan', f'socket://127.0.0.1:{port}', 1_000_000)
+        except ActuatorError:
+            continue
+
+
+def ask(bus, frame):
+    bus.send(frame.to_message())
+    received = None
+    while received is None:
+        message = bus.recv(PATIENCE)
+        assert message is not None, 'no reply'
+        received = Frame.from_message(message)
+    return received
+
+
+def test_it_answers_over_tcp_client_after_client(start_node, port):
+    node = start_node(
+        'emulator_node',
+        f'can_channel:=127.0.0.1:{port}',
+        'servo_current_available:=false',
+        files=(PARAMETER_FILE,),
+    )
+    for _ in range(2):
+        bus = connect(port, node)
+        _, version = rmd_x.decode_reply(ask(bus, rmd_x.encode_request(1, rmd_x.ReadVersion())))
+        assert version.date == 20220206
+        _, angle = rmd_x.decode_reply(ask(bus, rmd_x.encode_request(1, rmd_x.ReadAngle())))
+        assert abs(angle.angle) <= 2 * rmd_x.ANGLE_RESOLUTION
+        state = DBC.decode_state(ask(bus, DBC.encode_command(ServoCommand(Mode.OFF, 9))))
+        assert state.sequence_echo == 9
+        assert math.isnan(state.current)
+        bus.shutdown()
+    assert node.stop(signal.SIGTERM) == 0
+    assert 'Traceback' not in node.output
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'sentence'),
+    [
+        (['model:=/no/such/model'], 'model /no/such/model cannot be read'),
+        (['can_channel:=127.0.0.1:99999'], 'cannot listen for slcan on 127.0.0.1:99999'),
+        (['start_position:=[0.0]'], 'the start position 1 values'),
+        (['latency:=-1.0'], 'latency'),
+        (['joints:=[shoulder, wrist]'], 'wrist.driver'),
+    ],
+)
+def test_a_bad_configuration_is_one_line_and_exit_code_two(start_node, parameters, sentence):
+    node = start_node('emulator_node', *parameters, files=(PARAMETER_FILE,))
+    assert node.wait() == 2
+    lines = node.output.strip().splitlines()
+    assert len(lines) == 1
+    assert sentence in lines[0]

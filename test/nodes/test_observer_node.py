@@ -1,0 +1,181 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""observer_node: every joint_states message gets its estimate, and bad input gets a sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.nodes.observer_node import PATIENCE
+from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.share import share_directory
+
+NAMES = ('shoulder', 'elbow')
+HZ = 500
+
+
+@pytest.fixture(scope='module')
+def urdf_path() -> Path:
+    return share_directory() / 'urdf' / 'exoskeleton.urdf'
+
+
+def message(k: int, names=NAMES, effort=True, velocity=True) -> JointState:
+    """Return sample k of a smooth motion, 500 Hz."""
+    t = k / HZ
+    phase = np.arange(1, len(names) + 1) * t
+    result = JointState(name=list(names), position=np.sin(phase).tolist())
+    result.header.stamp.sec, result.header.stamp.nanosec = divmod(
+        1_000_000_000 + k * 2_000_000, 10**9
+    )
+    result.header.frame_id = 'base_link'
+    if velocity:
+        result.velocity = (np.arange(1, len(names) + 1) * np.cos(phase)).tolist()
+    if effort:
+        result.effort = (2.0 * np.sin(3.0 * phase)).tolist()
+    return result
+
+
+def stamp(state: JointState) -> int:
+    return state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+
+
+def published(ros, urdf_path, start_node, *parameters):
+    """Start an observer and return (publisher, estimates of three topics, configuration)."""
+    estimates = {
+        topic: ros.collect(JointState, topic, JOINT_STATES)
+        for topic in (
+            'friction_estimate',
+            'friction_estimate/first_order',
+            'friction_estimate/sosml',
+        )
+    }
+    configuration = ros.collect(String, 'observer_configuration', LATCHED)
+    output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+    start_node('observer_node', *parameters)
+    ros.spin_until(lambda: output.get_subscription_count() and configuration)
+    for topic in estimates:
+        ros.spin_until(lambda topic=topic: ros.node.count_publishers(topic) == 1)
+    return output, estimates, configuration
+
+
+def test_every_message_gets_one_estimate_per_observer_with_its_stamp_and_the_batch_value(
+    ros, urdf_path, start_node
+):
+    """The node is a thin shell: 0 difference from the pure estimator on the same samples."""
+    description = ros.node.create_publisher(String, 'robot_description', LATCHED)
+    description.publish(String(data=urdf_path.read_text()))
+    output, estimates, configuration = published(ros, urdf_path, start_node)
+    sent = [message(k) for k in range(1500)]
+    for start in range(0, len(sent), 100):
+        for state in sent[start : start + 100]:
+            output.publish(state)
+        ros.spin_until(lambda start=start: len(estimates['friction_estimate']) >= start + 100)
+    for received in estimates.values():
+        ros.spin_until(lambda received=received: len(received) >= len(sent))
+        assert [stamp(state) for state in received] == [stamp(state) for state in sent]
+        assert all(state.header.frame_id == 'base_link' for state in received)
+
+    robot = read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
+    estimator = parse_configuration(configuration[0].data, 'test').make_estimator(robot)
+    log = JointLog(
+        NAMES,
+        np.array([stamp(state) for state in sent]),
+        np.array([state.position for state in sent]),
+        np.array([state.velocity for state in sent]),
+        np.array([state.effort for state in sent]),
+    )
+    batch = estimator.batch(log)
+    for name, expected in batch.items():
+        live = np.array([state.effort for state in estimates[f'friction_estimate/{name}']])
+        np.testing.assert_array_equal(live, expected)
+    selected = np.array([state.effort for state in estimates['friction_estimate']])
+    np.testing.assert_array_equal(selected, batch['sosml'])
+    position = np.array([state.position for state in estimates['friction_estimate']])
+    np.testing.assert_array_equal(position, log.q)
+
+
+def test_reset_starts_the_observers_afresh(ros, urdf_path, start_node):
+    """After ~/reset the next estimate is NaN, not yet known, and the one after it is a number."""
+    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
+    received = estimates['friction_estimate']
+    for k in range(10):
+        output.publish(message(k))
+    ros.spin_until(lambda: len(received) == 10)
+    assert ros.call(Trigger, 'observer_node/reset').success
+    for k in range(10, 12):
+        output.publish(message(k))
+    ros.spin_until(lambda: len(received) == 12)
+    known = [bool(np.isfinite(state.effort).all()) for state in received]
+    assert known == [False] + [True] * 9 + [False, True]
+
+
+def test_joints_are_found_by_name_whatever_their_order_and_company(ros, urdf_path, start_node):
+    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
+    for k in range(3):
+        state = message(k, ('gripper', 'elbow', 'shoulder'))
+        output.publish(state)
+        output.publish(JointState(header=state.header, name=['gripper'], position=[0.0]))
+    received = estimates['friction_estimate']
+    ros.spin_until(lambda: len(received) == 3)
+    for k, state in enumerate(received):
+        assert list(state.name) == list(NAMES)
+        assert state.position[0] == message(k, ('gripper', 'elbow', 'shoulder')).position[2]
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'states', 'sentence'),
+    [
+        (
+            (),
+            {'names': ('hip', 'knee')},
+            'joint_states has the joints hip, knee where the model has',
+        ),
+        ((), {'effort': False}, 'joint_states carries no effort'),
+        ((), {'velocity': False}, 'set parameter velocity_source to position_difference'),
+    ],
+)
+def test_useless_joint_states_end_the_node_with_one_sentence(
+    ros, urdf_path, start_node, parameters, states, sentence
+):
+    output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+    node = start_node('observer_node', f'urdf_path:={urdf_path}', *parameters)
+    ros.spin_until(output.get_subscription_count)
+    for k in range(PATIENCE):
+        output.publish(message(k, **states))
+    assert node.wait() == 2
+    last = [line for line in node.output.splitlines() if '[INFO]' not in line]
+    assert len(last) == 1
+    assert sentence in last[0]
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'sentence'),
+    [
+        (['model:=/nonexistent'], 'model /nonexistent cannot be read'),
+        (['urdf_path:=/nonexistent.urdf'], 'URDF /nonexistent.urdf'),
+        (['observers:=[magic]'], 'choose from first_order, sosml'),
+        (['selected:=first_order', 'observers:=[sosml]'], 'select one that runs'),
+        (['bandwidth:=-3.0'], 'bandwidth of observer_node does not fit'),
+        (['sosml.linear:=[1.0]'], 'gain >= 0 for each joint'),
+        (['effort_hold:=[never]'], 'effort_hold'),
+    ],
+)
+def test_a_configuration_that_cannot_work_is_refused_with_one_sentence(
+    start_node, urdf_path, parameters, sentence
+):
+    if not any('urdf_path' in parameter for parameter in parameters):
+        parameters = [*parameters, f'urdf_path:={urdf_path}']
+    node = start_node('observer_node', *parameters)
+    assert node.wait() == 2
+    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
+    assert len(lines) == 1, node.output
+    assert sentence in lines[0]

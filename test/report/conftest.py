@@ -1,0 +1,70 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording of the exoskeleton whose friction is known, and its analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.share import share_directory
+
+
+@pytest.fixture(scope='session')
+def truth() -> RobotModelFile:
+    """Return the model whose friction is in the recording."""
+    return read_model(share_directory() / 'config' / 'emulated_exoskeleton')
+
+
+@pytest.fixture(scope='session')
+def record_exoskeleton(truth: RobotModelFile) -> Callable[..., Path]:
+    """Return a maker of recordings of a short speed ladder: inverse dynamics plus friction."""
+
+    def make(folder: Path, elbow_effort: bool = True) -> Path:
+        robot, laws = truth.make_robot(), truth.friction_laws()
+        ladder = speed_ladder(
+            {'shoulder': 0.4, 'elbow': 0.6},
+            {'shoulder': 0.5, 'elbow': 0.7},
+            [0.03, 0.08, 0.2, 0.5],
+            plateau_s=0.6,
+        )
+        spline = ladder.spline()
+        t = np.arange(0.0, ladder.duration, 0.002)
+        q, v, a = spline(t), spline(t, 1), spline(t, 2)
+        noise = np.random.default_rng(1)
+        tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+        tau += np.column_stack([law.torque(v[:, i]) for i, law in enumerate(laws)])
+        tau += noise.normal(0.0, 0.02, tau.shape)
+        if not elbow_effort:
+            tau[:, 1] = np.nan
+        q = q + noise.normal(0.0, 2e-5, q.shape)
+        v = v + noise.normal(0.0, 2e-3, v.shape)
+        log = JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
+        nominal = share_directory() / 'config' / 'exoskeleton' / 'model.yaml'
+        return write_joint_log(log, folder, truth.urdf, nominal.read_text(encoding='utf-8'))
+
+    return make
+
+
+@pytest.fixture(scope='session')
+def analysis(
+    record_exoskeleton: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
+) -> BagAnalysis:
+    """Return the analysis of a recording of both joints."""
+    return analyse_bag(record_exoskeleton(tmp_path_factory.mktemp('bags') / 'ladder'))
+
+
+@pytest.fixture(scope='session')
+def one_joint_analysis(
+    record_exoskeleton: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
+) -> BagAnalysis:
+    """Return the analysis of a recording whose elbow reports no effort."""
+    return analyse_bag(record_exoskeleton(tmp_path_factory.mktemp('bags') / 'mute', False))

@@ -1,0 +1,431 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The tool: what it prints and writes, its exit codes, and one sentence for every mistake."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from sosml_friction import cli
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.share import share_directory
+
+SCHEMAS = Path(__file__).resolve().parents[1] / 'docs' / 'schema'
+EMPS = share_directory() / 'config' / 'emps'
+COULOMB, VISCOUS = 20.0, 200.0
+
+
+def slider_log(effort=True, names=('slider',)):
+    """Return the motion of the EMPS axis on a speed ladder, with friction that is known."""
+    robot = read_model(EMPS).make_robot()
+    ladder = speed_ladder({'slider': 0.1}, {'slider': 0.12}, [0.01, 0.04, 0.1], plateau_s=0.6)
+    spline = ladder.spline()
+    t = np.arange(0.0, ladder.duration, 0.004)
+    q, v, a = spline(t), spline(t, 1), spline(t, 2)
+    noise = np.random.default_rng(3)
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    tau += COULOMB * np.sign(v) + VISCOUS * v + noise.normal(0.0, 0.3, v.shape)
+    if not effort:
+        tau[:] = np.nan
+    return JointLog(names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
+
+
+def record(folder, log, urdf=True, model=True):
+    nominal = read_model(EMPS)
+    return write_joint_log(
+        log,
+        folder,
+        nominal.urdf if urdf else None,
+        (EMPS / 'model.yaml').read_text(encoding='utf-8') if model else None,
+    )
+
+
+@pytest.fixture(scope='session')
+def slider_bag(tmp_path_factory):
+    return record(tmp_path_factory.mktemp('bags') / 'ladder', slider_log())
+
+
+@pytest.fixture(scope='session')
+def slider_fit(slider_bag, tmp_path_factory):
+    """Return (folder written, what fit printed) of one run with --json."""
+    folder = tmp_path_factory.mktemp('fits') / 'fit'
+    command = [sys.executable, '-m', 'sosml_friction.cli', 'fit', str(slider_bag), '--json']
+    ran = subprocess.run([*command, '--out', str(folder)], capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stderr == ''
+    return folder, ran.stdout
+
+
+@pytest.fixture
+def sosml(monkeypatch, tmp_path, capsys):
+    """Return a function that runs the tool in an empty folder: (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        code = cli.main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def refused(sosml, tmp_path):
+    """Return a function that expects exit code 2, one sentence, and nothing written."""
+
+    def run(*arguments):
+        before = sorted(tmp_path.rglob('*'))
+        code, out, err = sosml(*arguments)
+        assert code == 2
+        assert out == ''
+        assert err.startswith('sosml: ')
+        assert err.count('\n') == 1
+        assert 'Traceback' not in err
+        assert sorted(tmp_path.rglob('*')) == before
+        return err
+
+    return run
+
+
+def checked(text, name):
+    """Return the only JSON object of a text, checked against its schema."""
+    document = json.loads(text, parse_constant=pytest.fail)
+    jsonschema.validate(
+        document,
+        json.loads((SCHEMAS / f'{name}.schema.json').read_text()),
+        cls=jsonschema.Draft202012Validator,
+    )
+    return document
+
+
+def test_fit_prints_one_json_object_that_follows_its_schema(slider_fit):
+    folder, out = slider_fit
+    document = checked(out, 'fit')
+    assert document['output'] == str(folder)
+    for observer in ('first_order', 'sosml'):
+        parameters = document['joints']['slider'][observer]['parameters']
+        assert parameters['coulomb']['value'] == pytest.approx(COULOMB, rel=0.02)
+        assert parameters['viscous']['value'] == pytest.approx(VISCOUS, rel=0.02)
+        assert parameters['viscous']['unit'] == 'N s/m'
+        assert 0.0 < parameters['coulomb']['std_error'] < 1.0
+        assert document['alternatives']['slider'][observer]['method'] in ('samples', 'segments')
+
+
+def test_fit_writes_what_it_prints_a_model_and_a_report(slider_fit):
+    folder, out = slider_fit
+    printed = json.loads(out)
+    del printed['output']
+    assert checked((folder / 'fit.json').read_text(), 'fit') == printed
+    assert read_model(folder).joint_names == ('slider',)
+    assert 'N of Coulomb friction' in (folder / 'report.html').read_text()
+
+
+def test_fit_prints_a_table_and_writes_beside_the_caller(sosml, slider_bag, tmp_path):
+    code, out, err = sosml('fit', slider_bag, '--method', 'samples')
+    assert (code, err) == (0, '')
+    row = next(line.split() for line in out.splitlines() if 'coulomb' in line)
+    assert row[:3] == ['slider', 'coulomb', 'N']
+    assert [float(x) for x in row[3:5]] == pytest.approx([COULOMB, COULOMB], rel=0.03)
+    assert [p.name for p in tmp_path.iterdir()] == ['ladder_fit']
+    assert 'ladder_fit' in out
+    fits = json.loads((tmp_path / 'ladder_fit' / 'fit.json').read_text())['joints']['slider']
+    assert fits['sosml']['method'] == 'samples'
+
+
+def test_fit_with_a_truth_shows_it(sosml, slider_bag, slider_fit, tmp_path):
+    truth = tmp_path / 'truth'
+    shutil.copytree(slider_fit[0], truth)
+    code, out, _ = sosml('fit', slider_bag, '--truth', truth)
+    assert code == 0
+    assert 'truth' in out
+
+
+def test_a_joint_with_effort_that_cannot_be_fitted_is_a_no(sosml, slider_bag, monkeypatch):
+    from sosml_friction.identification import bag_analysis
+    from sosml_friction.identification.friction_fit import FrictionFit
+
+    def without_slider(*_):
+        return FrictionFit({}, {}, {'slider': 'the joint moved in one direction only'})
+
+    monkeypatch.setattr(bag_analysis, 'fit_friction', without_slider)
+    code, out, _ = sosml('fit', slider_bag)
+    assert code == 1
+    assert 'one direction only' in out
+
+
+def test_emps_from_the_file_to_the_published_friction(sosml, data_directory):
+    file = data_directory / 'emps' / 'DATA_EMPS.mat'
+    if not file.is_file():
+        pytest.skip(f'no {file}')
+    code, out, err = sosml('import', file, '--json')
+    assert code == 0
+    assert err.count('\n') == 1
+    assert 'emps.yaml' in err
+    imported = checked(out, 'import')
+    assert imported['joint_states']['samples'] == 24841
+    code, out, err = sosml('fit', imported['bag'], '--json')
+    assert (code, err) == (0, '')
+    fits = checked(out, 'fit')['joints']['slider']
+    assert set(fits) == {'first_order', 'sosml'}
+    for fit in fits.values():
+        parameters = fit['parameters']
+        assert parameters['coulomb']['value'] == pytest.approx(20.3935, rel=0.03)
+        assert parameters['viscous']['value'] == pytest.approx(203.5034, rel=0.03)
+
+
+def write_csv(folder, name='slider.csv'):
+    log = slider_log()
+    file = folder / name
+    rows = np.column_stack([log.time, log.q, log.tau])
+    np.savetxt(file, rows, delimiter=',', header='t,q,f', comments='')
+    mapping = folder / 'slider.yaml'
+    mapping.write_text(
+        'time: {variable: t, unit: s}\n'
+        'joints: {slider: {position: {variable: q, unit: m}, effort: {variable: f, unit: N}}}\n'
+    )
+    return file, mapping
+
+
+def test_import_makes_a_bag_as_the_mapping_says(sosml, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    code, out, err = sosml('import', file, '--map', mapping, '--out', tmp_path / 'bag')
+    assert (code, err) == (0, '')
+    assert 'slider (position, effort)' in out
+    log = Bag.open(tmp_path / 'bag').joint_log()
+    assert np.allclose(log.q, slider_log().q)
+    document = checked(sosml('info', tmp_path / 'bag', '--json')[1], 'info')
+    assert document['joint_states']['measured'] == {'slider': ['position', 'effort']}
+
+
+def test_import_without_mapping_lists_the_shipped_ones(refused, tmp_path):
+    file, _ = write_csv(tmp_path)
+    err = refused('import', file)
+    assert '--map' in err
+    assert 'emps' in err
+
+
+def test_import_does_not_overwrite_a_bag(refused, sosml, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    assert sosml('import', file, '--map', mapping)[0] == 0
+    assert 'not overwritten' in refused('import', file, '--map', mapping)
+
+
+@pytest.mark.parametrize('missing', ['file', 'mapping'])
+def test_import_of_what_is_not_there_is_refused(refused, tmp_path, missing):
+    file, mapping = write_csv(tmp_path)
+    (file if missing == 'file' else mapping).unlink()
+    assert (file if missing == 'file' else mapping).name in refused(
+        'import', file, '--map', mapping
+    )
+
+
+def text_message():
+    text = message_class('std_msgs/msg/String')()
+    text.data = 'hello'
+    return serialize(text)
+
+
+def text_bag(folder, messages=1):
+    with BagRecorder(folder) as recorder:
+        recorder.add_topic('/greeting', 'std_msgs/msg/String')
+        for k in range(messages):
+            recorder.write('/greeting', text_message(), k)
+    return folder
+
+
+def test_info_counts_gaps_repeats_and_steps_back(sosml, tmp_path):
+    log = slider_log()
+    t_ns = log.t_ns + 1_000_000_000
+    t_ns[100:] += 40_000_000
+    t_ns[201] = t_ns[200]
+    t_ns[301] = t_ns[300] - 1
+    bag = tmp_path / 'odd'
+    with BagRecorder(bag) as recorder:
+        recorder.add_topic('/robot_description', 'std_msgs/msg/String')
+        recorder.write('/robot_description', text_message(), 0)
+        recorder.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+        for k, stamp in enumerate(t_ns.tolist()):
+            message = serialize_joint_state(stamp, log.names, log.q[k], [], [])
+            recorder.write('/joint_states', message, k)
+    code, out, _ = sosml('info', bag, '--json')
+    assert code == 0
+    motion = checked(out, 'info')['joint_states']
+    assert motion['rate_hz'] == pytest.approx(250.0)
+    assert motion['repeated_stamps'] == 1
+    assert motion['backward_stamps'] == 1
+    # The pause, and the steps after the repeated and the backward stamp.
+    assert motion['gaps'] == 3
+    assert motion['longest_step_s'] == pytest.approx(0.044)
+    text = sosml('info', bag)[1]
+    assert 'robot_description; not model_description' in text
+    assert '1 repeated and 1 backward' in text
+
+
+def test_info_says_how_much_of_a_cut_off_bag_is_left(sosml, slider_bag, tmp_path):
+    whole = Bag.open(slider_bag).messages_read
+    cut = tmp_path / 'cut.mcap'
+    content = next(slider_bag.glob('*.mcap')).read_bytes()
+    cut.write_bytes(content[: len(content) // 2])
+    document = checked(sosml('info', cut, '--json')[1], 'info')
+    assert document['recovered']
+    assert 0 < document['messages'] < whole
+    assert str(document['messages']) in document['recovery']
+    assert document['recovery'] in sosml('info', cut)[1]
+
+
+def test_info_of_a_bag_without_motion_says_so(sosml, tmp_path):
+    code, out, _ = sosml('info', text_bag(tmp_path / 'text'), '--json')
+    assert code == 0
+    document = checked(out, 'info')
+    assert document['joint_states'] is None
+    assert 'joint_states' in document['joint_states_problem']
+    assert document['topics'] == {'/greeting': {'type': 'std_msgs/msg/String', 'messages': 1}}
+    assert 'No motion' in sosml('info', tmp_path / 'text')[1]
+
+
+@pytest.mark.parametrize('command', ['fit', 'info'])
+def test_a_missing_bag_is_refused(refused, command):
+    assert 'nowhere does not exist' in refused(command, 'nowhere')
+
+
+@pytest.mark.parametrize('command', ['fit', 'info'])
+def test_an_unreadable_bag_is_refused(refused, tmp_path, command):
+    (tmp_path / 'noise.mcap').write_bytes(bytes(range(256)) * 8)
+    assert 'noise.mcap' in refused(command, tmp_path / 'noise.mcap')
+
+
+@pytest.mark.parametrize('command', ['fit', 'info'])
+def test_an_empty_bag_is_refused(refused, tmp_path, command):
+    assert 'holds no message' in refused(command, text_bag(tmp_path / 'empty', messages=0))
+
+
+def test_a_bag_without_joint_states_is_refused(refused, tmp_path):
+    assert 'joint_states' in refused('fit', text_bag(tmp_path / 'text'))
+
+
+def test_a_bag_without_effort_is_refused(refused, tmp_path):
+    bag = record(tmp_path / 'mute', slider_log(effort=False))
+    assert 'no effort for slider' in refused('fit', bag)
+
+
+def test_a_missing_urdf_is_refused(refused, slider_bag):
+    err = refused('fit', slider_bag, '--urdf', 'nowhere.urdf')
+    assert 'nowhere.urdf' in err
+    assert 'cannot be read' in err
+
+
+def test_a_bag_that_knows_no_urdf_is_refused(refused, tmp_path):
+    bag = record(tmp_path / 'bare', slider_log(), urdf=False)
+    assert '--urdf' in refused('fit', bag)
+
+
+def test_a_bag_that_knows_no_model_is_refused(refused, tmp_path):
+    bag = record(tmp_path / 'bare', slider_log(), model=False)
+    assert '--model' in refused('fit', bag)
+
+
+def test_joint_names_that_differ_are_refused(refused, tmp_path):
+    bag = record(tmp_path / 'other', slider_log(names=('carriage',)))
+    err = refused('fit', bag)
+    assert 'slider' in err
+    assert 'carriage' in err
+
+
+def test_a_model_of_another_robot_is_refused(refused, slider_bag):
+    err = refused('fit', slider_bag, '--model', share_directory() / 'config' / 'exoskeleton')
+    assert 'shoulder' in err
+    assert 'slider' in err
+
+
+def test_a_truth_of_another_robot_is_refused(refused, slider_bag):
+    truth = share_directory() / 'config' / 'emulated_exoskeleton'
+    assert 'shoulder' in refused('fit', slider_bag, '--truth', truth)
+
+
+def test_a_missing_model_or_truth_is_refused(refused, slider_bag):
+    for option in ('--model', '--truth'):
+        assert 'nowhere' in refused('fit', slider_bag, option, 'nowhere')
+
+
+def test_a_place_with_something_else_is_refused(refused, slider_bag, tmp_path):
+    (tmp_path / 'thesis').mkdir()
+    (tmp_path / 'thesis' / 'model.yaml').write_text('mine')
+    assert 'not overwritten' in refused('fit', slider_bag, '--out', 'thesis')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['fit'], "missing argument 'BAG'"),
+        (['fit', 'one', 'two'], 'one at a time'),
+        (['fit', 'bag', '--bandwith', '3'], '--bandwith'),
+        (['fit', 'bag', '--bandwidth', 'fast'], '--bandwidth'),
+        (['fit', 'bag', '--method', 'guess'], 'auto, segments, samples'),
+        (['info'], "missing argument 'BAG'"),
+        (['import'], "missing argument 'FILE'"),
+        (['record', 'bag'], "no such command 'record'"),
+    ],
+)
+def test_wrong_usage_is_one_sentence(refused, arguments, words):
+    assert words in refused(*arguments)
+
+
+@pytest.mark.parametrize('bandwidth', ['0', '-1', 'nan', 'inf'])
+def test_a_bandwidth_that_cannot_be_is_refused(refused, slider_bag, bandwidth):
+    assert 'bandwidth' in refused('fit', slider_bag, f'--bandwidth={bandwidth}')
+
+
+@pytest.mark.parametrize('stage', ['analyse_bag', 'write_report'])
+def test_ctrl_c_ends_with_130_and_nothing_half_written(
+    sosml, slider_bag, tmp_path, monkeypatch, stage
+):
+    from sosml_friction.identification import bag_analysis
+    from sosml_friction.report import results
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bag_analysis if stage == 'analyse_bag' else results, stage, interrupt)
+    code, out, err = sosml('fit', slider_bag)
+    assert (code, out, err.strip()) == (130, '', 'sosml: interrupted')
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_help_of_every_command_has_an_example(sosml):
+    code, out, _ = sosml('--help')
+    assert code == 0
+    commands = re.findall(r'^  (\w+)  +\S', out[out.index('Commands:') :], re.MULTILINE)
+    assert sorted(commands) == ['demo', 'fit', 'import', 'info']
+    for command in commands:
+        code, out, _ = sosml(command, '--help')
+        assert code == 0
+        assert f'Example: sosml {command} ' in out
+        assert '--json' in out
+
+
+def test_no_command_shows_the_help(sosml):
+    code, out, _ = sosml()
+    assert code == 2
+    assert 'Commands:' in out
+
+
+def test_help_does_not_wait_for_the_heavy_libraries():
+    code = (
+        'import sys; from sosml_friction.cli import main; main(["fit", "--help"]);'
+        'print([m for m in ("numpy", "pinocchio", "matplotlib", "rclpy") if m in sys.modules])'
+    )
+    ran = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines()[-1] == '[]'
