@@ -124,8 +124,8 @@ class JointDriver:
     thread. Until :meth:`enable`, torque actuators are commanded zero current (it brings back iq)
     and position actuators are off. A fault - no answer for ``missed_limit`` periods, an error
     flag, temperature, a value that is not finite, a joint outside its limits - sets all of them
-    back to that and is latched with its reason until the next :meth:`enable`. As a context manager it
-    ends in :meth:`shut_down`.
+    back to that and is latched with its reason until the next :meth:`enable`. As a context manager
+    it ends in :meth:`shut_down`.
 
     :param robot: the nominal model, joints in the order of the configuration; this object alone
         may use it.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.actuators.configuration import RMD_X, ActuatorMount
-from sosml_friction.actuators.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.emulated_actuator import CURRENT_LOOP, EmulatedActuator
 from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
 from sosml_friction.actuators.emulated_servo import EmulatedServo
 from sosml_friction.actuators.frame import Frame
@@ -48,8 +48,8 @@ class EmulatorOptions:
     servo_encoder_noise: float = 5e-5
     servo_current_limit: float = 5.0
     servo_current_available: bool = True
-    servo_kp: float = 120.0
-    servo_kd: float = 2.5
+    servo_kp: float = 240.0
+    servo_kd: float = 6.0
     servo_watchdog: float = 0.05
     comm_timeout: float = 0.05
     latency: float = 3e-4
@@ -178,11 +178,14 @@ class ExoskeletonEmulator:
         """Integrate up to the last point of the grid that is not after ``t_ns`` [ns]."""
         plant, actuators = self.plant, self.actuators
         h = STEP_NS * 1e-9
+        share = -math.expm1(-h / CURRENT_LOOP)
         effort = np.empty(len(actuators))
         while self._grid_ns + STEP_NS <= t_ns:
-            for i, actuator in enumerate(actuators):
-                actuator.control(self._grid_ns, plant.q[i], plant.v[i])
-                actuator.advance(h)
+            # Plain floats: arithmetic on NumPy's scalars costs several times as much.
+            states = zip(actuators, plant.q.tolist(), plant.v.tolist(), strict=True)
+            for i, (actuator, q, v) in enumerate(states):
+                actuator.control(self._grid_ns, q, v)
+                actuator.advance(share)
                 effort[i] = actuator.effort
             plant.step(effort, h)
             self._grid_ns += STEP_NS

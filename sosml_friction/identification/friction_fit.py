@@ -240,6 +240,8 @@ class _JointTask:
             clusters,
             self.unit,
             # The disturbance of a step is the mean over its interval, not its value at the end.
-            lag=lambda column: lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))),
+            lag=lambda column: lfilter(
+                b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))
+            ),
             keep=settled & moving,
         )

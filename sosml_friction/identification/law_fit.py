@@ -33,8 +33,9 @@ class LawFit:
 
     ``law`` is ``stribeck`` where the data show the extra term, else ``coulomb_viscous``: then
     ``stribeck`` and ``stribeck_velocity`` are flagged and their ``value`` is NaN; the ``interval``
-    of ``stribeck`` is what the data leave open. ``residual_std`` [Nm or N] and ``relative_error``
-    [%] = 100 |y - law| / |y| are over the pairs fitted.
+    of ``stribeck`` is what the data leave open for any ``stribeck_velocity`` from a third of the
+    slowest speed up (below that, nothing of S can be seen). ``residual_std`` [Nm or N] and
+    ``relative_error`` [%] = 100 |y - law| / |y| are over the pairs fitted.
     """
 
     law: str

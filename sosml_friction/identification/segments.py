@@ -31,6 +31,11 @@ class SegmentSettings:
     [rad/s or m/s]. A run of steady samples is cut by ``trim_s`` at its beginning, where the
     observer still settles, and by ``window_s`` at its end; it is used if ``minimum_s`` is left and
     the speeds of its three thirds differ by less than ``total_change`` of the whole's.
+
+    Two more reasons reject a window, because friction is bent near standstill and a mean over a
+    bend is not the value at the mean: speed that ripples by more than ``largest_ripple`` of itself
+    (standard deviation over ``window_s``, resolution subtracted; stick-slip), and speed below
+    ``slowest_share`` of the fastest window's (creep, where the sign of friction is not yet full).
     """
 
     window_s: float = 0.05
@@ -39,6 +44,8 @@ class SegmentSettings:
     trim_s: float = 0.15
     minimum_s: float = 0.15
     total_change: float = 0.2
+    largest_ripple: float = 0.08
+    slowest_share: float = 0.02
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -110,7 +117,10 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     for run in np.split(np.arange(len(time)), breaks):
         if steady[run[0]] and time[run[-1]] - time[run[0]] >= settings.window_s:
             segments.append(_trimmed(time, q, run, settings, quantum + 4.0 * noise))
-    return segments
+    speed = centred_difference(time, q, half)
+    error = np.hypot(quantum / np.sqrt(6.0), np.sqrt(2.0) * noise) / (2 * half * step)
+    segments = [_without_ripple(segment, speed, error, settings) for segment in segments]
+    return _without_creep(segments, settings)
 
 
 def _position_noise(q: FloatArray) -> tuple[float, float]:
@@ -150,6 +160,30 @@ def _trimmed(
         reason = f'speed varies by {100.0 * varies / abs(segment.velocity):.0f} % within it'
         return replace(segment, rejected=reason)
     return segment
+
+
+def _without_ripple(
+    segment: Segment, speed: FloatArray, error: float, settings: SegmentSettings
+) -> Segment:
+    inside = speed[segment.first : segment.last + 1]
+    if segment.rejected or not np.isfinite(inside).any():
+        return segment
+    ripple = np.sqrt(max(float(np.nanvar(inside)) - error**2, 0.0)) / abs(segment.velocity)
+    if ripple <= settings.largest_ripple:
+        return segment
+    return replace(segment, rejected=f'speed ripples by {100.0 * ripple:.0f} %')
+
+
+def _without_creep(segments: list[Segment], settings: SegmentSettings) -> list[Segment]:
+    used = [abs(segment.velocity) for segment in segments if not segment.rejected]
+    slowest = settings.slowest_share * max(used, default=0.0)
+    reason = f'slower than {100.0 * settings.slowest_share:.0f} % of the fastest window'
+    return [
+        replace(segment, rejected=reason)
+        if not segment.rejected and abs(segment.velocity) < slowest
+        else segment
+        for segment in segments
+    ]
 
 
 def _segment(time: FloatArray, q: FloatArray, first: int, last: int, rejected: str) -> Segment:

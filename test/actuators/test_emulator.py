@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.actuators import rmd_x
+from sosml_friction.actuators.emulated_actuator import CURRENT_LOOP
 from sosml_friction.actuators.emulator import (
     STEP_NS,
     EmulatorOptions,
@@ -58,11 +59,12 @@ def test_the_effort_on_the_plant_is_torque_constant_times_current():
     assert emulator.v[0] > 0.0
 
 
-def test_the_current_follows_with_a_lag_of_one_millisecond():
+def test_the_current_follows_with_its_first_order_lag():
     emulator = emulated_exoskeleton(options=QUIET)
     ask(emulator, rmd_x.SetCurrent(1.0), 0)
     emulator.advance(MS)
-    assert emulator.actuator('shoulder').current == pytest.approx(1 - math.exp(-1), rel=1e-9)
+    share = 1.0 - math.exp(-1e-3 / CURRENT_LOOP)
+    assert emulator.actuator('shoulder').current == pytest.approx(share, rel=1e-9)
 
 
 def test_the_motor_clamps_to_its_own_limit():

@@ -72,12 +72,20 @@ def ladder_log(robot):
 
 
 @pytest.fixture(scope='module')
+def ladder_fit(robot, ladder_log):
+    return analyse(robot, ladder_log)
+
+
+@pytest.fixture(scope='module')
 def sine_log(robot):
     """Motion without a single plateau, both joints out of step."""
     t = np.arange(0.0, 20.001, 0.005)
     w = 2 * np.pi * 0.4
     q = np.column_stack(
-        [-1.3 + 0.3 * np.sin(w * t), 0.6 + 0.4 * np.sin(w * t + 0.7) * (1 + 0.2 * np.sin(w * t / 5))]
+        [
+            -1.3 + 0.3 * np.sin(w * t),
+            0.6 + 0.4 * np.sin(w * t + 0.7) * (1 + 0.2 * np.sin(w * t / 5)),
+        ]
     )
     return recording(robot, CubicSpline(t, q), 20.0)
 
@@ -97,9 +105,9 @@ def assert_recovers(fit, coulomb, viscous, method):
                 assert abs(p[name].value - value) < 4.0 * p[name].std_error, f'{where} {name}'
 
 
-def test_a_ladder_that_reaches_down_is_fitted_by_its_plateaus(robot, ladder_log):
+def test_a_ladder_that_reaches_down_is_fitted_by_its_plateaus(ladder_fit):
     """20 plateaus of 0.6 s with 50 mNm of white effort noise: standard error 0.1 mNm and 1 %."""
-    fit = analyse(robot, ladder_log)
+    fit = ladder_fit
     assert_recovers(fit, coulomb=0.01, viscous=0.05, method='segments')
     for joint in JOINTS:
         for result in fit.joints[joint].values():
@@ -126,8 +134,8 @@ def test_motion_without_plateaus_is_fitted_by_its_samples(robot, sine_log):
         analyse(robot, sine_log, FitSettings(method='segments'))
 
 
-def test_both_methods_agree_on_the_same_recording(robot, ladder_log):
-    fit = analyse(robot, ladder_log)
+def test_both_methods_agree_on_the_same_recording(ladder_fit):
+    fit = ladder_fit
     for joint in JOINTS:
         for observer, chosen in fit.joints[joint].items():
             other = fit.alternatives[joint][observer]
@@ -169,8 +177,10 @@ def test_samples_find_stribeck_where_it_is(robot):
                 assert p['coulomb'].value == pytest.approx(TRUTH[joint]['coulomb'], rel=0.03)
 
 
-def test_a_joint_without_effort_is_unavailable_and_the_other_is_what_it_was(robot, ladder_log):
-    whole = analyse(robot, ladder_log)
+def test_a_joint_without_effort_is_unavailable_and_the_other_is_what_it_was(
+    robot, ladder_log, ladder_fit
+):
+    whole = ladder_fit
     tau = ladder_log.tau.copy()
     tau[:, 1] = np.nan
     fit = analyse(robot, replace(ladder_log, tau=tau))
@@ -227,8 +237,8 @@ def test_recordings_that_cannot_be_fitted_say_why(robot, ladder_log):
         FitSettings(method='regression')
 
 
-def test_the_entry_of_a_fit_is_json_without_nan(robot, ladder_log):
-    fit = analyse(robot, ladder_log)
+def test_the_entry_of_a_fit_is_json_without_nan(ladder_fit):
+    fit = ladder_fit
     for results in fit.joints.values():
         for result in results.values():
             entry = json.loads(json.dumps(result.to_dict(), allow_nan=False))
@@ -254,7 +264,7 @@ def emps_fits(data_directory):
 
 @pytest.mark.parametrize('observer', ['first_order', 'sosml'])
 def test_emps_gives_the_published_friction_within_3_percent(emps_fits, observer):
-    """Issue 2: 20.3935 N and 203.5034 N s/m from the observers' output, with the published mass."""
+    """Issue 2: 20.3935 N and 203.5034 N s/m from the observers' output, mass as published."""
     result = emps_fits[observer]
     p = result.fit.parameters
     assert p['coulomb'].value == pytest.approx(20.3935, rel=0.03)

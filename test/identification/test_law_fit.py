@@ -184,23 +184,30 @@ def test_stribeck_beyond_the_slowest_plateau_is_flagged_whether_named_or_not():
     for fit in fits:
         for name in ('stribeck', 'stribeck_velocity'):
             assert NOT_IDENTIFIABLE in fit.parameters[name].flags
-    # What is left open for S must include the truth, even where it is far above C.
-    count, hits = coverage(fits, TRUTH, 'stribeck')
+
+
+def test_what_is_left_open_for_stribeck_holds_a_knee_too_small_to_be_seen():
+    """S 30 mNm at v_s 0.06: at most 4 mNm of it in 10 mNm of noise; v_s above 0.12 / 3."""
+    truth = {**TRUTH, 'stribeck': 0.03, 'stribeck_velocity': 0.06}
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, count=60)]
+    plain = [fit for fit in fits if fit.law == 'coulomb_viscous']
+    assert len(plain) > 50
+    count, hits = coverage(plain, truth, 'stribeck')
     assert hits >= 0.9 * count
 
 
 def test_a_lag_that_is_known_is_not_taken_for_friction():
-    """Any linear filter of the columns: here a moving mean of three."""
+    """Any linear filter of the columns: here a mean of the last 0.3 s."""
     t = np.arange(4000) * 0.01
     v = 0.4 * np.sin(t) + 0.1 * np.sin(3.7 * t)
-    kernel = np.ones(3) / 3.0
+    kernel = np.ones(30) / 30.0
     truth = {**TRUTH, 'stribeck': 0.0}
     y = np.convolve(law(v, truth), kernel)[: len(v)]
 
     def lag(column):
         return np.convolve(column, kernel)[: len(column)]
 
-    keep = np.arange(len(v)) > 3
+    keep = np.arange(len(v)) > 30
     clusters = (t / 0.5).astype(np.int64)
     fit = fit_law(v, y, clusters, 'Nm', lag=lag, keep=keep)
     assert fit.parameters['coulomb'].value == pytest.approx(0.8, rel=1e-9)
@@ -212,7 +219,7 @@ def test_a_lag_that_is_known_is_not_taken_for_friction():
 def test_friction_that_would_be_negative_stays_at_its_bound_and_says_so():
     v = plateaus(HIGH)
     rng = np.random.default_rng(0)
-    y = 0.4 * v - 0.3 * np.sign(v) + 0.005 * rng.normal(size=len(v))
+    y = 0.9 * v - 0.05 * np.sign(v) + 0.005 * rng.normal(size=len(v))
     fit = fit_law(v, y, np.arange(len(v)), 'Nm')
     c = fit.parameters['coulomb']
     assert c.value == 0.0

@@ -154,7 +154,7 @@ def test_recordings_too_short_for_a_window_have_none():
     for count in (0, 1, 2, 50):
         t = np.arange(count) * 0.002
         assert find_segments(t, 0.3 * t, SegmentSettings()) == []
-    t, q = line()
+    t, _ = line()
     assert find_segments(t, np.full(len(t), np.nan), SegmentSettings()) == []
 
 

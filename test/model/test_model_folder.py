@@ -168,7 +168,7 @@ def test_a_model_that_is_wrong_says_where_in_one_sentence(change, words):
 def test_units_must_be_those_of_the_urdfs_joint(emps_urdf):
     text = (share_directory() / 'config/emps/model.yaml').read_text()
     model = parse_model(text.replace('unit: kg}', 'unit: kg m2}'), 'file')
-    with pytest.raises(ConfigurationError, match='armature of joint slider .* give it in kg$'):
+    with pytest.raises(ConfigurationError, match=r'armature of joint slider .* give it in kg$'):
         model.make_robot(emps_urdf)
 
 
@@ -176,7 +176,7 @@ def test_friction_in_newtons_on_a_revolute_joint_is_refused():
     folder = share_directory() / 'config/emulated_exoskeleton'
     text = re.sub(r'unit: Nm\}', 'unit: N}', (folder / 'model.yaml').read_text())
     model = parse_model(text, 'file')
-    with pytest.raises(ConfigurationError, match='coulomb of joint shoulder .* give it in Nm$'):
+    with pytest.raises(ConfigurationError, match=r'coulomb of joint shoulder .* give it in Nm$'):
         model.make_robot(read_model(folder).urdf)
 
 
@@ -187,9 +187,9 @@ def test_text_that_is_not_yaml_is_refused_in_one_sentence():
 
 
 def test_missing_files_are_named(tmp_path):
-    with pytest.raises(ConfigurationError, match='give a folder that holds model.yaml'):
+    with pytest.raises(ConfigurationError, match=r'give a folder that holds model\.yaml'):
         read_model(tmp_path / 'nowhere')
-    with pytest.raises(ConfigurationError, match='give a folder that holds model.yaml'):
+    with pytest.raises(ConfigurationError, match=r'give a folder that holds model\.yaml'):
         read_model(tmp_path)
     text = yaml.safe_dump({**document(), 'urdf': 'gone.urdf'})
     (tmp_path / 'model.yaml').write_text(text)

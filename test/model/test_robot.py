@@ -145,7 +145,7 @@ def test_strided_views_are_read_like_contiguous_arrays(seven_joints):
 
 
 def test_a_prismatic_axis_has_newtons_and_kilograms(emps_urdf):
-    """The published mass of EMPS, a horizontal slide: M = mass + rotor, no gravity, no Coriolis."""
+    """The published mass of EMPS, a horizontal slide: M = mass + rotor, no other term."""
     robot = Robot(emps_urdf, ['slider'], [0.5])
     q, v = np.array([0.1]), np.array([0.2])
     assert robot.effort_units == ('N',)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import signal
 import socket
+import time
 
 import pytest
 
@@ -16,7 +17,6 @@ from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.frame import Frame
 from sosml_friction.actuators.open_bus import open_bus
 from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoDbc
-from sosml_friction.exceptions import ActuatorError
 from sosml_friction.share import share_directory
 
 CONFIG = share_directory() / 'config'
@@ -33,12 +33,11 @@ def port():
 
 
 def connect(port, node):
-    while True:
+    # Knocking before anybody listens can make a socket connect to itself and take the port.
+    while 'emulating' not in node.output:
         assert node.process.poll() is None, node.output
-        try:
-            return open_bus('slcan', f'socket://127.0.0.1:{port}', 1_000_000)
-        except ActuatorError:
-            continue
+        time.sleep(0.05)
+    return open_bus('slcan', f'socket://127.0.0.1:{port}', 1_000_000)
 
 
 def ask(bus, frame):

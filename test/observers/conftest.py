@@ -64,7 +64,7 @@ def reversal(t: float) -> tuple[np.ndarray, ...]:
     """Return 0.35 rad at 0.5 Hz of joint 1, joint 2 held."""
     w = np.pi
     return (
-        POSTURE + [0.35 * np.sin(w * t), 0.0],
+        POSTURE + np.array([0.35 * np.sin(w * t), 0.0]),
         np.array([0.35 * w * np.cos(w * t), 0.0]),
         np.array([-0.35 * w * w * np.sin(w * t), 0.0]),
     )
@@ -79,7 +79,7 @@ def slow(t: float) -> tuple[np.ndarray, ...]:
     q = sign * 0.052 * (2 * way - phase % 6.0) + (0.0 if sign > 0 else 0.156)
     v = sign * 0.052 * (2 * shape - 1.0)
     return (
-        POSTURE + [q, 0.0],
+        POSTURE + np.array([q, 0.0]),
         np.array([v, 0.0]),
         np.array([sign * 0.104 * slope if u < 1.0 else 0.0, 0.0]),
     )

@@ -143,8 +143,8 @@ def test_the_recipe_is_its_formula():
 
 @pytest.mark.parametrize(
     ('bandwidth', 'noise'),
-    [(0.0, [0.1]), (-1.0, [0.1]), (np.nan, [0.1]), (np.inf, [0.1]), (40.0, [-1.0])]
-    + [(40.0, [np.nan]), (40.0, [np.inf])],
+    [(x, [0.1]) for x in (0.0, -1.0, np.nan, np.inf)]
+    + [(40.0, [x]) for x in (-1.0, np.nan, np.inf)],
 )
 def test_a_recipe_from_numbers_out_of_range_is_refused(bandwidth, noise):
     with pytest.raises(ConfigurationError, match='must be positive'):

@@ -19,9 +19,7 @@ periods = st.floats(1e-4, 0.05)
 
 def run(observer, p, forcing, h):
     observer.start(p[0], np.ones(observer.n, dtype=bool))
-    return np.array(
-        [observer.step(p[k], forcing[k], h).copy() for k in range(1, len(p))]
-    )
+    return np.array([observer.step(p[k], forcing[k], h).copy() for k in range(1, len(p))])
 
 
 def momentum(disturbance, forcing, h):
@@ -35,9 +33,7 @@ def test_a_held_disturbance_is_filtered_by_the_exact_zoh_of_c0_over_s_plus_c0(c0
     rng = np.random.default_rng(0)
     d, u = rng.normal(size=(2, 60, 1))
     estimate = run(FirstOrder({'cutoff': [c0]}), momentum(d, u, h), u, h)[:, 0]
-    A, B, _, _, _ = cont2discrete(
-        tuple(np.array([[x]]) for x in (-c0, c0, 1.0, 0.0)), h, 'zoh'
-    )
+    A, B, _, _, _ = cont2discrete(tuple(np.array([[x]]) for x in (-c0, c0, 1.0, 0.0)), h, 'zoh')
     x, truth = 0.0, []
     for value in d[1:, 0]:
         x = A[0, 0] * x + B[0, 0] * value

@@ -71,6 +71,18 @@ def test_exact_signals_reach_the_accuracy_of_the_study(
         assert agree.mean() > 0.95
 
 
+@pytest.mark.parametrize(('hold', 'end'), [('start', 0.0), ('mean', 0.5), ('end', 1.0)])
+def test_the_forcing_is_the_held_effort_plus_the_trapezoid_of_the_drift(two_joints, hold, end):
+    """FO with c0 h = 40 has no memory: tau_f = tau + (C^T q' - g) - p' over the last interval."""
+    log = random_log()
+    estimates = FrictionEstimator(two_joints, observers(2, 2e4)[:1], hold).batch(log)
+    terms = [two_joints.momentum_terms(q, v) for q, v in zip(log.q, log.v, strict=True)]
+    p, drift = np.array(terms).transpose(1, 0, 2)
+    tau = (1.0 - end) * log.tau[:-1] + end * log.tau[1:]
+    expected = tau + 0.5 * (drift[1:] + drift[:-1]) - np.diff(p, axis=0) / (H_NS * 1e-9)
+    np.testing.assert_allclose(estimates['first_order'][1:], expected, rtol=1e-10, atol=1e-10)
+
+
 def test_friction_of_one_joint_does_not_leak_into_the_other(reversal_run, two_joints):
     """The inertia couples the joints (M12 / M22 is near 2): remove joint 1's effort by 0.3 Nm."""
     log, _ = reversal_run
@@ -163,9 +175,7 @@ def test_a_gap_or_time_going_backwards_starts_the_observers_again(two_joints, sh
     estimator = FrictionEstimator(two_joints, observers(2))
     estimates = estimator.batch(log)
     assert getattr(estimator.counts, count) == 1
-    restarted_at(
-        estimates, FrictionEstimator(two_joints, observers(2)).batch(tail(log, 30)), 30
-    )
+    restarted_at(estimates, FrictionEstimator(two_joints, observers(2)).batch(tail(log, 30)), 30)
 
 
 def test_a_pause_of_the_largest_gap_is_still_bridged(two_joints):
@@ -189,14 +199,10 @@ def test_a_position_or_velocity_that_is_not_finite_starts_every_joint_again(
     estimates = estimator.batch(log)
     assert estimator.counts.not_finite == 1
     assert np.isnan(estimates['sosml'][30]).all()
-    restarted_at(
-        estimates, FrictionEstimator(two_joints, observers(2)).batch(tail(log, 31)), 31
-    )
+    restarted_at(estimates, FrictionEstimator(two_joints, observers(2)).batch(tail(log, 31)), 31)
 
 
-@pytest.mark.parametrize(
-    ('hold', 'lost'), [('start', [31]), ('end', [30]), ('mean', [30, 31])]
-)
+@pytest.mark.parametrize(('hold', 'lost'), [('start', [31]), ('end', [30]), ('mean', [30, 31])])
 def test_an_effort_that_is_missing_costs_its_joint_the_intervals_that_need_it(
     two_joints, hold, lost
 ):
@@ -306,9 +312,7 @@ def test_velocity_from_position_is_the_backward_difference(two_joints):
     v[1:] = np.diff(log.q, axis=0) / (np.diff(log.t_ns)[:, None] * 1e-9)
     given = FrictionEstimator(two_joints, observers(2)).batch(replace(log, v=v))
     blind = replace(log, v=np.full_like(log.v, np.nan))
-    estimator = FrictionEstimator(
-        two_joints, observers(2), velocity_source='position_difference'
-    )
+    estimator = FrictionEstimator(two_joints, observers(2), velocity_source='position_difference')
     estimates = estimator.batch(blind)
     assert estimator.counts.not_finite == 0
     for name in estimates:

@@ -17,9 +17,7 @@ EVERYTHING = np.ones(1, dtype=bool)
 
 
 def make(s1, t1, s2, t2):
-    return Sosml(
-        {'sliding': [s1], 'sliding_root': [t1], 'linear': [s2], 'linear_damping': [t2]}
-    )
+    return Sosml({'sliding': [s1], 'sliding_root': [t1], 'linear': [s2], 'linear_damping': [t2]})
 
 
 gain_sets = st.tuples(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +38,7 @@ def test_free_motion_without_friction_keeps_its_energy_to_the_order_of_the_rule(
         for _ in range(round(2.0 / h)):
             plant.step(np.zeros(2), h)
         drift.append(abs(robot.energy(plant.q, plant.v) - before))
-    for coarse, fine in zip(drift, drift[1:], strict=False):
+    for coarse, fine in itertools.pairwise(drift):
         assert 2**4 < coarse / fine < 2**5.5
     assert drift[-1] < 1e-5
 
