@@ -11,7 +11,7 @@ import numpy as np
 from sosml_friction.actuators.frame import Frame
 
 # The time constant of the inner current loops [s]: field-oriented control of some 800 Hz. A lag
-# of d seconds between current and report shows as viscous friction of d times the slope of gravity.
+# of d between current and its report shows as viscous friction of d times the slope of gravity.
 CURRENT_LOOP = 2e-4
 
 
