@@ -37,6 +37,7 @@ help:
 	@echo "make install   make the virtual environment $(VENV) (a minute or two, once)"
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
 	echo "make test      run the tests; ARGS='-k name' to choose among them"
+	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds (4 minutes)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -53,6 +54,11 @@ demo: $(STAMP)
 test: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
 	$(BIN)/pytest $(ARGS)
+
+.PHONY: validate
+validate: $(STAMP)
+	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED) SOSML_FRICTION_SEEDS=40
+	$(BIN)/pytest -s test/identification/test_emulated_t1.py
 
 .PHONY: lint
 lint: $(STAMP)

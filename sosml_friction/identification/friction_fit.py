@@ -21,7 +21,7 @@ from sosml_friction.identification.segments import (
     SegmentSettings,
     centred_difference,
     find_segments,
-    segment_medians,
+    segment_levels,
 )
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
@@ -42,7 +42,7 @@ class FitSettings:
 
     ``method``:
 
-    * ``segments``: the paper's pipeline. One pair per steady window, the median of the estimate
+    * ``segments``: the paper's pipeline. One pair per steady window, the level of the estimate
       against the speed of the window's position difference;
     * ``samples``: every sample in motion, the law passed through the observer's own lag before it
       is compared, so that transients count without their lag counting as friction;
@@ -65,7 +65,12 @@ class FitSettings:
 
 @dataclass(frozen=True)
 class JointFit:
-    """Hold one joint's fit from one observer; ``medians`` (K,) belong to ``segments``."""
+    """
+    Hold one joint's fit from one observer.
+
+    ``medians`` (K,) are the levels of ``segments``, by
+    :func:`~sosml_friction.identification.segments.segment_levels`.
+    """
 
     joint: str
     observer: str
@@ -203,14 +208,14 @@ class _JointTask:
         return bool(speeds) and min(speeds) <= REACH * max(speeds)
 
     def _fit_by(self, method: str, observer: str, tau_f: FloatArray, lag_of: Observer) -> JointFit:
-        medians = segment_medians(self.segments, tau_f)
+        levels = segment_levels(self.segments, tau_f)
         if method == 'segments':
             used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
             v = np.array([segment.velocity for segment in self.segments])
-            fit = fit_law(v, medians, np.arange(len(v)), self.unit, keep=used)
+            fit = fit_law(v, levels, np.arange(len(v)), self.unit, keep=used)
         else:
             fit = self._fit_samples(tau_f, lag_of)
-        return JointFit(self.name, observer, method, self.unit, fit, self.segments, medians)
+        return JointFit(self.name, observer, method, self.unit, fit, self.segments, levels)
 
     def _fit_samples(self, tau_f: FloatArray, lag_of: Observer) -> LawFit:
         unknown = ~np.isfinite(tau_f) | ~np.isfinite(self.v)

@@ -64,8 +64,9 @@ def fit_law(
     Student's t of (clusters - parameters) degrees of freedom. The Stribeck term is kept if an F
     test at 95 % says that it explains more than its two parameters would by chance. The interval
     of v_s, and that of S where the term is not kept, is where the profile of the cost at fixed
-    weights stays below its 95 % limit; v_s is searched from a third of the slowest speed to the
-    fastest, and is not identifiable where the interval reaches either end.
+    weights stays below its 95 % limit (that of v_s widened where the jackknife is less sure than
+    the profile); v_s is searched from a third of the slowest speed to the fastest, and is not
+    identifiable where the interval reaches either end: that end is then 0 or infinite.
 
     :param v: velocity (N,) [rad/s or m/s]; it says where friction is, in full order.
     :param y: friction torque (N,) [Nm or N], positive for positive velocity.
@@ -129,16 +130,20 @@ def fit_law(
         return problem.result('coulomb_viscous', plain, parameters)
 
     parameters = problem.linear_parameters(full, effort_unit, LINEAR)
-    below = _crossing(np.log(v_s), np.log(grid), profile - full.cost, limit - full.cost, -1)
-    above = _crossing(np.log(v_s), np.log(grid), profile - full.cost, limit - full.cost, 1)
+    std_error = float(problem.std_errors(full)[4])
+    # The profile takes all pairs for equally noisy; the jackknife does not, and may know better.
+    wider = max(1.0, std_error / problem.profile_error(full, variance)) if variance > 0.0 else 1.0
+    room, excess, u = (limit - full.cost) * wider**2, profile - full.cost, float(np.log(v_s))
+    below = _crossing(u, np.log(grid), excess, room, -1)
+    above = _crossing(u, np.log(grid), excess, room, 1)
     flags = () if below is not None and above is not None else (NOT_IDENTIFIABLE,)
     parameters['stribeck_velocity'] = Parameter(
         v_s,
         unit_of('stribeck_velocity', effort_unit),
-        float(problem.std_errors(full)[4]),
+        std_error,
         (
-            float(grid[0]) if below is None else float(np.exp(below)),
-            float(grid[-1]) if above is None else float(np.exp(above)),
+            0.0 if below is None else float(np.exp(below)),
+            np.inf if above is None else float(np.exp(above)),
         ),
         flags,
     )
@@ -235,6 +240,13 @@ class _Problem:
         # E w r^2 / E w, which is less: the weights take residuals for smaller than they are.
         scale = np.mean(w) * np.mean((w * r) ** 2) / np.mean(w >= 1.0) ** 2 / np.mean(w * r**2)
         return float(solution.cost * scale / freedom)
+
+    def profile_error(self, solution: _Solution, variance: float) -> float:
+        """Return the standard error of v_s that the curvature of the cost says."""
+        X = self._jacobian(solution)
+        norms = np.linalg.norm(X, axis=0)
+        X = X / norms * np.sqrt(solution.weights)[:, None]
+        return float(np.sqrt(variance * np.linalg.pinv(X.T @ X)[4, 4]) / norms[4])
 
     def largest_stribeck(self, v_s: float, weights: FloatArray, limit: float) -> float:
         """Return the largest S >= 0 whose cost at this v_s is not above ``limit``."""

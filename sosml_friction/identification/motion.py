@@ -16,12 +16,12 @@ FloatArray = NDArray[np.float64]
 
 class Motion:
     """
-    String together pieces of motion of n joints, sampled every ``dt``.
+    String together pieces of motion of n joints, with knots every ``dt`` where they bend.
 
     :param q: where the motion begins, at rest (n,) [rad or m].
     """
 
-    def __init__(self, names: tuple[str, ...], q: FloatArray, dt: float = 0.01) -> None:
+    def __init__(self, names: tuple[str, ...], q: FloatArray, dt: float = 0.02) -> None:
         self.names = names
         self._dt = dt
         self._t = [np.zeros(1)]
@@ -54,9 +54,10 @@ class Motion:
 
     def hold(self, duration: float) -> Motion:
         """Keep the present velocity for ``duration`` [s]."""
-        t = self._grid(duration)
+        self._grid(duration)  # refuses what is not a duration
+        # A cubic between two knots is exact here, and a message of few points is quickly read.
         return self._append(
-            t, self.q + self.v * t[:, None], np.broadcast_to(self.v, (len(t), len(self.names)))
+            np.array([duration]), (self.q + self.v * duration)[None], self.v[None].copy()
         )
 
     def move(self, q: FloatArray, top_speed: float, shortest: float = 0.2) -> Motion:

@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 #: Slow motion is judged by differences over so many times ``window_s``: see find_segments.
 _WINDOWS = (1, 2, 4)
+#: Samples so many times as far from a window's median as nine tenths of them are errors.
+_GROSS = 5.0
 _POSITIVE = ('window_s', 'minimum_s')
 
 
@@ -207,18 +209,23 @@ def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray
     return result
 
 
-def segment_medians(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:
+def segment_levels(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:
     """
-    Return the median of an observer's output in each segment, (K,) [Nm or N].
+    Return the level of an observer's output in each segment, (K,) [Nm or N].
 
-    NaN where less than half of a segment's samples have an estimate.
+    The mean, without samples five times as far from the median as nine tenths of them. A mean and
+    not a median, because what a quantised position makes of the output swings about the friction
+    without being symmetric: over a window of steady motion it adds up to next to nothing, but its
+    median is elsewhere (on the emulated RMD-X by 1 % of the friction). NaN where less than half of
+    a segment's samples have an estimate.
 
     :param tau_f: estimate of one joint (N,).
     """
-    medians = np.full(len(segments), np.nan)
+    levels = np.full(len(segments), np.nan)
     for k, segment in enumerate(segments):
         inside = tau_f[segment.first : segment.last + 1]
         known = inside[np.isfinite(inside)]
         if 2 * len(known) >= len(inside):
-            medians[k] = np.median(known)
-    return medians
+            distance = np.abs(known - np.median(known))
+            levels[k] = np.mean(known[distance <= _GROSS * np.quantile(distance, 0.9)])
+    return levels

@@ -6,7 +6,8 @@ identifier_node: run trajectory T1, record it, fit friction when it ends.
 A run goes through the phases ``starting`` (the observers are reset and the recording begins at
 their first sample, so that a replay of the bag gives the same estimates), ``moving``, ``fitting``
 (in a thread: messages are still taken), ``done`` or ``failed``. Its folder holds the bag, the
-model folder and ``parameters.yaml`` for ``--params-file``.
+model folder with ``report.html`` and ``fit.json``, and ``parameters.yaml``, which gives that model
+to any node with ``--params-file``.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
 from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.report.results import write_results
 from sosml_friction.share import share_directory
 
 PARAMETERS = (
@@ -393,7 +395,7 @@ class IdentifierNode(ProgramNode):
         try:
             settings = FitSettings(method=self._p['method'])
             analysis = analyse_bag(folder / 'bag', settings=settings)
-            analysis.model.write(folder / 'model')
+            write_results(folder / 'model', analysis)
             model = str((folder / 'model').resolve())
             parameters = {'/**': {'ros__parameters': {'model': model}}}
             (folder / 'parameters.yaml').write_text(yaml.safe_dump(parameters), encoding='utf-8')

@@ -184,6 +184,9 @@ def test_stribeck_beyond_the_slowest_plateau_is_flagged_whether_named_or_not():
     for fit in fits:
         for name in ('stribeck', 'stribeck_velocity'):
             assert NOT_IDENTIFIABLE in fit.parameters[name].flags
+        if fit.law == 'stribeck':
+            low, high = fit.parameters['stribeck_velocity'].interval
+            assert low == 0.0 or high == np.inf
 
 
 def test_what_is_left_open_for_stribeck_holds_a_knee_too_small_to_be_seen():

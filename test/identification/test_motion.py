@@ -87,7 +87,8 @@ def test_position_velocity_and_acceleration_have_no_jumps(ladder):
     assert np.abs(a).max() < 5.0
     assert np.abs(np.diff(v, axis=0)).max() <= 1.01e-3 * np.abs(a).max()
     assert np.abs(np.diff(a, axis=0)).max() < 0.1 * np.abs(a).max()
-    np.testing.assert_allclose(np.diff(q, axis=0), 5e-4 * (v[1:] + v[:-1]), atol=1e-8)
+    # The trapezoidal rule leaves h^3 / 12 of a jerk that stays below 200.
+    np.testing.assert_allclose(np.diff(q, axis=0), 5e-4 * (v[1:] + v[:-1]), atol=1.7e-8)
     assert np.abs(v).max() <= 0.5 + 1e-9
     np.testing.assert_allclose(a[[0, -1]], 0.0, atol=0.05)
 

@@ -11,7 +11,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import (
     SegmentSettings,
     find_segments,
-    segment_medians,
+    segment_levels,
 )
 from sosml_friction.identification.speed_ladder import speed_ladder
 
@@ -158,17 +158,27 @@ def test_recordings_too_short_for_a_window_have_none():
     assert find_segments(t, np.full(len(t), np.nan), SegmentSettings()) == []
 
 
-def test_the_median_of_a_segment_ignores_what_is_not_known_until_half_is_missing():
+def test_the_level_of_a_segment_ignores_errors_and_the_unknown_until_half_is_missing():
     t, q = line()
     (segment,) = used(t, q)
     count = segment.last - segment.first + 1
     y = np.full(len(t), 1.5)
     y[segment.first : segment.first + count // 4] = np.nan
     y[segment.first + count // 4] = 1e6
-    assert segment_medians([segment], y).tolist() == [1.5]
+    assert segment_levels([segment], y).tolist() == [1.5]
     y[segment.first : segment.first + count // 2 + 1] = np.nan
-    assert np.isnan(segment_medians([segment], y)).all()
-    assert segment_medians([], y).shape == (0,)
+    assert np.isnan(segment_levels([segment], y)).all()
+    assert segment_levels([], y).shape == (0,)
+
+
+def test_the_level_of_a_skewed_ripple_is_its_mean():
+    """A sawtooth of mean 0 about 2 whose median is -0.2, as position counts make it."""
+    t, q = line(duration=4.0)
+    (segment,) = used(t, q)
+    ripple = np.where(np.arange(len(t)) % 5 == 0, 0.8, -0.2)
+    (level,) = segment_levels([segment], 2.0 + ripple)
+    # A window that is no whole number of periods: one sample of 1700.
+    assert level == pytest.approx(2.0, abs=2e-3)
 
 
 @pytest.mark.parametrize(

@@ -62,12 +62,12 @@ class Ros:
 
     def __init__(self) -> None:
         import rclpy
-        from rclpy.executors import SingleThreadedExecutor
+        from rclpy.experimental import EventsExecutor
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
         self.node = rclpy.create_node('test', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
 
     def spin_until(self, condition: Callable[[], Any], patience: float = PATIENCE) -> None:
@@ -85,10 +85,10 @@ class Ros:
         self.spin_until(future.done)
         return future.result()
 
-    def collect(self, kind: Any, topic: str, qos: Any) -> list[Any]:
-        """Return a list that the messages of a topic are appended to."""
+    def collect(self, kind: Any, topic: str, qos: Any, raw: bool = False) -> list[Any]:
+        """Return a list that the messages of a topic are appended to, undecoded if ``raw``."""
         messages: list[Any] = []
-        self.node.create_subscription(kind, topic, messages.append, qos)
+        self.node.create_subscription(kind, topic, messages.append, qos, raw=raw)
         return messages
 
     def close(self) -> None:

@@ -18,6 +18,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.serialization import deserialize
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
@@ -81,16 +82,27 @@ def test_live_estimates_equal_the_batch_path(run, bag):
 
 
 def test_a_bag_begins_with_a_fresh_start_of_the_observers(bag):
-    """Its first estimate, and only that, is NaN: so a replay of it starts alike."""
+    """
+    Its first estimate is NaN, so a replay of it starts alike; else only one after a gap is.
+
+    A busy machine may make a gap: the observers must not integrate across it, and the driver has no
+    velocity until its window is full again.
+    """
+    log = bag.joint_log()
+    gap = np.diff(log.t_ns, prepend=0) > 50_000_000
+    blind = ~np.isfinite(log.v).all(axis=1)
+    starts = gap | blind | np.roll(blind, 1)
+    assert starts[0]
     for estimate in bag.estimates().values():
-        assert np.isnan(estimate.tau_f[0]).all()
-        assert np.isfinite(estimate.tau_f[1:]).all()
+        unknown = np.isnan(estimate.tau_f)
+        np.testing.assert_array_equal(unknown.all(axis=1), starts)
+        np.testing.assert_array_equal(unknown.any(axis=1), starts)
 
 
 def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run, bag):
-    """For every stamp received in both the difference is at most 1e-9, at four times the speed."""
+    """For every stamp received in both the difference is at most 1e-9, at twice the speed."""
     received = {
-        name: ros.collect(JointState, f'friction_estimate/{name}', JOINT_STATES)
+        name: ros.collect(JointState, f'friction_estimate/{name}', JOINT_STATES, raw=True)
         for name in OBSERVERS
     }
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
@@ -106,7 +118,7 @@ def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run,
     replay = start_node(
         'replay_node',
         f'bag:={run / "bag"}',
-        'rate:=4.0',
+        'rate:=2.0',
         "exclude:=['/friction_estimate*', /observer_configuration]",
     )
     ros.spin_until(lambda: replay.process.poll() is not None)
@@ -115,9 +127,10 @@ def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run,
     count = len(live['sosml'].t_ns)
     for name, messages in received.items():
         ros.spin_until(lambda messages=messages: len(messages) >= count)
+        states = [deserialize(data, 'sensor_msgs/msg/JointState') for data in messages]
         again = {
             state.header.stamp.sec * 10**9 + state.header.stamp.nanosec: state.effort
-            for state in messages
+            for state in states
         }
         assert list(again) == live[name].t_ns.tolist()
         difference = np.array(list(again.values())) - live[name].tau_f

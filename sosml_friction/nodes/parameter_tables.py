@@ -1,0 +1,38 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Write ``docs/parameters.md`` from the nodes' own tables.
+
+``python -m sosml_friction.nodes.parameter_tables > docs/parameters.md``
+"""
+
+from __future__ import annotations
+
+from sosml_friction.nodes import (
+    driver_node,
+    emulator_node,
+    identifier_node,
+    observer_node,
+    replay_node,
+)
+from sosml_friction.nodes.parameters import markdown_table
+
+_NODES = (driver_node, observer_node, identifier_node, replay_node, emulator_node)
+
+
+def parameter_document() -> str:
+    """Return the page: one table per node."""
+    parts = [
+        '# Parameters',
+        'All are read when the node starts. `{joint}.x` stands for one parameter per joint. The',
+        'values for the exoskeleton are in `config/exoskeleton.yaml`.',
+    ]
+    text = f'{parts[0]}\n\n' + '\n'.join(parts[1:]) + '\n'
+    for node in _NODES:
+        name = node.__name__.rpartition('.')[2]
+        text += f'\n## {name}\n\n{markdown_table(node.PARAMETERS)}\n'
+    return text
+
+
+if __name__ == '__main__':
+    print(parameter_document(), end='')
