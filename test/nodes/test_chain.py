@@ -85,8 +85,8 @@ def test_a_bag_begins_with_a_fresh_start_of_the_observers(bag):
     """
     Its first estimate is NaN, so a replay of it starts alike; else only one after a gap is.
 
-    A busy machine may make a gap: the observers must not integrate across it, and the driver has no
-    velocity until its window is full again.
+    A busy machine may make a gap: the observers must not integrate across it, and the driver has
+    no velocity until its window is full again.
     """
     log = bag.joint_log()
     gap = np.diff(log.t_ns, prepend=0) > 50_000_000
