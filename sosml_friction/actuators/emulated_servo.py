@@ -65,8 +65,11 @@ class EmulatedServo(EmulatedActuator):
         self._sensor = math.nan
         self._velocity = 0.0
         self._tripped = False
-        self._charge = 0.0
-        self._charge_time = 0.0
+        # Of the current since the last state: sum and number of steps of the grid of time.
+        self._current_sum = 0.0
+        self._steps = 0.0
+        self._step_from_ns = 0
+        self._step_ns = 1
         self.status = ServoFlag(0)
 
     @property
@@ -102,9 +105,12 @@ class EmulatedServo(EmulatedActuator):
             status |= ServoFlag.WATCHDOG
         current = math.nan
         if self._current_available:
-            mean = self._charge / self._charge_time if self._charge_time > 0.0 else self.current
+            # The part of a step since the grid's last point counts now and not again later.
+            part = max(0.0, (t_ns - self._step_from_ns) / self._step_ns - 1.0)
+            steps = self._steps + part
+            mean = (self._current_sum + part * self.current) / steps if steps else self.current
             current = mean + self._normal(self._current_noise)
-            self._charge = self._charge_time = 0.0
+            self._current_sum, self._steps = -part * self.current, -part
         state = ServoState(
             position=self._position(q) + self._normal(self._encoder_noise),
             velocity=self._velocity,
@@ -114,14 +120,16 @@ class EmulatedServo(EmulatedActuator):
         )
         return self._dbc.encode_state(state)
 
-    def advance(self, h: float) -> None:
-        """Let the current follow its command for ``h`` seconds, and count the charge."""
-        super().advance(h)
-        self._charge += self.current * h
-        self._charge_time += h
+    def advance(self, share: float) -> None:
+        """Let the current follow its command, and add it to the mean."""
+        super().advance(share)
+        self._current_sum += self.current
+        self._steps += 1.0
 
     def control(self, t_ns: int, q: float, v: float) -> None:
         """Run the position loop each millisecond, and the watchdog."""
+        self._step_ns = max(1, t_ns - self._step_from_ns)
+        self._step_from_ns = t_ns
         if t_ns < self._loop_due_ns:
             return
         self._loop_due_ns = t_ns + LOOP_PERIOD_NS

@@ -50,7 +50,7 @@ class FitSettings:
       ``samples``: a Coulomb level extrapolated from fast plateaus is not a measurement. Where
       the method so chosen finds too little, the other.
 
-    ``segments.trim_s`` is lengthened to what the slowest observer needs to settle to 5 %.
+    ``segments.trim_s`` is lengthened to what the slowest observer needs to settle to 1 %.
     """
 
     method: str = 'auto'
@@ -173,7 +173,7 @@ class _JointTask:
         self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
         self.time, q = log.time, log.q[:, i]
         self.step = float(np.median(np.diff(self.time)[np.diff(self.time) > 0.0]))
-        settle = max((self._memory(observer, 0.05) for observer in observers), default=0)
+        settle = max((self._memory(observer, 0.01) for observer in observers), default=0)
         trim = max(settings.segments.trim_s, settle * self.step)
         self.settings = replace(settings, segments=replace(settings.segments, trim_s=trim))
         self.segments = tuple(find_segments(self.time, q, self.settings.segments))
