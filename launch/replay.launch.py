@@ -30,7 +30,13 @@ def generate_launch_description():
             Node(
                 package='sosml_friction',
                 executable='observer_node',
-                parameters=[{'use_sim_time': True, 'model': text('model')}],
+                parameters=[
+                    {
+                        'use_sim_time': True,
+                        'model': text('model'),
+                        'configuration': text('bag'),
+                    }
+                ],
                 output='screen',
             ),
             Node(

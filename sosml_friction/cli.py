@@ -67,7 +67,7 @@ def fit(
         str,
         typer.Option(
             metavar='auto|segments|samples',
-            help='Fit medians of steady windows, or every sample in motion; auto takes segments '
+            help='Fit levels of steady windows, or every sample in motion; auto takes segments '
             'where the plateaus reach down to a fifth of the top speed.',
         ),
     ] = 'auto',
@@ -266,6 +266,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         result = app(args=arguments, prog_name='sosml', standalone_mode=False)
     except SosmlFrictionError as error:
         return _refuse(str(error))
+    except OSError as error:
+        return _refuse(f'{error.filename or "a file"} cannot be used: {error.strerror}')
     except (KeyboardInterrupt, typer.Abort):
         result = _INTERRUPTED
     except _UsageError as error:

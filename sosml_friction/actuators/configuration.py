@@ -222,7 +222,7 @@ def mounts_from_parameters(
 
 def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
     """
-    Read the parameters of ``node`` from a ROS parameter file, flat, those of ``/**`` included.
+    Read the parameters of ``node`` from a ROS parameter file, flat, those for any node included.
 
     :raises ConfigurationError: if the file cannot be read or has nothing for ``node``.
     """
@@ -232,7 +232,7 @@ def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
         reason = ' '.join(str(error).split())
         raise ConfigurationError(f'parameter file {path} cannot be read: {reason}') from error
     result: dict[str, Any] = {}
-    for key in ('/**', node):
+    for key in ('/**', f'/**/{node}', node):
         section = document.get(key) if isinstance(document, dict) else None
         if isinstance(section, dict):
             _flatten('', section.get('ros__parameters') or {}, result)

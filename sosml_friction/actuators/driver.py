@@ -161,6 +161,9 @@ class JointDriver:
         self._reason = ''
         self._commanded = False
         self._v = np.full(n, math.nan)
+        # The last velocity that was known: after a hiccup of the host the window fills anew for a
+        # few cycles, and a joint damped by an old velocity is better off than an undamped one.
+        self._known_v = np.zeros(n)
         self._bus_error = ''
         self._silent_since: list[int | None] = [None] * n
         self._silence_ns = [0] * n
@@ -368,7 +371,7 @@ class JointDriver:
         if self._state is DriverState.ENABLED:
             try:
                 reference = self._follower.sample(now_ns)
-                effort = self._controller.effort(reference, self._position(), self._v)
+                effort = self._controller.effort(reference, self._position(), self._known_v)
                 return [
                     actuator.command(float(effort[i]), float(reference.q[i]), now_ns)
                     for i, actuator in enumerate(self._actuators)
@@ -394,6 +397,8 @@ class JointDriver:
                 self._silence_ns[i] = 0
                 measurement = actuator.measurement
                 self._v[i] = self._slopes[i].update(measurement.stamp_ns, measurement.q)
+                if not math.isnan(self._v[i]):
+                    self._known_v[i] = self._v[i]
             problem = self._problem(i)
             if problem:
                 self._fail(problem)

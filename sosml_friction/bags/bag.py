@@ -236,8 +236,15 @@ class Bag:
 
     def _in_namespace(self) -> dict[str, _Topic]:
         """Return the topics of the chosen namespace, or all."""
-        if self._namespace is None or self._namespace == '/':
+        if self._namespace is None:
             return self._topics
+        if self._namespace == '/':
+            # The robot at the root: its own topics and their branches, no other namespace.
+            return {
+                name: entry
+                for name, entry in self._topics.items()
+                if name.count('/') == 1 or name.startswith('/friction_estimate/')
+            }
         return {
             name: entry
             for name, entry in self._topics.items()

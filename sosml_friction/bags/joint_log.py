@@ -77,6 +77,20 @@ class JointLog:
                 f'{", ".join(self.names)}: name its joints in the model or rename them'
             )
         index = [self.names.index(name) for name in names]
+        # A sample that says something of other joints only came from another publisher on the
+        # same topic: it is no sample of these.
+        says = np.isfinite(self.q) | np.isfinite(self.v) | np.isfinite(self.tau)
+        own = says[:, index].any(axis=1) | ~says.any(axis=1)
+        if not own.all():
+            kept = replace(
+                self,
+                t_ns=self.t_ns[own],
+                q=self.q[own],
+                v=self.v[own],
+                tau=self.tau[own],
+                temperature=None if self.temperature is None else self.temperature[own],
+            )
+            return kept.select(names)
         temperature = None if self.temperature is None else self.temperature[:, index]
         return replace(
             self,

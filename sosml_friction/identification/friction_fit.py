@@ -68,7 +68,7 @@ class JointFit:
     """
     Hold one joint's fit from one observer.
 
-    ``medians`` (K,) are the levels of ``segments``, by
+    ``levels`` (K,) are the levels of ``segments``, by
     :func:`~sosml_friction.identification.segments.segment_levels`.
     """
 
@@ -78,7 +78,7 @@ class JointFit:
     unit: str
     fit: LawFit
     segments: tuple[Segment, ...]
-    medians: FloatArray
+    levels: FloatArray
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of ``sosml fit --json``."""

@@ -200,11 +200,12 @@ def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray
     """
     Return (x_{k+half} - x_{k-half}) / (t_{k+half} - t_{k-half}), (N,).
 
-    NaN at the ends and where time does not go forwards.
+    NaN at the ends, where time does not go forwards, and across a hole.
     """
     result = np.full(len(x), np.nan)
     span = time[2 * half :] - time[: -2 * half]
-    forwards = span > 0.0
+    usual = float(np.median(span)) if len(span) else 0.0
+    forwards = (span > 0.0) & (span < 2.0 * usual)
     result[half:-half][forwards] = (x[2 * half :] - x[: -2 * half])[forwards] / span[forwards]
     return result
 

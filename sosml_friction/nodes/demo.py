@@ -99,7 +99,7 @@ def run_chain(
     Run emulator, driver, observers and identifier through T1 and return the run's folder.
 
     The nodes' own messages go to ``output/logs``. The DDS domain is this process's own and
-    confined to this machine, unless ROS_DOMAIN_ID says otherwise.
+    confined to this machine, whatever ROS_DOMAIN_ID says.
 
     :param output: folder for the results; what an earlier demo left there is replaced.
     :param seed: of the emulated noise.
@@ -109,8 +109,9 @@ def run_chain(
     :raises ConfigurationError: if ``output`` cannot be written.
     """
     _prepare(output)
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
+    # Never the domain the user's shell names: a real robot may be on it, and it would move.
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
     port = _free_port()
     parameters = share_directory() / 'config' / 'exoskeleton.yaml'
     identifier = [f'output:={output.resolve()}', f'run_name:={RUN}']
@@ -125,7 +126,9 @@ def run_chain(
         'identifier_node': identifier,
     }
     with ExitStack() as stack:
-        processes = {}
+        processes: dict[str, subprocess.Popen[bytes]] = {}
+        chain = stack.enter_context(_chain(processes, output / LOGS, on_progress))
+        chain.require_no_driver()
         for name, settings in nodes.items():
             arguments = ['--ros-args', '--params-file', str(parameters)]
             for setting in settings:
@@ -136,7 +139,6 @@ def run_chain(
                 on_progress(Progress('starting the emulated exoskeleton'))
                 _await_port(port, processes[name], log)
         on_progress(Progress('starting driver, observers and identifier'))
-        chain = stack.enter_context(_chain(processes, output / LOGS, on_progress))
         chain.call(SetBool, 'driver_node/enable', SetBool.Request(data=True))
         chain.call(Trigger, 'identifier_node/start', Trigger.Request())
         chain.await_end()
@@ -159,6 +161,17 @@ class _Chain:
         self._processes, self._logs, self._on_progress = processes, logs, on_progress
         self._phase, self._message = '', ''
         node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 50)
+
+    def require_no_driver(self) -> None:
+        """Refuse to go on where another driver hears the demo's commands."""
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            self._spin()
+        if 'driver_node' in self._node.get_node_names():
+            raise ActuatorError(
+                f'a driver_node runs already in ROS domain {os.environ["ROS_DOMAIN_ID"]}: stop '
+                'it, or start the demo again, which takes another domain'
+            )
 
     def call(self, kind: Any, name: str, request: Any, patience: float = 60.0) -> None:
         """Call a service until it says yes: a node that is still starting says no."""
@@ -260,13 +273,16 @@ def _go_first() -> None:
 
 
 def _prepare(output: Path) -> None:
+    mine = (output / LOGS / 'emulator_node.log').exists()
+    if not mine and any((output / name).exists() for name in (RUN, LOGS)):
+        raise ConfigurationError(
+            f'{output} has a {RUN} or {LOGS} that no demo made, so it is not overwritten: choose '
+            'another place with --out'
+        )
     try:
         for name in (RUN, LOGS):
-            path = output / name
-            if path.is_dir():
-                shutil.rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
+            if (output / name).exists():
+                shutil.rmtree(output / name)
         (output / LOGS).mkdir(parents=True)
     except OSError as error:
         raise ConfigurationError(

@@ -155,6 +155,7 @@ class IdentifierNode(ProgramNode):
         self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
         self._phase = 'idle'
         self._message = 'call ~/start to run the trajectory'
+        self._encoded_names = [name.encode() + b'\0' for name in self._model.joint_names]
         self._robot: Robot | None = None
         self._observers: list[str] = []
         self._latched: dict[str, bytes] = {}
@@ -173,6 +174,7 @@ class IdentifierNode(ProgramNode):
         self.create_service(Trigger, '~/abort', self._on_abort)
         self.create_service(Trigger, '~/fit', self._on_fit)
         self._stamped = {'joint_states', 'friction_estimate'}
+        self._subscribed: set[str] = set()
         self._subscribe('joint_states', JointState, JOINT_STATES)
         self._subscribe('joint_temperatures', Temperature, JOINT_STATES)
         self._subscribe('friction_estimate', JointState, JOINT_STATES)
@@ -185,7 +187,10 @@ class IdentifierNode(ProgramNode):
         self.create_timer(0.5, self._diagnose, clock=steady)
 
     def destroy_node(self) -> None:
-        """Close the bag, wait for a running fit, destroy the node."""
+        """Stop a moving robot, close the bag, wait for a running fit, destroy the node."""
+        if self._phase == 'moving':
+            self._call_stop()
+            time.sleep(0.2)  # for the request to leave before the context closes
         if self._run is not None:
             self._run.recorder.close()
         if self._worker is not None:
@@ -207,21 +212,31 @@ class IdentifierNode(ProgramNode):
             self.end(error)
 
     def _read_latched(self, topic: str, data: bytes) -> None:
-        self._latched[topic] = data
         text = deserialize(data, 'std_msgs/msg/String').data
-        if topic == 'robot_description' and self._robot is None:
-            self._robot = self._model.make_robot(text)
-        if topic == 'observer_configuration':
-            configuration = parse_configuration(text, 'the topic observer_configuration')
-            for observer in configuration.gains:
-                if observer not in self._observers:
-                    self._observers.append(observer)
-                    self._stamped.add(f'friction_estimate/{observer}')
-                    self._subscribe(f'friction_estimate/{observer}', JointState, JOINT_STATES)
+        if topic == 'robot_description':
+            if self._robot is None:
+                self._robot = self._model.make_robot(text)
+                self._latched[topic] = data
+            elif data != self._latched[topic]:
+                self.get_logger().warning('another robot_description is ignored: restart for it')
+            return
+        configuration = parse_configuration(text, 'the topic observer_configuration')
+        self._latched[topic] = data
+        self._observers = list(configuration.gains)
+        topics = {f'friction_estimate/{observer}' for observer in self._observers}
+        for new in sorted(topics - self._subscribed):
+            self._subscribe(new, JointState, JOINT_STATES)
+        self._subscribed |= topics
+        self._stamped = {'joint_states', 'friction_estimate'} | topics
+        if self._phase in ('starting', 'moving'):
+            self._fail('the observers were started anew during the run: start it again')
 
     def _on_message(self, topic: str, data: bytes) -> None:
         now_ns = self.get_clock().now().nanoseconds
         if topic == 'joint_states':
+            # Another robot part may share the topic; looking for the names spares the decoding.
+            if not all(name in data for name in self._encoded_names):
+                return
             self._last_state, self._last_state_at = data, time.monotonic()
         run = self._run
         if run is None:
@@ -321,6 +336,8 @@ class IdentifierNode(ProgramNode):
         pending, run.pending = run.pending, []
         for topic, message, log_ns in pending:
             self._record(run, topic, message, log_ns)
+        if self._phase != 'moving':
+            return  # the disk refused: nothing may move unrecorded
         trajectory = _trajectory_message(run.trajectory)
         self._trajectory_output.publish(trajectory)
         now_ns = self.get_clock().now().nanoseconds
@@ -370,7 +387,6 @@ class IdentifierNode(ProgramNode):
         run.off_track_since = run.off_track_since or now
         if now - run.off_track_since > 1.0:
             worst = int(np.nanargmax(errors))
-            self._call_stop()
             self._fail(
                 f'joint {names[worst]} is {errors[worst]:.2g} away from the trajectory '
                 f'{elapsed:.1f} s into it: is the driver enabled (its ~/enable), and what do its '
@@ -400,6 +416,8 @@ class IdentifierNode(ProgramNode):
             parameters = {'/**': {'ros__parameters': {'model': model}}}
             (folder / 'parameters.yaml').write_text(yaml.safe_dump(parameters), encoding='utf-8')
             self._outcome = analysis
+        except OSError as error:
+            self._outcome = ConfigurationError(f'{folder} cannot be written: {error.strerror}')
         except Exception as error:  # told to the main thread, which fails the run with it
             self._outcome = error
 
@@ -427,7 +445,6 @@ class IdentifierNode(ProgramNode):
         if self._run is None or self._phase not in ('starting', 'moving'):
             response.success, response.message = False, f'nothing to abort: {self._phase}'
             return response
-        self._call_stop()
         self._fail('aborted')
         response.success = True
         response.message = f'aborted; what was recorded is in {self._run.folder}'
@@ -438,6 +455,8 @@ class IdentifierNode(ProgramNode):
             self._stop_client.call_async(Trigger.Request())
 
     def _fail(self, sentence: str) -> None:
+        if self._phase == 'moving':
+            self._call_stop()
         self._enter('failed', sentence)
         if self._run is not None:
             self._run.pending.clear()

@@ -27,6 +27,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
@@ -35,7 +36,11 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.observers.configuration import OBSERVERS, ObserverConfiguration
+from sosml_friction.observers.configuration import (
+    OBSERVERS,
+    ObserverConfiguration,
+    parse_configuration,
+)
 from sosml_friction.observers.friction_estimator import EFFORT_HOLDS, VELOCITY_SOURCES
 from sosml_friction.observers.recipe import BANDWIDTH, gains_from_noise
 from sosml_friction.share import share_directory
@@ -49,6 +54,13 @@ PARAMETERS = (
     ),
     ParameterSpec(
         'urdf_path', 'string', '', 'URDF file; empty: wait for the topic robot_description'
+    ),
+    ParameterSpec(
+        'configuration',
+        'string',
+        '',
+        'bag, or file of its observer_configuration, whose observers and gains are run instead of '
+        'those below: for a replay that gives the same numbers',
     ),
     ParameterSpec('observers', 'string_array', ['first_order', 'sosml'], 'observers to run'),
     ParameterSpec(
@@ -196,6 +208,8 @@ class ObserverNode(ProgramNode):
 
     def _configure(self, robot: Robot) -> ObserverConfiguration:
         p = self._p
+        if p['configuration']:
+            return self._configuration_of(Path(p['configuration']))
         noise = p['velocity_noise'] or [0.0] * robot.n
         if len(noise) != robot.n:
             raise ConfigurationError(
@@ -220,6 +234,22 @@ class ObserverNode(ProgramNode):
             p['velocity_source'],
             p['maximum_gap'],
         )
+
+    def _configuration_of(self, source: Path) -> ObserverConfiguration:
+        if source.suffix == '.yaml' and source.is_file():
+            text: str | None = source.read_text(encoding='utf-8')
+        else:
+            text = Bag.open(source).text('observer_configuration')
+        if text is None:
+            raise ConfigurationError(
+                f'bag {source} (parameter configuration) has no observer_configuration: give the '
+                'gains by the other parameters'
+            )
+        configuration = parse_configuration(text, f'the observer_configuration of {source}')
+        # What is selected may not be among them: the first one then speaks for all.
+        if self._p['selected'] not in configuration.gains:
+            self._p['selected'] = next(iter(configuration.gains))
+        return configuration
 
     def _on_joint_states(self, message: JointState) -> None:
         names = tuple(message.name)

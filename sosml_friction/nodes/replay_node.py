@@ -34,6 +34,7 @@ LATCHED_TOPICS = (
     'model_description',
     'observer_configuration',
     'friction_parameters',
+    'tf_static',
 )
 
 PARAMETERS = (
@@ -44,6 +45,12 @@ PARAMETERS = (
         'string_array',
         [],
         'topics not to play, with wildcards, for instance /friction_estimate*',
+    ),
+    ParameterSpec(
+        'commands',
+        'bool',
+        False,
+        'also play joint_trajectory, which moves an enabled robot that hears it',
     ),
     ParameterSpec(
         'subscribers',
@@ -77,6 +84,8 @@ class ReplayNode(ProgramNode):
         self._outputs: dict[str, Any] = {}
         for topic, (type_name, _) in self._bag.topics.items():
             if topic == '/clock' or any(fnmatch.fnmatch(topic, x) for x in self._p['exclude']):
+                continue
+            if topic.rpartition('/')[2] == 'joint_trajectory' and not self._p['commands']:
                 continue
             latched = topic.rpartition('/')[2] in LATCHED_TOPICS
             try:

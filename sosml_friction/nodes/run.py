@@ -68,6 +68,8 @@ def run_node(factory: Callable[[], Node], args: Sequence[str] | None = None) -> 
                 raise node.outcome
     except SosmlFrictionError as error:
         return _refuse(error)
+    except OSError as error:
+        return _refuse(error, 'a file cannot be used')
     except RCLError as error:
         if node is not None:
             raise
@@ -92,7 +94,7 @@ def _refuse(error: Exception, what: str = '') -> int:
 
 class _StopSignal:
     """
-    Turn SIGINT and SIGTERM into a flag and a wake-up of the executor.
+    Turn SIGINT, SIGTERM, SIGHUP and SIGQUIT into a flag and a wake-up of the executor.
 
     Python runs a handler only between two bytecodes of the main thread, which sleeps in the
     executor's C++ wait; the wake-up descriptor is written by the C handler at once, and a thread
@@ -113,7 +115,7 @@ class _StopSignal:
             return self
         self._read, self._write = os.pipe()
         os.set_blocking(self._write, False)
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             self._before[number] = signal.signal(number, lambda *_: self._event.set())
         self._fd_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name='signals', daemon=True).start()

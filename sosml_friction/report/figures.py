@@ -76,7 +76,7 @@ def to_png(figure: Figure) -> bytes:
 
 def s_curve(view: JointView) -> Figure:
     """
-    Draw tau_f against velocity: samples, medians, fitted laws, the truth where it is known.
+    Draw tau_f against velocity: samples, levels, fitted laws, the truth where it is known.
 
     Left the whole range, right the neighbourhood of zero velocity.
     """
@@ -90,7 +90,7 @@ def s_curve(view: JointView) -> Figure:
             style = _style(observer, k)
             law = fitted_law(fit.fit)
             _draw_law(axes, law, limit, style.colour, style.dashes, style.width)
-            _medians(axes, fit, fit.medians, style)
+            _levels(axes, fit, fit.levels, style)
         if view.truth is not None:
             _draw_law(axes, view.truth.make_law(), limit, 'black', '--', 1.4)
         axes.axhline(0.0, color=_GREY, linewidth=0.6)
@@ -223,15 +223,15 @@ def parameter_bars(view: JointView) -> Figure:
 
 
 def residuals(view: JointView) -> Figure:
-    """Draw what the fitted laws leave of the medians, against velocity."""
+    """Draw what the fitted laws leave of the levels, against velocity."""
     figure = _figure(10.0, 3.2)
     axes: Axes = figure.subplots()
     handles: list[Any] = []
     for k, (observer, fit) in enumerate(view.fits.items()):
         style = _style(observer, k)
         velocity = np.array([segment.velocity for segment in fit.segments])
-        residual = fit.medians - fitted_law(fit.fit).torque(velocity)
-        _medians(axes, fit, residual, style)
+        residual = fit.levels - fitted_law(fit.fit).torque(velocity)
+        _levels(axes, fit, residual, style)
         for side in (-1.0, 1.0):
             axes.axhline(
                 side * fit.fit.residual_std, color=style.colour, linestyle=':', linewidth=1.2
@@ -243,7 +243,7 @@ def residuals(view: JointView) -> Figure:
         )  # fmt: skip
     handles += _hollow_legend(view)
     axes.axhline(0.0, color=_GREY, linewidth=0.8)
-    _label(axes, f'velocity [{view.velocity_unit}]', f'median − law [{view.effort_unit}]')
+    _label(axes, f'velocity [{view.velocity_unit}]', f'level − law [{view.effort_unit}]')
     _legend_below(figure, handles)
     return figure
 
@@ -319,7 +319,7 @@ def _s_curve_legend(view: JointView) -> list[Any]:
             handles.append(Line2D([], [], color=style.colour, marker=style.marker,
                                   markersize=style.marker_size, linestyle=style.dashes,
                                   linewidth=style.width, markeredgecolor='white',
-                                  label=f'{name} medians and law'))  # fmt: skip
+                                  label=f'{name} levels and law'))  # fmt: skip
     handles += _hollow_legend(view)
     if view.truth is not None:
         handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
@@ -350,7 +350,7 @@ def _scatter(axes: Axes, view: JointView, tau_f: FloatArray, limit: float, style
     )  # fmt: skip
 
 
-def _medians(axes: Axes, fit: JointFit, values: FloatArray, style: _Style) -> None:
+def _levels(axes: Axes, fit: JointFit, values: FloatArray, style: _Style) -> None:
     velocity = np.array([segment.velocity for segment in fit.segments])
     used = np.array([not segment.rejected for segment in fit.segments], dtype=bool)
     hollow = _shown(fit.segments)
@@ -376,7 +376,7 @@ def _draw_law(
 
 
 def _fit_height(axes: Axes, view: JointView, limit: float) -> None:
-    """Choose the height by what the samples, medians and laws reach, spikes left out."""
+    """Choose the height by what the samples, levels and laws reach, spikes left out."""
     values = [np.zeros(1)]
     inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit
     for tau_f in view.estimates.values():
@@ -391,8 +391,8 @@ def _fit_height(axes: Axes, view: JointView, limit: float) -> None:
         values += [law.torque(v), law.torque(-v)]
     for fit in view.fits.values():
         close = np.array([abs(segment.velocity) <= limit for segment in fit.segments], dtype=bool)
-        medians = fit.medians[close]
-        values.append(medians[np.isfinite(medians)])
+        levels = fit.levels[close]
+        values.append(levels[np.isfinite(levels)])
     everything = np.concatenate(values)
     low, high = float(everything.min()), float(everything.max())
     margin = 0.07 * (high - low) or 1.0

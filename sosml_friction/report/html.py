@@ -61,7 +61,7 @@ _METHOD = (
     'Sign: τ_f is positive for positive velocity, the torque the actuator spends on friction, so '
     'that adding it to a command compensates it: M q″ + C q′ + g = τ − τ_f.',
     'Fitted is the law τ_f = sgn(v) (C + S exp(−|v| / v_s)) + B v + bias, with C, B and S not '
-    'negative, either to the medians of windows of steady motion (segments) or to every sample in '
+    'negative, either to the levels of windows of steady motion (segments) or to every sample in '
     'motion with the law passed through the observer’s own lag (samples).',
     'Standard errors come from leaving out one window, or one stretch of time, after the other; '
     'the 95 % interval follows by Student’s t, that of v_s from its profile likelihood.',
@@ -180,7 +180,7 @@ def _joint_section(view: JointView) -> str:
             _parameter_table(view),
             _figure(
                 s_curve(view),
-                'S-curve: samples of the observers (thinned), medians of steady windows, fitted '
+                'S-curve: samples of the observers (thinned), levels of steady windows, fitted '
                 'laws. Loops between plateaus are the observers’ lag while velocity '
                 'changes.',
             ),
@@ -196,7 +196,7 @@ def _joint_section(view: JointView) -> str:
             ),
             _figure(
                 residuals(view),
-                'What the law leaves of the medians. A pattern over velocity is friction that the '
+                'What the law leaves of the levels. A pattern over velocity is friction that the '
                 'law does not have.',
             ),
             '<h3>The other method</h3>',
@@ -244,7 +244,7 @@ def _parameter_table(view: JointView) -> str:
     quality = '; '.join(
         f'{observer_label(observer)}: residual {_two_digits(fit.fit.residual_std)} {fit.unit} '
         f'({_two_digits(fit.fit.relative_error)} %) over {fit.fit.pairs} '
-        f'{"medians" if fit.method == "segments" else "samples"} in {fit.fit.clusters} '
+        f'{"levels" if fit.method == "segments" else "samples"} in {fit.fit.clusters} '
         'independent pieces'
         for observer, fit in view.fits.items()
     )
@@ -307,7 +307,7 @@ def _segment_table(view: JointView) -> str:
     rejected = [k for k in order if view.segments[k].rejected]
     hidden = set(rejected[_REJECTED_ROWS:])
     head = ''.join(
-        f'<th class="n">median {escape(observer_label(observer))} [{view.effort_unit}]</th>'
+        f'<th class="n">level {escape(observer_label(observer))} [{view.effort_unit}]</th>'
         for observer in view.fits
     )
     rows = []
@@ -319,10 +319,10 @@ def _segment_table(view: JointView) -> str:
             + _number(f'{segment.end_s:.2f}')
             + _number(format_number(segment.velocity))
         )
-        medians = [float(fit.medians[k]) for fit in view.fits.values()]
-        cells += ''.join(_number(format_number(median)) for median in medians)
+        levels = [float(fit.levels[k]) for fit in view.fits.values()]
+        cells += ''.join(_number(format_number(level)) for level in levels)
         reason = segment.rejected
-        if not reason and not all(np.isfinite(medians)):
+        if not reason and not all(np.isfinite(levels)):
             reason = 'the observer had not started'
         style = ' class="no"' if reason else ''
         rows.append(f'<tr{style}>{cells}<td>{escape(reason)}</td></tr>')

@@ -100,7 +100,7 @@ def method_text(view: JointView) -> str:
     """Return what the fits of a joint were made to, in words with counts."""
     fit = view.fits[view.preferred or next(iter(view.fits))]
     if fit.method == 'segments':
-        return f'the medians of {fit.fit.pairs} steady windows'
+        return f'the levels of {fit.fit.pairs} steady windows'
     return f'{fit.fit.pairs} samples in motion'
 
 

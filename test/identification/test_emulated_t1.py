@@ -33,7 +33,7 @@ PARAMETERS = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
 
 def settings_of(node: str) -> dict[str, Any]:
     document = yaml.safe_load((share_directory() / 'config' / 'exoskeleton.yaml').read_text())
-    return document[node]['ros__parameters']
+    return document[f'/**/{node}']['ros__parameters']
 
 
 def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float, float]]:

@@ -112,7 +112,7 @@ def test_a_ladder_that_reaches_down_is_fitted_by_its_plateaus(ladder_fit):
     for joint in JOINTS:
         for result in fit.joints[joint].values():
             assert sum(not segment.rejected for segment in result.segments) == 20
-            assert len(result.medians) == len(result.segments)
+            assert len(result.levels) == len(result.segments)
         for result in fit.alternatives[joint].values():
             assert result.method == 'samples'
     assert fit.unavailable == {}

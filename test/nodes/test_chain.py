@@ -159,7 +159,7 @@ def test_the_robot_followed_t1(bag):
     """Farthest from the reference at most 60 mrad: the servo droops by gravity over its gain."""
     log = bag.joint_log()
     names = ('shoulder', 'elbow')
-    settings = yaml.safe_load(PARAMETERS.read_text())['identifier_node']['ros__parameters']
+    settings = yaml.safe_load(PARAMETERS.read_text())['/**/identifier_node']['ros__parameters']
     centre = dict(zip(names, settings['centre'], strict=True))
     start = {name: float(q) for name, q in zip(names, log.q[0], strict=True)}
     trajectory = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])

@@ -36,7 +36,7 @@ def with_rejected(view, count):
         observer: dataclasses.replace(
             fit,
             segments=fit.segments + extra,
-            medians=np.append(fit.medians, np.full(count, np.nan)),
+            levels=np.append(fit.levels, np.full(count, np.nan)),
         )
         for observer, fit in view.fits.items()
     }
@@ -136,7 +136,7 @@ def test_the_medians_drawn_are_those_of_the_used_windows(views):
     axes = figures.s_curve(view).axes[0]
     fit = view.fits['sosml']
     used = [k for k, segment in enumerate(fit.segments) if not segment.rejected]
-    expected = [(fit.segments[k].velocity, fit.medians[k]) for k in used]
+    expected = [(fit.segments[k].velocity, fit.levels[k]) for k in used]
     filled = [
         line
         for line in axes.lines
