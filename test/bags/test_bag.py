@@ -8,6 +8,7 @@ from mcap.writer import CompressionType, Writer
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.serialization import serialize_joint_state
 from sosml_friction.exceptions import BagError, DataError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -411,3 +412,16 @@ def test_another_encoding_or_two_types_on_a_topic_are_named(tmp_path, foreign_mc
         writer.finish()
     with pytest.raises(BagError, match="is encoded as 'json': only cdr"):
         Bag.open(tmp_path / 'json.mcap').joint_log()
+
+
+def test_the_robot_at_the_root_can_be_chosen_beside_one_in_a_namespace(tmp_path):
+    """Namespace / means the root's own topics, not those of every namespace."""
+    with BagRecorder(tmp_path / 'two') as recorder:
+        for k, topic in enumerate(('/joint_states', '/left/joint_states')):
+            recorder.add_topic(topic, JOINT_STATE)
+            cdr = serialize_joint_state(k + 1, ['arm'], [float(k)])
+            recorder.write(topic, cdr, k + 1)
+    assert Bag.open(tmp_path / 'two', '/').joint_log().q.tolist() == [[0.0]]
+    assert Bag.open(tmp_path / 'two', 'left').joint_log().q.tolist() == [[1.0]]
+    with pytest.raises(BagError, match='namespace'):
+        Bag.open(tmp_path / 'two').joint_log()

@@ -112,3 +112,14 @@ def test_shapes_that_disagree_and_empty_logs_are_refused():
         JointLog(('a',), np.array([1, 2]), table, np.zeros((2, 2)), table)
     with pytest.raises(DataError, match='0 samples of 1 joints: no data'):
         JointLog(('a',), np.array([], dtype=np.int64), table[:0], table[:0], table[:0])
+
+
+def test_samples_of_other_joints_only_are_no_samples_of_a_selection():
+    """A gripper that shares joint_states makes no gap; a sample that knows nothing stays one."""
+    nan = np.nan
+    q = np.array([[1.0, nan], [nan, 5.0], [2.0, nan], [nan, nan], [3.0, nan]])
+    log = JointLog(('arm', 'gripper'), np.arange(5), q, q.copy(), q.copy())
+    arm = log.select(('arm',))
+    assert arm.t_ns.tolist() == [0, 2, 3, 4]
+    np.testing.assert_array_equal(arm.q[:, 0], [1.0, 2.0, nan, 3.0])
+    assert log.select(('gripper', 'arm')).t_ns.tolist() == [0, 1, 2, 3, 4]

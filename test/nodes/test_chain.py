@@ -16,6 +16,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.serialization import deserialize
@@ -109,7 +110,7 @@ def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run,
     start_node(
         'observer_node',
         f'urdf_path:={share_directory() / "urdf" / "exoskeleton.urdf"}',
-        files=(PARAMETERS,),
+        f'configuration:={run / "bag"}',
     )
     ros.spin_until(lambda: configuration)
     for name in OBSERVERS:
@@ -119,7 +120,7 @@ def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run,
         'replay_node',
         f'bag:={run / "bag"}',
         'rate:=2.0',
-        "exclude:=['/friction_estimate*', /observer_configuration]",
+        "exclude:=['*/friction_estimate*', '*/observer_configuration']",
     )
     ros.spin_until(lambda: replay.process.poll() is not None)
     assert replay.wait() == 0, replay.output
@@ -135,6 +136,17 @@ def test_replay_and_observer_nodes_give_the_live_estimates(ros, start_node, run,
         assert list(again) == live[name].t_ns.tolist()
         difference = np.array(list(again.values())) - live[name].tau_f
         assert np.nanmax(np.abs(difference)) <= 1e-9
+
+
+def test_a_replay_does_not_command_a_robot_unless_asked_to(ros, start_node, run):
+    commands = ros.collect(JointTrajectory, 'joint_trajectory', 10)
+    played = ros.collect(JointState, 'joint_states', JOINT_STATES, raw=True)
+    for parameters, expected in (((), 0), (('commands:=true',), 1)):
+        played.clear()
+        replay = start_node('replay_node', f'bag:={run / "bag"}', 'rate:=20.0', *parameters)
+        ros.spin_until(lambda: len(played) > 500)
+        replay.stop()
+        assert len(commands) == expected
 
 
 def test_an_independent_reader_finds_the_same_topics_types_counts_and_stamps(run, bag):
@@ -156,17 +168,23 @@ def test_an_independent_reader_finds_the_same_topics_types_counts_and_stamps(run
 
 
 def test_the_robot_followed_t1(bag):
-    """Farthest from the reference at most 60 mrad: the servo droops by gravity over its gain."""
+    """
+    Farthest from the reference at most 60 mrad: the servo droops by gravity over its gain.
+
+    When the driver begins depends on how busy the machine is, so the best delay is found first.
+    """
     log = bag.joint_log()
     names = ('shoulder', 'elbow')
     settings = yaml.safe_load(PARAMETERS.read_text())['/**/identifier_node']['ros__parameters']
     centre = dict(zip(names, settings['centre'], strict=True))
     start = {name: float(q) for name, q in zip(names, log.q[0], strict=True)}
     trajectory = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])
-    wanted = trajectory.spline()(np.clip(log.time, 0.0, trajectory.duration))
-    # The trajectory reaches the driver a little after the recording begins, and is followed with
-    # the lag of the loops: 0.1 s of 0.8 rad/s.
-    assert np.abs(log.select(names).q - wanted).max() < 0.06 + 0.08
+    spline, q = trajectory.spline(), log.select(names).q
+    errors = [
+        np.abs(spline(np.clip(log.time - delay, 0.0, trajectory.duration)) - q).max()
+        for delay in np.arange(0.0, 2.0, 0.01)
+    ]
+    assert min(errors) < 0.06
 
 
 def test_the_model_folder_holds_friction_near_the_truth_with_its_provenance(run, phases):
