@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import shutil
+import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -21,6 +24,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.client import Client
 from rclpy.executors import Executor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
@@ -28,7 +32,13 @@ from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.run import make_executor
 from sosml_friction.report.progress import progress
-from sosml_friction.report.results import check_destination, fit_document, to_json, write_results
+from sosml_friction.report.results import (
+    FILES,
+    check_destination,
+    fit_document,
+    to_json,
+    write_results,
+)
 from sosml_friction.report.tables import parameter_table, print_table
 from sosml_friction.share import share_directory
 
@@ -40,6 +50,7 @@ LOGS = 'logs'
 # command. Nobody wears the emulated one, so its watchdogs and the driver wait for half a second.
 _PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
 _PATIENT_DRIVER = ('missed_limit:=250',)
+_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,9 @@ def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
                     print(state.phase, file=sys.stderr, flush=True)
             step(state.phase, state.share)
 
+        # An interrupted demo must not leave an old report beside a new recording.
+        for name in FILES:
+            (output / name).unlink(missing_ok=True)
         run = run_chain(output, seed, follow)
         follow(Progress('drawing the report'))
         analysis = analyse_bag(run / 'bag')
@@ -126,6 +140,7 @@ def run_chain(
         'identifier_node': identifier,
     }
     with ExitStack() as stack:
+        stack.enter_context(_terminable())
         processes: dict[str, subprocess.Popen[bytes]] = {}
         chain = stack.enter_context(_chain(processes, output / LOGS, on_progress))
         chain.require_no_driver()
@@ -231,7 +246,8 @@ def _chain(
     logs: Path,
     on_progress: Callable[[Progress], None],
 ) -> Iterator[_Chain]:
-    rclpy.init()
+    # Ctrl-C is this process's own to handle: rclpy's handler would only end the context.
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = Node('demo')
     try:
         executor = make_executor()
@@ -253,7 +269,7 @@ def _process(name: str, arguments: list[str], log: Path) -> Iterator[subprocess.
             stderr=subprocess.STDOUT,
             # A Ctrl-C is the demo's to handle: it ends the nodes in order, the driver first to go.
             start_new_session=True,
-            preexec_fn=_go_first,
+            preexec_fn=_prepare_child,
         )
         try:
             yield process
@@ -266,10 +282,26 @@ def _process(name: str, arguments: list[str], log: Path) -> Iterator[subprocess.
                 process.wait()
 
 
-def _go_first() -> None:
+def _prepare_child() -> None:
     # A control loop beside other work keeps its rate better so; only root may, and it is no must.
     with suppress(OSError):
         os.nice(-10)
+    # A demo that is killed must not leave the nodes behind: Linux then ends them.
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM end the demo as Ctrl-C does, with its nodes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _prepare(output: Path) -> None:

@@ -105,10 +105,11 @@ def _declare_one(node: Node, name: str, spec: ParameterSpec) -> None:
     try:
         node.declare_parameter(name, default, descriptor)
     except (InvalidParameterTypeException, InvalidParameterValueException) as error:
+        point = ', with its point as in 7.0' if spec.type.startswith('double') else ''
         limits = f' between {spec.range[0]:g} and {spec.range[1]:g}' if spec.range else ''
         raise ConfigurationError(
-            f'parameter {name} of {node.get_name()} does not fit: give a {spec.type}{limits}, '
-            f'a double with its point as in 7.0 ({" ".join(str(error).split())})'
+            f'parameter {name} of {node.get_name()} does not fit: give a {spec.type}{limits}'
+            f'{point} ({" ".join(str(error).split())})'
         ) from error
 
 

@@ -4,7 +4,11 @@
 
 from __future__ import annotations
 
+import difflib
+
 from rclpy.node import Node
+
+from sosml_friction.exceptions import ConfigurationError
 
 
 class ProgramNode(Node):
@@ -16,6 +20,19 @@ class ProgramNode(Node):
     """
 
     outcome: BaseException | None = None
+
+    def refuse_unknown_parameters(self) -> None:
+        """
+        Refuse parameters that were given but are none of the node's: ROS would not say a word.
+
+        :raises ConfigurationError: naming the parameter and the one that may have been meant.
+        """
+        for name in getattr(self, '_parameter_overrides', {}):
+            if not self.has_parameter(name):
+                known = [known for known in self._parameters if '.' not in known or '.' in name]
+                close = difflib.get_close_matches(name, known, 1)
+                meant = f'did you mean {close[0]}?' if close else 'see docs/parameters.md'
+                raise ConfigurationError(f'{self.get_name()} has no parameter {name}: {meant}')
 
     def end(self, outcome: BaseException | None = None) -> None:
         """

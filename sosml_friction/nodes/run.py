@@ -58,6 +58,8 @@ def run_node(factory: Callable[[], Node], args: Sequence[str] | None = None) -> 
     try:
         with stop:
             node = factory()
+            if isinstance(node, ProgramNode):
+                node.refuse_unknown_parameters()
             executor = make_executor()
             stop.on_signal = executor.wake
             executor.add_node(node)

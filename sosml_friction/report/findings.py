@@ -8,6 +8,9 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.joint_view import JointView
@@ -138,3 +141,15 @@ def _misses(parameter: Parameter, value: float) -> bool:
 def _disjoint(first: Parameter, second: Parameter) -> bool:
     a, b = _interval(first), _interval(second)
     return a is not None and b is not None and (a[0] > b[1] or b[0] > a[1])
+
+
+def sampling_text(log: JointLog) -> str:
+    """Return how much was recorded, how fast, and what share of the samples is missing."""
+    count, span = len(log), float(log.time[-1])
+    if not span > 0.0:
+        return f'{count} samples'
+    text = f'{count} samples over {span:.1f} s, {(count - 1) / span:.4g} Hz'
+    missing = 1.0 - (count - 1) * float(np.median(np.diff(log.time))) / span
+    if missing > 0.02:
+        text += f'; {100.0 * missing:.0f} % of them are missing: the computer was too busy'
+    return text

@@ -18,7 +18,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.figures import parameter_bars, residuals, s_curve, time_traces, to_png
-from sosml_friction.report.findings import joint_sentence, methods_disagree, notes
+from sosml_friction.report.findings import joint_sentence, methods_disagree, notes, sampling_text
 from sosml_friction.report.joint_view import JointView, joint_views
 from sosml_friction.report.labels import SYMBOLS, observer_label
 from sosml_friction.report.number_text import (
@@ -126,7 +126,7 @@ def render_report(
         remarks.insert(0, 'The recording is cut off or damaged: only its readable part was used.')
     parts = [
         f'<h1>{escape(title)}</h1>',
-        f'<p>From the recording <code>{escape(bag)}</code>, {_span(analysis)}.</p>',
+        f'<p>From the recording <code>{escape(bag)}</code>, {sampling_text(analysis.log)}.</p>',
         f'<div class="result">{sentences}</div>',
         _notes(remarks),
     ]
@@ -158,13 +158,6 @@ def _notes(remarks: Sequence[str]) -> str:
         return ''
     items = ''.join(f'<li>{escape(remark)}</li>' for remark in remarks)
     return f'<div class="note"><ul>{items}</ul></div>'
-
-
-def _span(analysis: BagAnalysis) -> str:
-    log = analysis.log
-    step = float(np.median(np.diff(log.time))) if len(log) > 1 else np.nan
-    rate = f' at {1.0 / step:.4g} Hz' if step > 0.0 else ''
-    return f'{len(log)} samples over {log.time[-1]:.1f} s{rate}'
 
 
 def _joint_section(view: JointView) -> str:

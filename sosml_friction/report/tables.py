@@ -15,6 +15,7 @@ from rich.text import Text
 
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.findings import sampling_text
 from sosml_friction.report.joint_view import JointView, joint_views
 from sosml_friction.report.labels import SYMBOLS, in_order, observer_label
 from sosml_friction.report.number_text import UNKNOWN, error_text, format_number, value_text
@@ -61,7 +62,7 @@ def parameter_table(
     for view in views:
         _add_joint(table, view, observers, truth is not None)
     # Not the table's caption, which would wrap at the width of the table.
-    return Group(table, Text(_caption(views)))
+    return Group(table, Text(f'{_caption(views)}\n{sampling_text(analysis.log)}'))
 
 
 def _add_joint(table: Table, view: JointView, observers: Sequence[str], with_truth: bool) -> None:

@@ -164,6 +164,7 @@ def test_useless_joint_states_end_the_node_with_one_sentence(
         (['urdf_path:=/nonexistent.urdf'], 'URDF /nonexistent.urdf'),
         (['observers:=[magic]'], 'choose from first_order, sosml'),
         (['selected:=first_order', 'observers:=[sosml]'], 'select one that runs'),
+        (['bandwith:=30.0'], 'has no parameter bandwith: did you mean bandwidth?'),
         (['bandwidth:=-3.0'], 'bandwidth of observer_node does not fit'),
         (['sosml.linear:=[1.0]'], 'gain >= 0 for each joint'),
         (['effort_hold:=[never]'], 'effort_hold'),
