@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from sosml_friction.actuators.clock import MonotonicClock
-from sosml_friction.actuators.configuration import DRIVERS, DriverConfiguration
+from sosml_friction.actuators.configuration import DriverConfiguration
 from sosml_friction.actuators.cycle_thread import CycleThread
 from sosml_friction.actuators.driver import DriverReport, DriverState, JointDriver, JointSample
 from sosml_friction.actuators.joint_trajectory import JointTrajectory
@@ -35,6 +35,7 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
+from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
@@ -112,25 +113,7 @@ PARAMETERS = (
         range=(0.01, 1000.0),
     ),
     ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
-    ParameterSpec('{joint}.driver', 'string', None, 'the kind of actuator', choices=DRIVERS),
-    ParameterSpec(
-        '{joint}.direction', 'integer', None, '1 where it turns as the URDF says, or -1'
-    ),
-    ParameterSpec(
-        '{joint}.zero_offset',
-        'double',
-        None,
-        "the joint's position at the actuator's zero",
-        unit='rad or m',
-    ),
-    ParameterSpec(
-        '{joint}.torque_constant',
-        'double',
-        None,
-        'effort at the joint per ampere',
-        unit='Nm/A or N/A',
-    ),
-    ParameterSpec('{joint}.can_id', 'integer', 0, 'id of the motor, 1 to 32 (rmd_x: required)'),
+    *MOUNT_PARAMETERS,
     ParameterSpec(
         '{joint}.current_limit',
         'double',
@@ -165,12 +148,6 @@ PARAMETERS = (
         75.0,
         'temperature above which it is a fault',
         unit='degC',
-    ),
-    ParameterSpec(
-        '{joint}.dbc',
-        'string',
-        '',
-        'DBC of the servo bridge; empty: config/elbow_servo.dbc of the package',
     ),
 )
 

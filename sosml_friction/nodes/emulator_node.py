@@ -16,7 +16,7 @@ import can
 from diagnostic_msgs.msg import DiagnosticArray
 
 from sosml_friction.actuators.clock import MonotonicClock
-from sosml_friction.actuators.configuration import DRIVERS, mounts_from_parameters
+from sosml_friction.actuators.configuration import mounts_from_parameters
 from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
 from sosml_friction.actuators.emulator import (
     EmulatorOptions,
@@ -28,6 +28,7 @@ from sosml_friction.actuators.open_bus import SLCAN_SERVER, open_bus
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status
+from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.run import run_node
@@ -88,31 +89,7 @@ PARAMETERS = (
         )
         for option in fields(EmulatorOptions)
     ),
-    ParameterSpec('{joint}.driver', 'string', None, 'the kind of actuator', choices=DRIVERS),
-    ParameterSpec(
-        '{joint}.direction', 'integer', None, '1 where it turns as the URDF says, or -1'
-    ),
-    ParameterSpec(
-        '{joint}.zero_offset',
-        'double',
-        None,
-        "the joint's position at the actuator's zero",
-        unit='rad or m',
-    ),
-    ParameterSpec(
-        '{joint}.torque_constant',
-        'double',
-        None,
-        'effort at the joint per ampere, in truth',
-        unit='Nm/A or N/A',
-    ),
-    ParameterSpec('{joint}.can_id', 'integer', 0, 'id of the motor, 1 to 32 (rmd_x: required)'),
-    ParameterSpec(
-        '{joint}.dbc',
-        'string',
-        '',
-        'DBC of the servo bridge; empty: config/elbow_servo.dbc of the package',
-    ),
+    *MOUNT_PARAMETERS,
 )
 
 # The plant is kept up to date at least this often.
