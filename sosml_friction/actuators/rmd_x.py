@@ -155,7 +155,7 @@ _PLAIN_REQUESTS: dict[type, Command] = {
     ReadStatus: Command.STATUS,
     ReadVersion: Command.VERSION,
 }
-_REQUESTS_BY_COMMAND = {command: kind for kind, command in _PLAIN_REQUESTS.items()}
+_REQUESTS_BY_COMMAND = {int(command): kind for kind, command in _PLAIN_REQUESTS.items()}
 
 
 def encode_request(motor_id: int, request: Request) -> Frame:
@@ -182,7 +182,7 @@ def decode_request(frame: Frame) -> tuple[int, Request]:
     if command == Command.CURRENT:
         (counts,) = struct.unpack_from('<h', frame.data, 4)
         return motor_id, SetCurrent(counts / 100.0)
-    kind = _REQUESTS_BY_COMMAND.get(command)  # type: ignore[call-overload]
+    kind = _REQUESTS_BY_COMMAND.get(command)
     if kind is None:
         raise CanProtocolError(f'frame {frame} asks with the unknown command {command:#04x}')
     return motor_id, kind()

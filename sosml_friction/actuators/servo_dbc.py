@@ -11,9 +11,11 @@ fits when it has messages ``servo_command`` and ``servo_state`` with the signals
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from pathlib import Path
+from typing import Any
 
 import cantools
 
@@ -104,7 +106,7 @@ class ServoDbc:
         current = self._signals['current']
         self._unavailable = -(1 << (current.length - 1))
 
-    def _message(self, database, name, signals):  # type: ignore[no-untyped-def]
+    def _message(self, database: Any, name: str, signals: Mapping[str, Any]) -> Any:
         try:
             message = database.get_message_by_name(name)
         except KeyError as error:
@@ -212,7 +214,7 @@ class ServoDbc:
             sequence_echo=values['sequence_echo'],
         )
 
-    def _encode(self, message, values) -> bytes:  # type: ignore[no-untyped-def]
+    def _encode(self, message: Any, values: Mapping[str, Any]) -> bytes:
         try:
             return bytes(message.encode(values, scaling=False, padding=False, strict=False))
         except (cantools.database.Error, ValueError, KeyError) as error:
@@ -220,7 +222,7 @@ class ServoDbc:
                 f'{message.name} cannot be encoded: {" ".join(str(error).split())}'
             ) from error
 
-    def _decode(self, message, frame: Frame) -> dict[str, int]:  # type: ignore[no-untyped-def]
+    def _decode(self, message: Any, frame: Frame) -> dict[str, int]:
         if frame.can_id != message.frame_id or len(frame.data) != message.length:
             raise CanProtocolError(
                 f'frame {frame} is not {message.name}, {message.frame_id:#05x} with '

@@ -23,7 +23,8 @@ def message_class(type_name: str) -> type[Any]:
     """
     package, name = split_type_name(type_name)
     try:
-        return getattr(importlib.import_module(f'{package}.msg'), name)  # type: ignore[no-any-return]
+        kind: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
+        return kind
     except (ImportError, AttributeError) as error:
         raise BagError(
             f'the message type {type_name} is not installed: source the workspace that has it or '

@@ -7,8 +7,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numba
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sosml_friction.model.coulomb_viscous import CoulombViscous
@@ -45,7 +45,7 @@ def friction_table(laws: Sequence[FrictionLaw]) -> FloatArray | None:
     return np.array(rows, dtype=float).reshape(len(rows), 6)
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def table_torque(table: FloatArray, v: FloatArray) -> FloatArray:
     """Return tau_f (n,) [Nm or N] at ``v``: the laws' own equations, row by row."""
     tau = np.empty(len(v))
@@ -58,7 +58,7 @@ def table_torque(table: FloatArray, v: FloatArray) -> FloatArray:
     return tau
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def rk4_stage(
     q: FloatArray,
     v: FloatArray,
@@ -80,7 +80,7 @@ def rk4_stage(
     return q_next, v_next, net
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def rk4_sum(
     q: FloatArray,
     v: FloatArray,
