@@ -118,9 +118,11 @@ class Robot:
         g = pinocchio.computeGeneralizedGravity(self._model, self._data, self._in(q))
         return np.array(g[self._order])
 
-    def momentum_terms(self, q: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def momentum_terms(
+        self, q: FloatArray, v: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """
-        Return p = M q' and C^T q' - g, each (n,).
+        Return p = M q' and C^T q' - g, each (n,), and M, (n, n), copies of their own.
 
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s].
@@ -132,8 +134,8 @@ class Robot:
         C = pinocchio.computeCoriolisMatrix(model, data, q, v)
         drift = C.T @ v - pinocchio.computeGeneralizedGravity(model, data, q)
         if self._identity:
-            return p, drift
-        return p[self._order], drift[self._order]
+            return p, drift, np.array(M)
+        return p[self._order], drift[self._order], M[np.ix_(self._order, self._order)]
 
     def momentum_rows(self, q: FloatArray) -> FloatArray:
         """Return |row of M(q)| per joint, (n,): how encoder noise enters the momentum."""

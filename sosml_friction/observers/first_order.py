@@ -9,27 +9,30 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Observer
 
 
 @njit(cache=True)
-def _step(
+def _run(
     r: FloatArray,
     p_previous: FloatArray,
+    h: FloatArray,
     p: FloatArray,
     forcing: FloatArray,
-    h: float,
     c0: FloatArray,
 ) -> FloatArray:
-    estimate = np.empty_like(r)
-    for i in range(len(r)):
-        a = np.exp(-c0[i] * h)
-        r[i] = a * r[i] + (1.0 - a) * ((p[i] - p_previous[i]) / h - forcing[i])
-        p_previous[i] = p[i]
-        estimate[i] = r[i]
+    estimate = np.empty_like(p)
+    for k in range(len(p)):
+        for i in range(len(r)):
+            a = np.exp(-c0[i] * h[k])
+            r[i] = a * r[i] + (1.0 - a) * ((p[k, i] - p_previous[i]) / h[k] - forcing[k, i])
+            p_previous[i] = p[k, i]
+            estimate[k, i] = r[i]
+            if not np.isfinite(r[i]):
+                estimate[k, i] = np.nan
+                r[i] = 0.0
     return estimate
 
 
@@ -48,22 +51,22 @@ class FirstOrder(Observer):
 
     identifier: ClassVar[str] = 'first_order'
     gain_units: ClassVar[Mapping[str, str]] = {'cutoff': '1/s'}
+    positive_gains: ClassVar[tuple[str, ...]] = ('cutoff',)
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        if not np.all(self.gains['cutoff'] > 0.0):
-            raise ConfigurationError('gain cutoff of observer first_order must be positive')
         self._r = np.full(self.n, np.nan)
         self._p = np.full(self.n, np.nan)
 
-    def start(self, p: FloatArray, joints: NDArray[np.bool_]) -> None:
+    def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._r[joints] = 0.0
-        self._p[joints] = p[joints]
+        self._r[:] = 0.0
+        self._p[:] = p
 
-    def step(self, p: FloatArray, forcing: FloatArray, h: float) -> FloatArray:
-        """Advance by one interval and return tau_e at its end."""
-        return _step(self._r, self._p, p, forcing, h, self.gains['cutoff'])
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s = samples
+        return _run(self._r, self._p, s.h, s.p, s.forcing, self.gains['cutoff'])
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return r_k = a r_{k-1} + (1 - a) d_k."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +35,20 @@ class EstimatorCounts:
     gaps: int = 0
     not_finite: int = 0
     without_effort: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """
+    Hold one uninterrupted run of a recording.
+
+    :param rows: the sample of the log that ends each interval, (N,).
+    :param p_start: momentum at the sample before the first interval, (n,).
+    """
+
+    rows: NDArray[np.int64]
+    p_start: FloatArray
+    samples: MomentumSamples
 
 
 class FrictionEstimator:
@@ -96,11 +112,10 @@ class FrictionEstimator:
         self.velocity_source = velocity_source
         self.maximum_gap_s = maximum_gap_s
         self.counts = EstimatorCounts()
-        self._everything = np.ones(robot.n, dtype=bool)
         for observer in observers:
-            # Compile the step now: at the first sample it would stall the node.
-            observer.start(np.zeros(robot.n), self._everything)
-            observer.step(np.zeros(robot.n), np.zeros(robot.n), 1e-3)
+            # Compile now: at the first sample it would stall the node.
+            observer.start(np.zeros(robot.n))
+            observer.run(_stack([self._still(1e-3)]))
         self.reset()
 
     def reset(self) -> None:
@@ -110,6 +125,7 @@ class FrictionEstimator:
         self._started = False
         self._drift = np.full(self.robot.n, np.nan)
         self._tau = np.full(self.robot.n, np.nan)
+        self._inertia = np.full((self.robot.n, self.robot.n), np.nan)
 
     def update(
         self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
@@ -123,6 +139,69 @@ class FrictionEstimator:
         :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
         :return: None for a repeated stamp; NaN where there is no estimate yet.
         """
+        taken = self._take(t_ns, q, v, tau)
+        if taken is None:
+            return None
+        if not isinstance(taken, _Interval):
+            for observer in self.observers.values():
+                if taken.p is not None:
+                    observer.start(taken.p)
+            return {name: np.full(self.robot.n, np.nan) for name in self.observers}
+        samples = _stack([taken])
+        return {name: -observer.run(samples)[0] for name, observer in self.observers.items()}
+
+    def batch(self, log: JointLog) -> dict[str, FloatArray]:
+        """
+        Return tau_f of each observer over a recording, (N, n), the same numbers as on line.
+
+        Starts afresh. A repeated stamp gets NaN.
+
+        :raises DataError: if a joint of the robot is not in the log.
+        """
+        stretches = self.stretches(log)
+        result = {}
+        for name, observer in self.observers.items():
+            tau_f = np.full((len(log), self.robot.n), np.nan)
+            for stretch in stretches:
+                observer.start(stretch.p_start)
+                tau_f[stretch.rows] = -observer.run(stretch.samples)
+            result[name] = tau_f
+        return result
+
+    def stretches(self, log: JointLog) -> list[Stretch]:
+        """
+        Return what the observers are driven by over a recording, one stretch per fresh start.
+
+        :raises DataError: if a joint of the robot is not in the log.
+        """
+        log = log.select(self.robot.names)
+        self.reset()
+        stretches: list[Stretch] = []
+        p_start: FloatArray | None = None
+        rows: list[int] = []
+        intervals: list[_Interval] = []
+
+        def finish() -> None:
+            if p_start is not None and rows:
+                stretches.append(Stretch(np.array(rows), p_start, _stack(intervals)))
+            rows.clear()
+            intervals.clear()
+
+        for k in range(len(log)):
+            taken = self._take(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
+            if isinstance(taken, _Interval):
+                rows.append(k)
+                intervals.append(taken)
+            elif taken is not None:
+                finish()
+                p_start = taken.p
+        finish()
+        return stretches
+
+    def _take(
+        self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
+    ) -> _Interval | _Start | None:
+        """Return the interval that ends at this sample, or a start, or None: repeated stamp."""
         counts = self.counts
         counts.samples += 1
         h = np.nan
@@ -139,9 +218,10 @@ class FrictionEstimator:
                 self.reset()
         # Copies: a caller may reuse its arrays, and a strided view sums in another order.
         q, tau = np.array(q, dtype=float), np.array(tau, dtype=float)
+        q_previous = self._q
         if self.velocity_source == 'position_difference':
             # NaN on a first sample: there is no velocity yet, and so no momentum to start from.
-            v = (q - self._q) / h
+            v = (q - q_previous) / h
         else:
             v = np.array(v, dtype=float)
         self._t_ns, self._q = t_ns, q
@@ -152,43 +232,16 @@ class FrictionEstimator:
             if self.velocity_source == 'message' or not np.isfinite(q).all():
                 counts.not_finite += 1
             self._started = False
-            return self._unknown()
-        p, drift = self.robot.momentum_terms(q, v)
-        if not self._started:
-            for observer in self.observers.values():
-                observer.start(p, self._everything)
-            result = self._unknown()
-        else:
+            return _Start(None)
+        p, drift, inertia = self.robot.momentum_terms(q, v)
+        taken: _Interval | _Start = _Start(p)
+        if self._started:
+            integral = 0.5 * ((self._inertia + inertia) @ (q - q_previous))
             forcing = self._held(tau) + 0.5 * (self._drift + drift)
-            result = {}
-            for name, observer in self.observers.items():
-                tau_f = -observer.step(p, forcing, h)
-                lost = ~np.isfinite(tau_f)
-                if lost.any():
-                    tau_f[lost] = np.nan
-                    observer.start(p, lost)
-                result[name] = tau_f
+            taken = _Interval(h, p, integral, forcing, inertia)
         self._started = True
-        self._drift, self._tau = drift, tau
-        return result
-
-    def batch(self, log: JointLog) -> dict[str, FloatArray]:
-        """
-        Return tau_f of each observer over a recording, (N, n), by the same steps as on line.
-
-        Starts afresh. A repeated stamp gets NaN.
-
-        :raises DataError: if a joint of the robot is not in the log.
-        """
-        log = log.select(self.robot.names)
-        self.reset()
-        result = {name: np.full(log.q.shape, np.nan) for name in self.observers}
-        for k in range(len(log)):
-            estimates = self.update(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
-            if estimates is not None:
-                for name, tau_f in estimates.items():
-                    result[name][k] = tau_f
-        return result
+        self._drift, self._tau, self._inertia = drift, tau, inertia
+        return taken
 
     def _held(self, tau: FloatArray) -> FloatArray:
         # A joint whose effort counts from one end only is not lost with the other end's NaN.
@@ -196,5 +249,27 @@ class FrictionEstimator:
         before = np.where(w < 1.0, (1.0 - w) * self._tau, 0.0)
         return before + np.where(w > 0.0, w * tau, 0.0)
 
-    def _unknown(self) -> dict[str, FloatArray]:
-        return {name: np.full(self.robot.n, np.nan) for name in self.observers}
+    def _still(self, h: float) -> _Interval:
+        zero = np.zeros(self.robot.n)
+        return _Interval(h, zero, zero, zero, np.eye(self.robot.n))
+
+
+class _Interval(NamedTuple):
+    """One row of :class:`MomentumSamples`."""
+
+    h: float
+    p: FloatArray
+    integral: FloatArray
+    forcing: FloatArray
+    inertia: FloatArray
+
+
+class _Start(NamedTuple):
+    """A sample at which the observers start; ``p`` None where they have to wait for the next."""
+
+    p: FloatArray | None
+
+
+def _stack(intervals: Sequence[_Interval]) -> MomentumSamples:
+    columns = zip(*intervals, strict=True)
+    return MomentumSamples(*(np.array(column) for column in columns))

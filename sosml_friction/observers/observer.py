@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.observers.momentum_samples import MomentumSamples
 
 FloatArray = NDArray[np.float64]
 
@@ -21,16 +22,23 @@ class Observer(ABC):
     Estimate the disturbance tau_e in p' = tau + C^T q' - g + tau_e, joint by joint.
 
     tau_e = -tau_f: the minus sign is applied once, in
-    :class:`~sosml_friction.observers.friction_estimator.FrictionEstimator`. A joint whose input is
-    not finite gets a state that is not finite, and only that joint; :meth:`start` heals it.
+    :class:`~sosml_friction.observers.friction_estimator.FrictionEstimator`.
+
+    On line and over a recording it is the same :meth:`run`, with one interval or with many, so the
+    two agree to the last bit. A joint whose forcing is not finite has no estimate over that
+    interval (NaN) and starts afresh at its end; the other joints go on.
 
     :param gains: per gain one value for each joint, units in ``gain_units``.
     :raises ConfigurationError: if a gain is missing, unknown, of the wrong length or out of range.
     """
 
     identifier: ClassVar[str]
-    #: Unit of each gain of a revolute joint; a prismatic one has N for Nm.
+    #: Unit of each gain of a revolute joint; a prismatic one has N for Nm and m for rad.
     gain_units: ClassVar[Mapping[str, str]]
+    #: Gains that must not be zero.
+    positive_gains: ClassVar[tuple[str, ...]] = ()
+    #: False for a smoother, which needs the whole recording and cannot run in a node.
+    causal: ClassVar[bool] = True
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         unknown = sorted(set(gains) - set(self.gain_units))
@@ -56,26 +64,24 @@ class Observer(ABC):
                 f'observer {self.identifier} needs one finite gain >= 0 for each joint: it '
                 f'has {written}'
             )
+        for name in self.positive_gains:
+            if not np.all(self.gains[name] > 0.0):
+                raise ConfigurationError(
+                    f'gain {name} of observer {self.identifier} must be positive'
+                )
         self.n = shapes.pop()[0]
 
     @abstractmethod
-    def start(self, p: FloatArray, joints: NDArray[np.bool_]) -> None:
+    def start(self, p: FloatArray) -> None:
         """
-        Begin afresh at momentum ``p`` with the estimate zero.
+        Begin afresh, all joints, at momentum ``p`` with the estimate zero.
 
         :param p: momentum (n,) [Nm s or N s].
-        :param joints: which joints to start, (n,); the others keep their state.
         """
 
     @abstractmethod
-    def step(self, p: FloatArray, forcing: FloatArray, h: float) -> FloatArray:
-        """
-        Advance by one interval and return tau_e at its end, (n,) [Nm or N].
-
-        :param p: momentum at the end of the interval (n,).
-        :param forcing: mean of tau + C^T q' - g over the interval (n,) [Nm or N].
-        :param h: length of the interval [s], positive.
-        """
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n) [Nm or N]."""
 
     @abstractmethod
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

@@ -9,41 +9,48 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Observer
 
 
 @njit(cache=True)
-def _step(
+def run_implicit(
     p_hat: FloatArray,
     sigma: FloatArray,
+    h: FloatArray,
     p: FloatArray,
     forcing: FloatArray,
-    h: float,
     s1: FloatArray,
     t1: FloatArray,
     s2: FloatArray,
     t2: FloatArray,
 ) -> FloatArray:
-    estimate = np.empty_like(sigma)
-    for i in range(len(sigma)):
-        y = p_hat[i] + h * (forcing[i] + sigma[i]) - p[i]
-        outside = abs(y) - h * h * s1[i]
-        if outside <= 0.0:
-            # The sliding set: e = 0 solves the inclusion with the sign anywhere in [-1, 1].
-            sigma[i] -= y / h
-            p_hat[i] = p[i]
-        else:
-            # A x^2 + h T1 x = |y| - h^2 S1 for x = sqrt(|e|), root written without cancellation.
-            A = 1.0 + h * t2[i] + h * h * s2[i]
-            b = h * t1[i]
-            x = 2.0 * outside / (b + np.sqrt(b * b + 4.0 * A * outside))
-            e = np.sign(y) * x * x
-            sigma[i] -= h * (s1[i] * np.sign(y) + s2[i] * e)
-            p_hat[i] = p[i] + e
-        estimate[i] = sigma[i]
+    """Advance the states (n,) in place and return sigma after each interval, (N, n)."""
+    estimate = np.empty_like(p)
+    for k in range(len(p)):
+        T = h[k]
+        for i in range(len(sigma)):
+            y = p_hat[i] + T * (forcing[k, i] + sigma[i]) - p[k, i]
+            outside = abs(y) - T * T * s1[i]
+            if outside <= 0.0:
+                # The sliding set: e = 0 solves the inclusion with the sign anywhere in [-1, 1].
+                sigma[i] -= y / T
+                p_hat[i] = p[k, i]
+            else:
+                # A x^2 + T T1 x = |y| - T^2 S1 for x = sqrt(|e|), root without cancellation.
+                A = 1.0 + T * t2[i] + T * T * s2[i]
+                b = T * t1[i]
+                x = 2.0 * outside / (b + np.sqrt(b * b + 4.0 * A * outside))
+                e = np.sign(y) * x * x
+                sigma[i] -= T * (s1[i] * np.sign(y) + s2[i] * e)
+                p_hat[i] = p[k, i] + e
+            estimate[k, i] = sigma[i]
+            if not np.isfinite(sigma[i]):
+                estimate[k, i] = np.nan
+                sigma[i] = 0.0
+                p_hat[i] = p[k, i]
     return estimate
 
 
@@ -78,20 +85,20 @@ class Sosml(Observer):
         self._p_hat = np.full(self.n, np.nan)
         self._sigma = np.full(self.n, np.nan)
 
-    def start(self, p: FloatArray, joints: NDArray[np.bool_]) -> None:
+    def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._p_hat[joints] = p[joints]
-        self._sigma[joints] = 0.0
+        self._p_hat[:] = p
+        self._sigma[:] = 0.0
 
-    def step(self, p: FloatArray, forcing: FloatArray, h: float) -> FloatArray:
-        """Advance by one interval and return tau_e at its end."""
-        g = self.gains
-        return _step(
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s, g = samples, self.gains
+        return run_implicit(
             self._p_hat,
             self._sigma,
-            p,
-            forcing,
-            h,
+            s.h,
+            s.p,
+            s.forcing,
             g['sliding'],
             g['sliding_root'],
             g['linear'],

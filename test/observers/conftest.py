@@ -13,6 +13,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.friction_laws import make_friction_law
 from sosml_friction.model.robot import Robot
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.simulation.plant import Plant
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -83,6 +84,35 @@ def slow(t: float) -> tuple[np.ndarray, ...]:
         np.array([v, 0.0]),
         np.array([sign * 0.104 * slope if u < 1.0 else 0.0, 0.0]),
     )
+
+
+@pytest.fixture(scope='session')
+def drive() -> Callable[..., np.ndarray]:
+    """
+    Start an observer and run it over momenta, (N, n) or (N,) for one joint.
+
+    Row 0 of ``p`` is the start; ``forcing`` and ``h`` (or one number) are of the intervals that
+    end at the others. M is 1 and the integral of p that of the trapezoid, unless given.
+    """
+
+    def run(observer, p, forcing, h, integral=None, inertia=None):
+        column = np.ndim(p) == 1
+        p, forcing = (x[:, None] if column else x for x in (np.asarray(p), np.asarray(forcing)))
+        count, n = p.shape
+        h = np.broadcast_to(np.asarray(h, dtype=float), count)[1:].copy()
+        if integral is None:
+            integral = 0.5 * h[:, None] * (p[1:] + p[:-1])
+        elif column:
+            integral = integral[1:, None]
+        else:
+            integral = integral[1:]
+        if inertia is None:
+            inertia = np.broadcast_to(np.eye(n), (count - 1, n, n)).copy()
+        observer.start(p[0])
+        estimate = observer.run(MomentumSamples(h, p[1:], integral, forcing[1:], inertia))
+        return estimate[:, 0] if column else estimate
+
+    return run
 
 
 @pytest.fixture(scope='session')

@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.sosml import Sosml
-
-EVERYTHING = np.ones(1, dtype=bool)
+from sosml_friction.observers.sosml import Sosml, run_implicit
 
 
 def make(s1, t1, s2, t2):
@@ -27,13 +25,6 @@ gain_sets = st.tuples(
     st.one_of(st.just(0.0), st.floats(1.0, 1e3)),
 ).filter(lambda gains: gains[0] + gains[2] > 0.0)
 periods = st.floats(2e-4, 0.01)
-
-
-def run(observer, p, forcing, h):
-    observer.start(p[:1], EVERYTHING)
-    return np.array(
-        [observer.step(p[k : k + 1], forcing[k : k + 1], h)[0] for k in range(1, len(p))]
-    )
 
 
 def momentum(disturbance, forcing, h):
@@ -50,15 +41,16 @@ def test_each_step_solves_the_backward_euler_equations(gains, h, seed, scale):
     """
     s1, t1, s2, t2 = gains
     rng = np.random.default_rng(seed)
-    observer = make(*gains)
-    p_hat, sigma = 10**scale * rng.normal(size=2)
-    observer.start(np.array([p_hat]), EVERYTHING)
+    columns = [np.array([gain]) for gain in gains]
+    p_hats, sigmas = 10**scale * rng.normal(size=1), np.zeros(1)
+    p_hat = float(p_hats[0])
     # Bring sigma to a value of no significance by steps that are checked as well.
     sigma = 0.0
     for _ in range(20):
         p, u = 10**scale * rng.normal(size=2)
-        new = float(observer.step(np.array([p]), np.array([u]), h)[0])
-        new_hat = float(observer._p_hat[0])
+        one = np.array([h]), np.array([[p]]), np.array([[u]])
+        new = float(run_implicit(p_hats, sigmas, *one, *columns)[0, 0])
+        new_hat = float(p_hats[0])
         e = new_hat - p
         size = max(abs(p), abs(p_hat), abs(h * u), abs(h * sigma), abs(h * new), 1e-30)
         if s1 > 0.0:
@@ -83,21 +75,21 @@ def test_each_step_solves_the_backward_euler_equations(gains, h, seed, scale):
     st.one_of(st.just(0.0), st.floats(1e-3, 1e3)),
     st.floats(-20.0, 20.0),
 )
-def test_a_constant_disturbance_is_found_without_error_or_limit_cycle(wn, zeta, s1, size):
+def test_a_constant_disturbance_is_found_without_error_or_limit_cycle(drive, wn, zeta, s1, size):
     """After 40 time constants the last 100 estimates are the disturbance: no chattering."""
     h = 1e-3
     observer = make(s1, 1.6 * np.sqrt(s1), wn**2, 2.0 * zeta * wn)
     slowest = wn * (zeta - np.sqrt(max(zeta**2 - 1.0, 0.0)))
     n = int(40.0 / (slowest * h)) + 200
     d, u = np.full(n, size), 3.0 * np.sin(np.arange(n))
-    estimate = run(observer, momentum(d, u, h), u, h)
+    estimate = drive(observer, momentum(d, u, h), u, h)
     # Rounding of the growing momentum, over h.
     np.testing.assert_allclose(estimate[-100:], size, atol=1e-8 * (1.0 + abs(size)))
 
 
 @settings(deadline=None, max_examples=60)
 @given(gain_sets.filter(lambda gains: gains[0] > 0.0), periods, st.floats(-5.0, 5.0))
-def test_a_sliding_observer_does_not_chatter_at_any_gains(gains, h, size):
+def test_a_sliding_observer_does_not_chatter_at_any_gains(drive, gains, h, size):
     """Explicit Euler cycles here for T2 = 0; implicitly the swing of sigma dies out."""
     s1, _, s2, t2 = gains
     # A pure integrator pair without any damping rings on, as its equations say it must.
@@ -107,7 +99,7 @@ def test_a_sliding_observer_does_not_chatter_at_any_gains(gains, h, size):
     n = min(int(20.0 * reach / h), 60_000)
     assume(n < 60_000)
     d, u = np.full(n + 300, size), np.zeros(n + 300)
-    estimate = run(observer, momentum(d, u, h), u, h)
+    estimate = drive(observer, momentum(d, u, h), u, h)
     tail = estimate[-100:]
     # What explicit Euler would leave is a swing of about h S1.
     assert np.ptp(tail) <= max(1e-3 * h * s1, 1e-7 * (1.0 + abs(size)))
@@ -115,11 +107,11 @@ def test_a_sliding_observer_does_not_chatter_at_any_gains(gains, h, size):
 
 
 @given(st.floats(1.0, 1e5), st.floats(0.0, 1e3), periods, st.integers(0, 100))
-def test_without_sliding_it_is_the_linear_second_order_observer(s2, t2, h, seed):
+def test_without_sliding_it_is_the_linear_second_order_observer(drive, s2, t2, h, seed):
     """Written here as a 2 x 2 implicit linear system, solved by numpy."""
     rng = np.random.default_rng(seed)
     p, u = rng.normal(size=(2, 80))
-    estimate = run(make(0.0, 0.0, s2, t2), p, u, h)
+    estimate = drive(make(0.0, 0.0, s2, t2), p, u, h)
     matrix = np.array([[1.0 + h * t2, -h], [h * s2, 1.0]])
     p_hat, sigma = p[0], 0.0
     for k in range(1, 80):
@@ -129,59 +121,55 @@ def test_without_sliding_it_is_the_linear_second_order_observer(s2, t2, h, seed)
 
 
 @given(gain_sets, periods, st.floats(1e-3, 1e3))
-def test_another_unit_of_effort_changes_nothing(gains, h, k):
+def test_another_unit_of_effort_changes_nothing(drive, gains, h, k):
     """p, forcing and S1 by k, T1 by sqrt(k): the estimate by k."""
     s1, t1, s2, t2 = gains
     rng = np.random.default_rng(4)
     p, u = np.cumsum(rng.normal(size=60)) * 0.01, rng.normal(size=60)
-    one = run(make(s1, t1, s2, t2), p, u, h)
-    other = run(make(k * s1, np.sqrt(k) * t1, s2, t2), k * p, k * u, h)
+    one = drive(make(s1, t1, s2, t2), p, u, h)
+    other = drive(make(k * s1, np.sqrt(k) * t1, s2, t2), k * p, k * u, h)
     np.testing.assert_allclose(other, k * one, atol=1e-7 * k * (1.0 + np.abs(one).max()))
 
 
 @given(st.floats(1.0, 1e5), st.floats(0.0, 1e3), periods)
-def test_the_lag_filter_is_the_linear_observers_response_with_gain_one(s2, t2, h):
+def test_the_lag_filter_is_the_linear_observers_response_with_gain_one(drive, s2, t2, h):
     rng = np.random.default_rng(5)
     d, u = rng.normal(size=(2, 80))
     observer = make(0.0, 0.0, s2, t2)
     b, a = observer.lag_filter(h, 0)
     assert b.sum() / a.sum() == pytest.approx(1.0, rel=1e-6)
-    estimate = run(observer, momentum(d, u, h), u, h)
+    estimate = drive(observer, momentum(d, u, h), u, h)
     np.testing.assert_allclose(estimate, lfilter(b, a, d[1:]), atol=1e-9)
 
 
-def test_a_sliding_observer_with_clean_signals_has_no_lag_as_its_filter_says():
+def test_a_sliding_observer_with_clean_signals_has_no_lag_as_its_filter_says(drive):
     """|tau_e'| < S1: after reaching, the estimate is the mean disturbance of the last interval."""
     h, t = 1e-3, np.arange(3000) * 1e-3
     d, u = np.sin(2.0 * np.pi * t), np.cos(t)
     observer = make(20.0, 1.6 * np.sqrt(20.0), 0.0, 0.0)
     b, a = observer.lag_filter(h, 0)
     assert (b.tolist(), a.tolist()) == ([1.0], [1.0])
-    estimate = run(observer, momentum(d, u, h), u, h)
+    estimate = drive(observer, momentum(d, u, h), u, h)
     np.testing.assert_allclose(estimate[1000:], d[1001:], atol=1e-9)
 
 
-def test_a_nan_stays_with_its_joint_until_it_is_started_again():
+def test_a_nan_stays_with_its_joint_until_it_is_started_again(drive):
     gains = {
         'sliding': [1.0, 2.0],
         'sliding_root': [1.0, 2.0],
         'linear': [100.0, 200.0],
         'linear_damping': [10.0, 20.0],
     }
-    both = Sosml(gains)
-    alone = Sosml({name: values[1:] for name, values in gains.items()})
-    both.start(np.zeros(2), np.ones(2, dtype=bool))
-    alone.start(np.zeros(1), EVERYTHING)
     rng = np.random.default_rng(6)
-    for k in range(50):
-        p, u = rng.normal(size=(2, 2))
-        if k == 20:
-            p[0] = np.nan
-        pair = both.step(p, u, 1e-3)
-        np.testing.assert_array_equal(pair[1:], alone.step(p[1:], u[1:], 1e-3))
-        assert np.isnan(pair[0]) == (k >= 20)
-    both.start(np.ones(2), np.array([True, False]))
-    assert both.step(np.ones(2), np.zeros(2), 1e-3)[0] == 0.0
+    p, u = rng.normal(size=(2, 50, 2))
+    u[20, 0] = np.nan
+    pair = drive(Sosml(gains), p, u, 1e-3)
+    last = {name: values[1:] for name, values in gains.items()}
+    np.testing.assert_array_equal(pair[:, 1:], drive(Sosml(last), p[:, 1:], u[:, 1:], 1e-3))
+    assert np.flatnonzero(np.isnan(pair[:, 0])).tolist() == [19]
+    first = {name: values[:1] for name, values in gains.items()}
+    again = drive(Sosml(first), p[20:, :1], u[20:, :1], 1e-3)
+    np.testing.assert_array_equal(pair[20:, :1], again)
 
 
 def test_an_observer_that_cannot_move_is_refused():
