@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -27,8 +27,9 @@ from sosml_friction.model.model_folder import (
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.robot import Robot
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
-from sosml_friction.observers.recipe import BANDWIDTH, configuration_for
+from sosml_friction.observers.log_conditions import configuration_for
 
 FloatArray = NDArray[np.float64]
 
@@ -52,6 +53,16 @@ class BagAnalysis:
     model: RobotModelFile
 
 
+@dataclass(frozen=True)
+class RecordedRobot:
+    """Hold the motion in a bag and the robot that made it, joints in the order of the model."""
+
+    bag: Bag
+    log: JointLog
+    nominal: RobotModelFile
+    robot: Robot
+
+
 def analyse_bag(
     path: str | Path,
     model: str | Path | None = None,
@@ -59,6 +70,7 @@ def analyse_bag(
     settings: FitSettings | None = None,
     bandwidth: float | None = None,
     namespace: str | None = None,
+    observers: Sequence[str] | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -70,9 +82,44 @@ def analyse_bag(
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
     :param bandwidth: observers made by recipe with this bandwidth [rad/s] instead of the bag's.
     :param namespace: which robot, where a bag holds several.
+    :param observers: which to run instead of the bag's, with gains from the noise, friction and
+        motion measured in it, or for ``bandwidth`` where that is given.
+    :raises BagError: if the bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if no model or URDF is known, joints disagree, or an observer is
+        unknown or has no gains by bandwidth.
+    :raises DataError: if effort is missing or the motion cannot be fitted.
+    """
+    recorded = read_recorded_robot(path, model, urdf, namespace)
+    bag, log, nominal, robot = recorded.bag, recorded.log, recorded.nominal, recorded.robot
+    text = bag.text('observer_configuration')
+    if text is not None and bandwidth is None and observers is None:
+        configuration = parse_configuration(text, f'observer_configuration of {path}')
+    else:
+        holds: tuple[str, ...] = ()
+        if text is not None:
+            recorded_configuration = parse_configuration(text, f'observer_configuration of {path}')
+            holds = tuple(recorded_configuration.effort_hold)
+        configuration = configuration_for(log, robot, bandwidth, holds, observers)
+    estimator = configuration.make_estimator(robot)
+    estimates = estimator.batch(log)
+    fit = fit_friction(log, estimates, robot, estimator.observers, settings)
+    provenance = _provenance(Path(path), bag, log, configuration, fit)
+    fitted = _with_friction(nominal, fit, provenance)
+    return BagAnalysis(log, estimates, configuration, fit, fitted)
+
+
+def read_recorded_robot(
+    path: str | Path,
+    model: str | Path | None = None,
+    urdf: str | Path | None = None,
+    namespace: str | None = None,
+) -> RecordedRobot:
+    """
+    Read the motion in a bag and the robot that made it; parameters as for :func:`analyse_bag`.
+
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, or joints disagree.
-    :raises DataError: if effort is missing or the motion cannot be fitted.
+    :raises DataError: if no joint has effort.
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
@@ -83,19 +130,7 @@ def analyse_bag(
     robot = nominal.make_robot(document)
     log = log.select(robot.names)
     log.require_effort()
-    text = bag.text('observer_configuration')
-    if text is not None and bandwidth is None:
-        configuration = parse_configuration(text, f'observer_configuration of {path}')
-    else:
-        configuration = configuration_for(
-            log, robot, BANDWIDTH if bandwidth is None else bandwidth
-        )
-    estimator = configuration.make_estimator(robot)
-    estimates = estimator.batch(log)
-    fit = fit_friction(log, estimates, robot, estimator.observers, settings)
-    provenance = _provenance(Path(path), bag, log, configuration, fit)
-    fitted = _with_friction(replace(nominal, urdf=document), fit, provenance)
-    return BagAnalysis(log, estimates, configuration, fit, fitted)
+    return RecordedRobot(bag, log, replace(nominal, urdf=document), robot)
 
 
 def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:

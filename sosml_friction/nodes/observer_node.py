@@ -37,12 +37,14 @@ from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
 from sosml_friction.observers.configuration import (
+    CAUSAL,
     OBSERVERS,
     ObserverConfiguration,
     parse_configuration,
+    refuse_offline,
 )
 from sosml_friction.observers.friction_estimator import EFFORT_HOLDS, VELOCITY_SOURCES
-from sosml_friction.observers.recipe import BANDWIDTH, gains_from_noise
+from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.share import share_directory
 
 #: After so many messages of which none can be used, the node gives up with a sentence.
@@ -67,19 +69,38 @@ PARAMETERS = (
         'selected', 'string', 'sosml', 'observer whose output is published as friction_estimate'
     ),
     ParameterSpec(
-        'bandwidth',
-        'double',
-        BANDWIDTH,
-        'bandwidth the gains are made for, where none are given',
-        'rad/s',
-        (0.1, 1e4),
+        'friction_jump',
+        'double_array',
+        [],
+        'change of friction at a reversal, twice its level, of each joint: gains are made from it '
+        'and the three that follow (sosml tune measures them in a bag); empty: from bandwidth',
+        'Nm or N',
+    ),
+    ParameterSpec(
+        'reversal_time', 'double_array', [], 'time between reversals of each joint', 's'
+    ),
+    ParameterSpec(
+        'position_noise',
+        'double_array',
+        [],
+        'standard deviation of the position of each joint, resolution / sqrt(12) included',
+        'rad or m',
     ),
     ParameterSpec(
         'velocity_noise',
         'double_array',
         [],
-        'standard deviation of the velocity of each joint; empty: no sliding term is added',
+        'standard deviation of the velocity of each joint; with bandwidth alone, empty: no '
+        'sliding term is added',
         'rad/s or m/s',
+    ),
+    ParameterSpec(
+        'bandwidth',
+        'double',
+        BANDWIDTH,
+        'bandwidth the gains are made for, where neither friction_jump nor they are given',
+        'rad/s',
+        (0.1, 1e4),
     ),
     ParameterSpec(
         'effort_hold',
@@ -115,10 +136,10 @@ PARAMETERS = (
             f'{observer.identifier}.{gain}',
             'double_array',
             [],
-            f'gain of observer {observer.identifier}, one for each joint; empty: by bandwidth',
+            f'gain of observer {observer.identifier}, one for each joint; empty: by recipe',
             unit,
         )
-        for observer in OBSERVERS.values()
+        for observer in (OBSERVERS[name] for name in CAUSAL)
         for gain, unit in observer.gain_units.items()
     ),
 )
@@ -140,11 +161,12 @@ class ObserverNode(ProgramNode):
         folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self._model = read_model(folder)
         self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        refuse_offline(self._p['observers'])
         unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
         if unknown or self._p['selected'] not in self._p['observers']:
             raise ConfigurationError(
                 f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
-                f'from {", ".join(OBSERVERS)} and select one that runs'
+                f'from {", ".join(CAUSAL)} and select one that runs'
             )
         self._estimator: Any = None
         self._columns: dict[tuple[str, ...], NDArray[np.int64] | None] = {}
@@ -180,6 +202,7 @@ class ObserverNode(ProgramNode):
     def _begin(self, urdf: str) -> None:
         robot = self._model.make_robot(urdf)
         configuration = self._configure(robot)
+        refuse_offline(configuration.gains)
         self._estimator = configuration.make_estimator(robot)
         self._joints = list(robot.names)
         self._outputs = {
@@ -210,14 +233,14 @@ class ObserverNode(ProgramNode):
         p = self._p
         if p['configuration']:
             return self._configuration_of(Path(p['configuration']))
-        noise = p['velocity_noise'] or [0.0] * robot.n
-        if len(noise) != robot.n:
-            raise ConfigurationError(
-                f'parameter velocity_noise has {len(noise)} values for the {robot.n} joints '
-                f'{", ".join(robot.names)}: give one for each'
-            )
-        momentum_noise = robot.momentum_rows(np.zeros(robot.n)) * np.array(noise)
-        recipe = gains_from_noise(p['bandwidth'], momentum_noise.tolist())
+        recipe = recipe_gains(
+            robot,
+            p['bandwidth'],
+            p['position_noise'],
+            p['velocity_noise'],
+            p['friction_jump'],
+            p['reversal_time'],
+        )
         gains: dict[str, dict[str, Sequence[float]]] = {}
         for name in p['observers']:
             given = {
@@ -225,7 +248,15 @@ class ObserverNode(ProgramNode):
                 for gain in OBSERVERS[name].gain_units
                 if p[f'{name}.{gain}']
             }
-            gains[name] = {**recipe[name], **given}
+            missing = [gain for gain in OBSERVERS[name].gain_units if gain not in given]
+            if missing and name not in recipe:
+                lacking = ', '.join(f'{name}.{gain}' for gain in missing)
+                raise ConfigurationError(
+                    f'observer {name} has no gains by bandwidth: set the parameters '
+                    'friction_jump, reversal_time, position_noise and velocity_noise (sosml tune '
+                    f'measures them in a bag), or {lacking}'
+                )
+            gains[name] = {**recipe.get(name, {}), **given}
         holds = p['effort_hold']
         return ObserverConfiguration(
             robot.names,

@@ -138,7 +138,13 @@ class FrictionEstimator:
         :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
         :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
         :return: None for a repeated stamp; NaN where there is no estimate yet.
+        :raises ConfigurationError: if an observer is a smoother.
         """
+        offline = [name for name, observer in self.observers.items() if not observer.causal]
+        if offline:
+            raise ConfigurationError(
+                f'observer {", ".join(offline)} needs the whole recording: use batch'
+            )
         taken = self._take(t_ns, q, v, tau)
         if taken is None:
             return None

@@ -54,6 +54,19 @@ def run_implicit(
     return estimate
 
 
+def refuse_immovable(observer: Observer) -> None:
+    """
+    Check that each joint's gains move sigma.
+
+    :raises ConfigurationError: if ``sliding`` and ``linear`` of a joint are both zero.
+    """
+    if not np.all(observer.gains['sliding'] + observer.gains['linear'] > 0.0):
+        raise ConfigurationError(
+            f'observer {observer.identifier} needs sliding > 0 or linear > 0 on each joint: '
+            'without both its estimate never moves'
+        )
+
+
 class Sosml(Observer):
     """
     Track the momentum by a super-twisting observer with linear terms, stepped implicitly.
@@ -77,11 +90,7 @@ class Sosml(Observer):
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        if not np.all(self.gains['sliding'] + self.gains['linear'] > 0.0):
-            raise ConfigurationError(
-                'observer sosml needs sliding > 0 or linear > 0 on each joint: without both its '
-                'estimate never moves'
-            )
+        refuse_immovable(self)
         self._p_hat = np.full(self.n, np.nan)
         self._sigma = np.full(self.n, np.nan)
 

@@ -17,7 +17,22 @@ SYMBOLS = {
 #: Parameters that cannot be negative.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity')
 
-_OBSERVERS = {'first_order': 'FO', 'sosml': 'SOSML'}
+_OBSERVERS = {
+    'first_order_capped': 'FO capped',
+    'quasi_static': 'Quasi-static',
+    'first_order': 'FO',
+    'first_order_prefiltered': 'FO+prefilter',
+    'linear_second_order': 'LIN2',
+    'sosml': 'SOSML',
+    'sosml_explicit': 'SOSML explicit',
+    'kalman': 'Kalman',
+    'kalman_adaptive': 'Kalman adaptive',
+    'kalman_scheduled': 'Kalman scheduled',
+    'kalman_imm': 'Kalman IMM',
+    'kalman_stribeck': 'Kalman+law',
+    'kalman_stribeck_wrong_knee': 'Kalman+wrong law',
+    'smoother': 'Smoother',
+}
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
 
@@ -27,7 +42,7 @@ def observer_label(identifier: str) -> str:
 
 
 def in_order(observers: Iterable[str]) -> list[str]:
-    """Return each observer once, the known ones first and in the order FO, SOSML."""
+    """Return each observer once, the known ones first, from simple to elaborate."""
     known = list(_OBSERVERS)
     unique = dict.fromkeys(observers)
     return sorted(unique, key=lambda name: known.index(name) if name in known else len(known))

@@ -23,7 +23,7 @@ from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.observers.configuration import ObserverConfiguration
-from sosml_friction.observers.recipe import gains_from_noise
+from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.share import share_directory
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '10'))
@@ -48,10 +48,17 @@ def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float,
         plan['ramp'],
     )
     log = run_lockstep(trajectory, emulated_exoskeleton(seed))
-    noise = robot.momentum_rows(np.zeros(2)) * np.array(observing['velocity_noise'], dtype=float)
+    recipe = recipe_gains(
+        robot,
+        BANDWIDTH,
+        *(
+            observing[name]
+            for name in ('position_noise', 'velocity_noise', 'friction_jump', 'reversal_time')
+        ),
+    )
     configuration = ObserverConfiguration(
         robot.names,
-        gains_from_noise(observing['bandwidth'], noise.tolist()),
+        {name: recipe[name] for name in observing['observers']},
         tuple(observing['effort_hold'] * robot.n),
     )
     estimator = configuration.make_estimator(robot)

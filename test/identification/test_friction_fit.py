@@ -21,7 +21,8 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.recipe import configuration_for, gains_from_noise
+from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS, configuration_for
+from sosml_friction.observers.recipe import gains_for_bandwidth
 from sosml_friction.share import share_directory
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -56,8 +57,9 @@ def recording(robot, motion, duration, noise=0.05, stribeck=0.0, seed=0):
 
 
 def analyse(robot, log, settings=None, bandwidth=40.0):
-    gains = gains_from_noise(bandwidth, [1e-4, 1e-4])
-    estimator = FrictionEstimator(robot, [make_observer(k, g) for k, g in gains.items()], 'mean')
+    gains = gains_for_bandwidth(bandwidth, [1e-4, 1e-4])
+    observers = [make_observer(name, gains[name]) for name in DEFAULT_OBSERVERS]
+    estimator = FrictionEstimator(robot, observers, 'mean')
     return fit_friction(log, estimator.batch(log), robot, estimator.observers, settings)
 
 

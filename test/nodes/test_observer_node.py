@@ -16,7 +16,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.observers.configuration import CAUSAL, parse_configuration
 from sosml_friction.share import share_directory
 
 NAMES = ('shoulder', 'elbow')
@@ -48,14 +48,13 @@ def stamp(state: JointState) -> int:
     return state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
 
 
-def published(ros, urdf_path, start_node, *parameters):
-    """Start an observer and return (publisher, estimates of three topics, configuration)."""
+def published(ros, urdf_path, start_node, *parameters, observers=('first_order', 'sosml')):
+    """Start observers and return (publisher, estimates of all topics, configuration)."""
     estimates = {
         topic: ros.collect(JointState, topic, JOINT_STATES)
         for topic in (
             'friction_estimate',
-            'friction_estimate/first_order',
-            'friction_estimate/sosml',
+            *(f'friction_estimate/{observer}' for observer in observers),
         )
     }
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
@@ -67,14 +66,34 @@ def published(ros, urdf_path, start_node, *parameters):
     return output, estimates, configuration
 
 
+@pytest.mark.parametrize(
+    ('count', 'observers', 'parameters'),
+    [
+        (1500, ('first_order', 'sosml'), ()),
+        (
+            500,
+            CAUSAL,
+            (
+                f'observers:=[{",".join(CAUSAL)}]',
+                'friction_jump:=[2.0,1.0]',
+                'reversal_time:=[1.0,1.0]',
+                'position_noise:=[5.0e-5,5.0e-5]',
+                'velocity_noise:=[2.0e-3,2.0e-3]',
+            ),
+        ),
+    ],
+    ids=['default', 'all'],
+)
 def test_every_message_gets_one_estimate_per_observer_with_its_stamp_and_the_batch_value(
-    ros, urdf_path, start_node
+    ros, urdf_path, start_node, count, observers, parameters
 ):
     """The node is a thin shell: 0 difference from the pure estimator on the same samples."""
     description = ros.node.create_publisher(String, 'robot_description', LATCHED)
     description.publish(String(data=urdf_path.read_text()))
-    output, estimates, configuration = published(ros, urdf_path, start_node)
-    sent = [message(k) for k in range(1500)]
+    output, estimates, configuration = published(
+        ros, urdf_path, start_node, *parameters, observers=observers
+    )
+    sent = [message(k) for k in range(count)]
     for start in range(0, len(sent), 100):
         for state in sent[start : start + 100]:
             output.publish(state)
@@ -94,6 +113,7 @@ def test_every_message_gets_one_estimate_per_observer_with_its_stamp_and_the_bat
         np.array([state.effort for state in sent]),
     )
     batch = estimator.batch(log)
+    assert set(batch) == set(observers)
     for name, expected in batch.items():
         live = np.array([state.effort for state in estimates[f'friction_estimate/{name}']])
         np.testing.assert_array_equal(live, expected)
@@ -162,12 +182,15 @@ def test_useless_joint_states_end_the_node_with_one_sentence(
     [
         (['model:=/nonexistent'], 'model /nonexistent cannot be read'),
         (['urdf_path:=/nonexistent.urdf'], 'URDF /nonexistent.urdf'),
-        (['observers:=[magic]'], 'choose from first_order, sosml'),
+        (['observers:=[magic]'], 'choose from quasi_static, first_order'),
+        (['observers:=[sosml, smoother]'], 'smoother needs the whole recording'),
         (['selected:=first_order', 'observers:=[sosml]'], 'select one that runs'),
         (['bandwith:=30.0'], 'has no parameter bandwith: did you mean bandwidth?'),
         (['bandwidth:=-3.0'], 'bandwidth of observer_node does not fit'),
         (['sosml.linear:=[1.0]'], 'gain >= 0 for each joint'),
         (['effort_hold:=[never]'], 'effort_hold'),
+        (['observers:=[sosml, kalman]'], 'observer kalman has no gains by bandwidth'),
+        (['friction_jump:=[2.0, 1.0]'], 'position_noise is [] for the joints shoulder, elbow'),
     ],
 )
 def test_a_configuration_that_cannot_work_is_refused_with_one_sentence(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import StateSpace, cont2discrete, lfilter, lsim
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.first_order import FirstOrder
@@ -45,6 +45,32 @@ def test_a_constant_disturbance_is_found_without_error(drive, c0, h, size):
     p = np.arange(steps + 1) * h * (size + 3.0)
     estimate = drive(FirstOrder({'cutoff': [c0]}), p, np.full(steps + 1, 3.0), h)
     assert estimate[-1] == pytest.approx(size, abs=1e-9 * (1.0 + abs(size)))
+
+
+@pytest.mark.parametrize(('c0', 'ratio'), [(4.5, 1.2), (40.0, 2.0), (300.0, 0.5)])
+def test_a_second_gain_leaks_the_inertial_torque_as_the_formula_says(drive, c0, ratio):
+    """
+    The paper's (11)-(12) with k0 != c0, integrated as printed, z' = c0 (k0 p - z + u).
+
+    It is c0 / (s + c0) tau_e + (k0 - c0) s / (s + c0) p: FO plus exactly that leak. p is linear
+    between samples and u held, so both sides are exact; 1e-9 of the larger one.
+    """
+    rng = np.random.default_rng(7)
+    h, k0, count = 1e-3, ratio * c0, 400
+    t = h * np.arange(count)
+    d, u = rng.normal(size=(2, count, 1))
+    p = momentum(d, u, h)
+    A, B = [[-c0]], [[c0]]
+    from_p = lsim(StateSpace(A, B, [[1.0]], [[0.0]]), k0 * p, t)[1]
+    held = np.append(u[1:], [[0.0]], axis=0)
+    from_u = lsim(StateSpace(A, B, [[1.0]], [[0.0]]), held, t, interp=False)[1]
+    two_gains = k0 * p[:, 0] - from_p - from_u
+    # (k0 - c0) s / (s + c0) = (k0 - c0) (1 - c0 / (s + c0)).
+    leak = lsim(StateSpace(A, B, [[c0 - k0]], [[k0 - c0]]), p, t)[1]
+    estimate = drive(FirstOrder({'cutoff': [c0]}), p, u, h)[:, 0]
+    assert np.abs(leak).max() > 0.01
+    scale = max(1.0, np.abs(two_gains).max())
+    np.testing.assert_allclose(two_gains[1:], estimate + leak[1:], atol=1e-9 * scale)
 
 
 def test_acceleration_that_the_forcing_explains_is_not_taken_for_a_disturbance(drive):

@@ -1,0 +1,101 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What gains are made from: the noise, the friction and how often the motion turns round."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """
+    Hold the conditions under which joints are observed, one value for each joint.
+
+    :param position_noise: standard deviation of a position, quantisation (resolution / sqrt(12))
+        included [rad or m].
+    :param momentum_noise: of p = M q' as the observers get it, |row of M| times the noise of the
+        velocity [Nm s or N s].
+    :param integral_noise: of the integral of p, |row of M| times the position noise
+        [Nm s2 or N s2].
+    :param friction_jump: D, by how much friction changes where it does: twice its level where the
+        velocity changes sign, less from one plateau to the next [Nm or N].
+    :param reversal_time: T, time between such changes [s].
+    :param top_speed: largest velocity of the motion [rad/s or m/s], None if not known.
+    :raises ConfigurationError: if a number is not positive and finite, or a length differs.
+    """
+
+    joints: tuple[str, ...]
+    position_noise: FloatArray
+    momentum_noise: FloatArray
+    integral_noise: FloatArray
+    friction_jump: FloatArray
+    reversal_time: FloatArray
+    top_speed: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        for name in (
+            'position_noise',
+            'momentum_noise',
+            'integral_noise',
+            'friction_jump',
+            'reversal_time',
+        ):
+            values = np.asarray(getattr(self, name), dtype=float)
+            if values.shape != (len(self.joints),) or not np.all((values > 0) & (values < np.inf)):
+                raise ConfigurationError(
+                    f'{name} is {values.tolist()} for the joints {", ".join(self.joints)}: gains '
+                    'are made from one positive number for each joint'
+                )
+            object.__setattr__(self, name, values)
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        q: FloatArray,
+        position_noise: Sequence[float],
+        velocity_noise: Sequence[float],
+        friction_jump: Sequence[float],
+        reversal_time: Sequence[float],
+        top_speed: Sequence[float] | None = None,
+    ) -> Conditions:
+        """
+        Return the conditions of a robot at posture ``q``, (n,).
+
+        Noise of all joints enters the momentum of each: s_p,i^2 = sum_j M_ij^2 s_v,j^2.
+
+        :param velocity_noise: standard deviation of a velocity [rad/s or m/s]; backward
+            differences over h have sqrt(2) / h times the position noise.
+        """
+        squares = robot.inertia(q) ** 2
+        noises = []
+        for name, values in (
+            ('position_noise', position_noise),
+            ('velocity_noise', velocity_noise),
+        ):
+            column = np.asarray(values, dtype=float)
+            if column.shape != (robot.n,) or not np.all((column > 0) & (column < np.inf)):
+                raise ConfigurationError(
+                    f'{name} is {list(values)} for the joints {", ".join(robot.names)}: give one '
+                    'positive number for each'
+                )
+            noises.append(np.sqrt(squares @ column**2))
+        return cls(
+            robot.names,
+            np.asarray(position_noise, dtype=float),
+            noises[1],
+            noises[0],
+            np.asarray(friction_jump, dtype=float),
+            np.asarray(reversal_time, dtype=float),
+            None if top_speed is None else np.asarray(top_speed, dtype=float),
+        )

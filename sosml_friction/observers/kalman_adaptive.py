@@ -1,0 +1,160 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The Kalman observer that adapts its process noise until its innovations are white."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.momentum_kalman import (
+    begin,
+    is_finite,
+    measurement_variance,
+    predict,
+    steady_lag_filter,
+    update,
+)
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.observer import FloatArray
+
+#: What is left after an interval of the running means of the innovations: about 20 of them count.
+_MEMORY = 0.95
+#: q h^5 / R of a filter that takes measurements as they are: more would change nothing.
+_DEADBEAT = 100.0
+
+
+@njit(cache=True)
+def _correlation(innovation: float, means: FloatArray) -> float:
+    """
+    Return how an innovation goes with those before it, and take it into the running means.
+
+    For white innovations of any size it has mean zero and standard deviation about one; with
+    m = _MEMORY it is never larger than sqrt((1 + m) / m) / (2 (1 - m)).
+
+    :param innovation: in any unit [Nm s2].
+    :param means: running means of the innovations and of their squares, (2,), in that unit.
+    """
+    past = means[0]
+    means[0] = _MEMORY * means[0] + (1.0 - _MEMORY) * innovation
+    means[1] = _MEMORY * means[1] + (1.0 - _MEMORY) * innovation * innovation
+    if not means[1] > 0.0:
+        return 0.0
+    return innovation * past / means[1] * math.sqrt((1.0 + _MEMORY) / (1.0 - _MEMORY))
+
+
+@njit(cache=True)
+def _run(
+    x: FloatArray,
+    P: FloatArray,
+    q: FloatArray,
+    means: FloatArray,
+    begun: NDArray[np.bool_],
+    h: FloatArray,
+    p: FloatArray,
+    integral: FloatArray,
+    forcing: FloatArray,
+    inertia: FloatArray,
+    position_noise: FloatArray,
+    disturbance_rate: FloatArray,
+    adaptation_rate: FloatArray,
+) -> FloatArray:
+    estimate = np.empty_like(p)
+    for k in range(len(p)):
+        for i in range(len(x)):
+            R = measurement_variance(inertia[k, i], position_noise)
+            least = disturbance_rate[i] * disturbance_rate[i]
+            if not begun[i]:
+                q[i] = least
+                means[i] = 0.0
+                begin(x[i], P[i], x[i, 1], R, h[k], least)
+                begun[i] = True
+            predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q[i])
+            innovation, _ = update(x[i], P[i], R)
+            estimate[k, i] = x[i, 2]
+            if not is_finite(x[i]):
+                estimate[k, i] = np.nan
+                begun[i] = False
+                x[i, 1] = p[k, i]
+            else:
+                growth = adaptation_rate[i] * h[k] * _correlation(innovation, means[i])
+                # A coarse sampling must not overflow the exponential: e-fold at a time.
+                raised = q[i] * math.exp(min(growth, 1.0))
+                q[i] = max(least, min(raised, _DEADBEAT * R / h[k] ** 5))
+    return estimate
+
+
+class KalmanAdaptive(Kalman):
+    """
+    Adapt the process noise until the innovations are white.
+
+    In a :class:`~sosml_friction.observers.kalman.Kalman` observer of the right gain an innovation
+    tells nothing of the next. If they go together the filter lags and its intensity q is too
+    small, if they alternate it follows noise and q is too large. With the running mean m of the
+    innovations e before, and c = e m / mean(e^2), scaled to variance one for white ones ::
+
+        d(ln q) / dt = adaptation_rate c,   q >= disturbance_rate^2
+
+    Whiteness depends on the gain alone, so neither the size of the motion nor the true noise need
+    be known: ``position_noise`` may be wrong by far, and an encoder without noise is taken at its
+    word. What it cannot do is to expect: a jump of friction is seen when it has happened.
+
+    Good for noise or motion that is not known beforehand: it comes close to the plain Kalman
+    observer tuned for each. With ``adaptation_rate`` zero it is the plain Kalman observer.
+
+    Gains: ``position_noise`` [rad] > 0; ``disturbance_rate`` [Nm/sqrt(s)] > 0, the least sqrt(q);
+    ``adaptation_rate`` [1/s].
+    """
+
+    identifier: ClassVar[str] = 'kalman_adaptive'
+    gain_units: ClassVar[Mapping[str, str]] = {
+        'position_noise': 'rad',
+        'disturbance_rate': 'Nm/sqrt(s)',
+        'adaptation_rate': '1/s',
+    }
+
+    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(gains)
+        self._q = self.gains['disturbance_rate'] ** 2
+        self._means = np.zeros((self.n, 2))
+
+    def start(self, p: FloatArray) -> None:
+        """Begin afresh at momentum ``p`` with the estimate zero and the least process noise."""
+        super().start(p)
+        self._q[:] = self.gains['disturbance_rate'] ** 2
+
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s = samples
+        if len(s):
+            self._inertia = s.inertia[-1].copy()
+        return _run(
+            self._x,
+            self._P,
+            self._q,
+            self._means,
+            self._begun,
+            s.h,
+            s.p,
+            s.integral,
+            s.forcing,
+            s.inertia,
+            self.gains['position_noise'],
+            self.gains['disturbance_rate'],
+            self.gains['adaptation_rate'],
+        )
+
+    def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
+        """Return the filter with the steady gain of the inertia and process noise seen last."""
+        R = measurement_variance(self._inertia[joint], self.gains['position_noise'])
+        return steady_lag_filter(R, h, float(self._q[joint]))
+
+    def disturbance_rate(self) -> FloatArray:
+        """Return the sqrt(q) in use, (n,) [Nm/sqrt(s) or N/sqrt(s)]."""
+        return np.sqrt(self._q)

@@ -1,0 +1,224 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The Kalman observer with two interacting hypotheses: friction has jumped lately, or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.observers.crossing import crossing_probability, mobility
+from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.momentum_kalman import (
+    begin,
+    is_finite,
+    measurement_variance,
+    predict,
+    update,
+)
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.observer import FloatArray
+
+#: Keeps a weight from underflow: it says nothing, but its hypothesis can come back.
+_LEAST_WEIGHT = 1e-100
+
+
+@njit(cache=True)
+def _merge(
+    mean: FloatArray,
+    covariance: FloatArray,
+    x: FloatArray,
+    P: FloatArray,
+    first: float,
+    second: float,
+) -> None:
+    """
+    Write mean and covariance of a mixture of two normal distributions of three states.
+
+    :param mean: written, (3,).
+    :param covariance: written, (3, 3).
+    :param x: means, (2, 3).
+    :param P: covariances, (2, 3, 3).
+    :param first: weight of the first, with ``second`` adding up to one.
+    """
+    for a in range(3):
+        mean[a] = first * x[0, a] + second * x[1, a]
+    for a in range(3):
+        for b in range(a, 3):
+            spread = first * second * (x[0, a] - x[1, a]) * (x[0, b] - x[1, b])
+            covariance[a, b] = first * P[0, a, b] + second * P[1, a, b] + spread
+            covariance[b, a] = covariance[a, b]
+
+
+@njit(cache=True)
+def _mix(
+    x: FloatArray, P: FloatArray, weight: FloatArray, crossing: float, memory: float, jump: float
+) -> None:
+    """
+    Take the transitions of an interval, in place: Blom and Bar-Shalom's mixing.
+
+    :param x: means of the hypotheses none, jumped, (2, 3).
+    :param P: covariances, (2, 3, 3).
+    :param weight: their probabilities, (2,).
+    :param crossing: chance of a jump.
+    :param memory: chance that a jump is still called recent.
+    :param jump: variance that a jump brings to tau_e [Nm^2].
+    """
+    recent = weight[1] * memory
+    past = weight[0] + weight[1] * (1.0 - memory)
+    still = recent * (1.0 - crossing)
+    none = max(past * (1.0 - crossing), _LEAST_WEIGHT)
+    jumped = max(crossing + still, _LEAST_WEIGHT)
+    # From each hypothesis to each: a jump comes from either of them.
+    none_to_none = min(weight[0] * (1.0 - crossing) / none, 1.0)
+    none_to_jumped = min(weight[0] * crossing / jumped, 1.0)
+    old_x, old_P = x.copy(), P.copy()
+    _merge(x[0], P[0], old_x, old_P, none_to_none, 1.0 - none_to_none)
+    _merge(x[1], P[1], old_x, old_P, none_to_jumped, 1.0 - none_to_jumped)
+    P[1, 2, 2] += jump * min(crossing / jumped, 1.0)
+    weight[0] = none / (none + jumped)
+    weight[1] = jumped / (none + jumped)
+
+
+@njit(cache=True)
+def _weigh(weight: FloatArray, innovation: FloatArray, S: FloatArray) -> None:
+    """
+    Multiply the weights by the likelihoods of the innovations, in place.
+
+    :param weight: probabilities of none and jumped, (2,).
+    :param innovation: of the two filters, (2,) [Nm s2].
+    :param S: their variances, (2,).
+    """
+    none, jumped = innovation[0] * innovation[0] / S[0], innovation[1] * innovation[1] / S[1]
+    # The logarithm of the likelihood ratio, in no unit; the likelier keeps its weight.
+    advantage = 0.5 * (jumped - none + math.log(S[1] / S[0]))
+    first = weight[0] * math.exp(min(advantage, 0.0)) + _LEAST_WEIGHT
+    second = weight[1] * math.exp(min(-advantage, 0.0)) + _LEAST_WEIGHT
+    weight[0] = first / (first + second)
+    weight[1] = second / (first + second)
+
+
+@njit(cache=True)
+def _run(
+    x: FloatArray,
+    P: FloatArray,
+    modes: FloatArray,
+    covariances: FloatArray,
+    weight: FloatArray,
+    begun: NDArray[np.bool_],
+    h: FloatArray,
+    p: FloatArray,
+    integral: FloatArray,
+    forcing: FloatArray,
+    inertia: FloatArray,
+    mobilities: FloatArray,
+    position_noise: FloatArray,
+    disturbance_rate: FloatArray,
+    crossing_jump: FloatArray,
+    jump_memory: FloatArray,
+) -> FloatArray:
+    n = len(x)
+    estimate = np.empty_like(p)
+    crossing, innovation, S = np.empty(n), np.empty(2), np.empty(2)
+    for k in range(len(p)):
+        for i in range(n):
+            if not begun[i]:
+                R = measurement_variance(inertia[k, i], position_noise)
+                begin(
+                    x[i], P[i], x[i, 1], R, h[k], disturbance_rate[i] ** 2 + crossing_jump[i] ** 2
+                )
+                modes[i, :] = x[i]
+                covariances[i, :] = P[i]
+                weight[i, 0], weight[i, 1] = 0.0, 1.0
+                begun[i] = True
+        for i in range(n):
+            crossing[i] = crossing_probability(x, P, mobilities[k, i], forcing[k], h[k])
+        for i in range(n):
+            R = measurement_variance(inertia[k, i], position_noise)
+            memory = math.exp(-h[k] / jump_memory[i])
+            _mix(modes[i], covariances[i], weight[i], crossing[i], memory, crossing_jump[i] ** 2)
+            for m in range(2):
+                q = disturbance_rate[i] ** 2
+                predict(modes[i, m], covariances[i, m], h[k], forcing[k, i], integral[k, i], q)
+                innovation[m], S[m] = update(modes[i, m], covariances[i, m], R)
+            _weigh(weight[i], innovation, S)
+            _merge(x[i], P[i], modes[i], covariances[i], weight[i, 0], weight[i, 1])
+            estimate[k, i] = x[i, 2]
+            if not is_finite(x[i]):
+                estimate[k, i] = np.nan
+                begun[i] = False
+                x[i, 1] = p[k, i]
+    return estimate
+
+
+class KalmanImm(Kalman):
+    """
+    Weigh two Kalman observers: one believes in a recent jump of friction, the other does not.
+
+    Interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic Control 33, 1988), for
+    each joint two filters of the :class:`~sosml_friction.observers.kalman.Kalman` model. In an
+    interval friction jumps with the chance pi that the joint's velocity changes its sign
+    (:mod:`~sosml_friction.observers.crossing`, at the merged estimate); a jump moves the weight to
+    the second filter and adds crossing_jump^2 to its variance of tau_e; its weight goes back to
+    the first with the time constant ``jump_memory``. Then each filter takes the measurement, and
+    the weights are multiplied by the likelihoods of the innovations. The estimate is the weighted
+    mean. Against :class:`~sosml_friction.observers.kalman_scheduled.KalmanScheduled`, where the
+    same jump widens one filter, the one without the jump keeps its certainty until the
+    measurements have decided.
+
+    Good for friction that depends on velocity, at one set of gains for slow and fast motion; a
+    torque that jumps while the joint moves (a contact) is followed at the slow rate of
+    ``disturbance_rate``. With ``crossing_jump`` zero both filters are the plain Kalman observer.
+
+    Gains: ``position_noise`` [rad] > 0 and ``disturbance_rate`` [Nm/sqrt(s)] > 0 as there;
+    ``crossing_jump`` [Nm], standard deviation of the change of friction at a passage through zero
+    velocity, about its Coulomb level; ``jump_memory`` [s] > 0.
+    """
+
+    identifier: ClassVar[str] = 'kalman_imm'
+    gain_units: ClassVar[Mapping[str, str]] = {
+        'position_noise': 'rad',
+        'disturbance_rate': 'Nm/sqrt(s)',
+        'crossing_jump': 'Nm',
+        'jump_memory': 's',
+    }
+    positive_gains: ClassVar[tuple[str, ...]] = (*Kalman.positive_gains, 'jump_memory')
+
+    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(gains)
+        self._modes = np.full((self.n, 2, 3), np.nan)
+        self._covariances = np.full((self.n, 2, 3, 3), np.nan)
+        self._weight = np.full((self.n, 2), np.nan)
+
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s = samples
+        if len(s):
+            self._inertia = s.inertia[-1].copy()
+        return _run(
+            self._x,
+            self._P,
+            self._modes,
+            self._covariances,
+            self._weight,
+            self._begun,
+            s.h,
+            s.p,
+            s.integral,
+            s.forcing,
+            s.inertia,
+            mobility(s.inertia),
+            self.gains['position_noise'],
+            self.gains['disturbance_rate'],
+            self.gains['crossing_jump'],
+            self.gains['jump_memory'],
+        )
+
+    def mode_probabilities(self) -> FloatArray:
+        """Return the weights of no recent jump and of one, (n, 2); NaN before the first sample."""
+        return self._weight.copy()

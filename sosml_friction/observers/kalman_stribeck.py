@@ -1,0 +1,313 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A Kalman observer whose state carries the Stribeck law: the jump at a reversal is expected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer
+
+#: Relative wander of the law's parameters [1/sqrt(s)]: one percent in a second.
+_WANDER = 0.01
+#: For how long an effort that nobody reports is taken to stay what it is [s].
+_UNREPORTED = 0.01
+_STATES = 7
+
+
+@njit(cache=True)
+def _tail(c: float, z: float) -> float:
+    """Return exp(c^2 / 2 - c z) Phi(z - c) without overflow."""
+    x = (c - z) / math.sqrt(2.0)
+    if x < 0.0:
+        return 0.5 * math.exp(c * (0.5 * c - z)) * math.erfc(x)
+    if x < 20.0:
+        return 0.5 * math.exp(-0.5 * z * z) * math.exp(x * x) * math.erfc(x)
+    # erfc by its asymptotic series, whose next term is 105 / (16 x^8) < 3e-10.
+    y = 1.0 / (2.0 * x * x)
+    series = 1.0 - y * (1.0 - y * (3.0 - 15.0 * y))
+    return 0.5 * math.exp(-0.5 * z * z) * series / (x * math.sqrt(math.pi))
+
+
+@njit(cache=True)
+def expected_law(v: float, s: float, v_s: float, phi: FloatArray, slope: FloatArray) -> None:
+    """
+    Write the means of sgn(x), x and sgn(x) exp(-|x| / v_s) for x ~ N(v, s^2), and their slopes.
+
+    With z = v / s, c = s / v_s and the normal distribution Phi the means are erf(z / sqrt 2), v
+    and e^(c^2/2) (e^(-v/v_s) Phi(z - c) - e^(v/v_s) Phi(-z - c)); slopes are with respect to v.
+
+    :param s: standard deviation of the velocity, positive.
+    :param phi: written, (3,).
+    :param slope: written, (3,).
+    """
+    z, c = v / s, s / v_s
+    peak = 2.0 * math.exp(-0.5 * z * z) / (math.sqrt(2.0 * math.pi) * s)
+    right, left = _tail(c, z), _tail(c, -z)
+    phi[0], slope[0] = math.erf(z / math.sqrt(2.0)), peak
+    phi[1], slope[1] = v, 1.0
+    phi[2], slope[2] = right - left, peak - (right + left) / v_s
+
+
+@njit(cache=True)
+def _law_torque(x: FloatArray, phi: FloatArray) -> float:
+    return x[2] + x[3] + phi[0] * x[4] + phi[1] * x[5] + phi[2] * x[6]
+
+
+@njit(cache=True)
+def _fresh(x: FloatArray, P: FloatArray, v: float, R: float, h: float, prior: FloatArray) -> None:
+    x[:] = 0.0
+    x[1] = v
+    P[:] = 0.0
+    P[0, 0] = R
+    # The momentum came from differences of two positions at worst.
+    P[1, 1] = 2.0 * R / (h * h)
+    for c in range(2, _STATES):
+        P[c, c] = prior[c - 2]
+
+
+@njit(cache=True)
+def _predict(
+    x: FloatArray,
+    P: FloatArray,
+    row: FloatArray,
+    h: float,
+    acceleration: float,
+    stiffness: float,
+    keep: float,
+    noise: FloatArray,
+) -> None:
+    """
+    Advance one joint's mean and covariance by one interval.
+
+    The law's slope makes v decay at the rate ``stiffness``, which is as fast as the sampling near
+    standstill: the exponential of the linearised system is used, which is stable for any of it.
+
+    :param row: -dv'/d(state) of the states from the third on, (5,).
+    :param keep: what is left of the residual after the interval.
+    :param noise: process noise variance of the states, (7,).
+    """
+    z = h * stiffness
+    if abs(z) < 1e-4:
+        g1, g2 = 1.0 - 0.5 * z, 0.5 - z / 6.0
+    else:
+        g1 = -math.expm1(-z) / z
+        g2 = (1.0 - g1) / z
+    x[0] += h * x[1] + h * h * g2 * acceleration
+    x[1] += h * g1 * acceleration
+    x[2] *= keep
+    decay = math.exp(-z)
+    for c in range(_STATES):
+        w = 0.0
+        for j in range(2, _STATES):
+            w -= row[j - 2] * P[j, c]
+        P[0, c] += h * g1 * P[1, c] + h * h * g2 * w
+        P[1, c] = decay * P[1, c] + h * g1 * w
+        P[2, c] *= keep
+    for c in range(_STATES):
+        w = 0.0
+        for j in range(2, _STATES):
+            w -= row[j - 2] * P[c, j]
+        P[c, 0] += h * g1 * P[c, 1] + h * h * g2 * w
+        P[c, 1] = decay * P[c, 1] + h * g1 * w
+        P[c, 2] *= keep
+    for c in range(_STATES):
+        P[c, c] += noise[c]
+
+
+@njit(cache=True)
+def _correct(x: FloatArray, P: FloatArray, R: float) -> None:
+    """Take the measured position in: x[0] is the error of the predicted one."""
+    S = P[0, 0] + R
+    error = x[0]
+    gain = P[:, 0] / S
+    row = P[0].copy()
+    for c in range(_STATES):
+        x[c] -= gain[c] * error
+        for d in range(c, _STATES):
+            P[c, d] -= gain[c] * row[d]
+            P[d, c] = P[c, d]
+
+
+@njit(cache=True)
+def _run(
+    x: FloatArray,
+    P: FloatArray,
+    M_last: FloatArray,
+    fresh: FloatArray,
+    h: FloatArray,
+    integral: FloatArray,
+    forcing: FloatArray,
+    inertia: FloatArray,
+    R: FloatArray,
+    prior: FloatArray,
+    time: FloatArray,
+    v_s: FloatArray,
+    v0: FloatArray,
+) -> FloatArray:
+    N, n = integral.shape
+    estimate = np.empty((N, n))
+    phi, slope = np.zeros((n, 3)), np.zeros((n, 3))
+    row, noise = np.zeros(5), np.zeros(_STATES)
+    load = np.empty(n)
+    for k in range(N):
+        T, M = h[k], inertia[k]
+        if fresh[0] > 0.0:
+            v_start = np.linalg.solve(M, M_last[0])
+            for i in range(n):
+                _fresh(x[i], P[i], v_start[i], R[i], T, prior[i])
+            M_last[:] = M
+            fresh[0] = 0.0
+        v = x[:, 1].copy()
+        dq = np.linalg.solve(0.5 * (M_last + M), integral[k])
+        mobility = np.linalg.inv(M)
+        for i in range(n):
+            s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
+            expected_law(v[i], s, v_s[i], phi[i], slope[i])
+            load[i] = forcing[k, i] - _law_torque(x[i], phi[i])
+        # A joint of unknown effort is taken to go on at its velocity; the others feel that.
+        system, momentum = M.copy(), M_last @ v + T * load
+        for i in range(n):
+            if not np.isfinite(forcing[k, i]):
+                system[i] = 0.0
+                system[i, i] = 1.0
+                momentum[i] = v[i]
+        v_next = np.linalg.solve(system, momentum)
+        M_last[:] = M
+        for i in range(n):
+            known = np.isfinite(forcing[k, i])
+            m = mobility[i, i]
+            acceleration = (v_next[i] - v[i]) / T
+            keep = math.exp(-T / time[i])
+            noise[:] = 0.0
+            noise[2] = prior[i, 0] * (1.0 - keep * keep)
+            for c in range(1, 5):
+                noise[2 + c] = _WANDER**2 * T * prior[i, c]
+            stiffness = 0.0
+            if known:
+                row[0] = row[1] = m
+                for c in range(3):
+                    row[2 + c] = m * phi[i, c]
+                    stiffness += m * slope[i, c] * x[i, 4 + c]
+            else:
+                row[:] = 0.0
+                noise[1] = (m * m) * prior[i, 2] * _UNREPORTED * T
+            x[i, 0] -= dq[i]
+            _predict(x[i], P[i], row, T, acceleration, stiffness, keep, noise)
+            _correct(x[i], P[i], R[i])
+            s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
+            expected_law(x[i, 1], s, v_s[i], phi[i], slope[i])
+            estimate[k, i] = -_law_torque(x[i], phi[i]) if known else np.nan
+            if known and not np.isfinite(estimate[k, i]):
+                estimate[k, i] = np.nan
+                _fresh(x[i], P[i], 0.0, R[i], T, prior[i])
+    return estimate
+
+
+class KalmanStribeck(Observer):
+    """
+    Estimate position, velocity and the law of friction itself, from positions and effort alone.
+
+    Each joint's state is (q, v, r, b, C, B, S) and its friction ::
+
+        tau_f = C E[sgn v] + B v + S E[sgn(v) exp(-|v| / v_s)] + b + r
+
+    with parameters that are learned while the joint moves, and a residual r (first-order
+    Gauss-Markov) for what the law does not say. E is the mean over the velocity's own uncertainty
+    and the smoothing v0 (statistical linearisation): near standstill the sign is not known, so the
+    estimate goes over to the other side as fast as the velocity is known to, instead of
+    integrating until it has followed the jump. What no law describes (contact, cogging) is left to
+    r, which is a slower observer.
+
+    M(q) couples the mean of all joints: M_k v_k = M_{k-1} v_{k-1} + h (tau + C^T q' - g - tau_f);
+    covariances are kept joint by joint. The measured velocity enters through C^T q' only. A joint
+    without effort has no estimate (NaN), its velocity is followed from its positions, and its law
+    is kept for when the effort comes back.
+
+    Do not fit S and v_s to this estimate: v_s is what the gain says.
+
+    Gains: ``position_noise`` [rad] standard deviation of a position; ``friction`` [Nm] prior size
+    of C and S; ``viscous`` [Nm s/rad] of B; ``residual`` [Nm] size of r, and of b, with
+    ``residual_time`` [s] its correlation time; ``stribeck_velocity`` v_s and
+    ``smoothing_velocity`` v0 [rad/s].
+    """
+
+    identifier: ClassVar[str] = 'kalman_stribeck'
+    gain_units: ClassVar[Mapping[str, str]] = {
+        'position_noise': 'rad',
+        'friction': 'Nm',
+        'viscous': 'Nm s/rad',
+        'residual': 'Nm',
+        'residual_time': 's',
+        'stribeck_velocity': 'rad/s',
+        'smoothing_velocity': 'rad/s',
+    }
+    positive_gains: ClassVar[tuple[str, ...]] = (
+        'position_noise',
+        'residual_time',
+        'stribeck_velocity',
+        'smoothing_velocity',
+    )
+
+    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(gains)
+        g = self.gains
+        self._prior = (
+            np.stack(
+                [g['residual'], g['residual'], g['friction'], g['viscous'], g['friction']], axis=1
+            )
+            ** 2
+        )
+        self._x = np.full((self.n, _STATES), np.nan)
+        self._P = np.full((self.n, _STATES, _STATES), np.nan)
+        # Until the first interval brings M, its first row holds the momentum of the start.
+        self._M = np.full((self.n, self.n), np.nan)
+        self._fresh = np.ones(1)
+
+    def start(self, p: FloatArray) -> None:
+        """Begin afresh at momentum ``p``, with a friction of zero that nothing is known about."""
+        self._M[0] = p
+        self._fresh[:] = 1.0
+
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s, g = samples, self.gains
+        return _run(
+            self._x,
+            self._P,
+            self._M,
+            self._fresh,
+            s.h,
+            s.integral,
+            s.forcing,
+            s.inertia,
+            g['position_noise'] ** 2,
+            self._prior,
+            g['residual_time'],
+            g['stribeck_velocity'],
+            g['smoothing_velocity'],
+        )
+
+    def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
+        """Return 1: friction that obeys the law is followed without lag."""
+        return np.ones(1), np.ones(1)
+
+    def velocity(self) -> FloatArray:
+        """Return the velocity estimated last, (n,) [rad/s or m/s]."""
+        return self._x[:, 1].copy()
+
+    def law(self) -> dict[str, FloatArray]:
+        """Return the learned parameters: coulomb, viscous, stribeck and bias, each (n,)."""
+        x = self._x
+        return {
+            'coulomb': x[:, 4].copy(),
+            'viscous': x[:, 5].copy(),
+            'stribeck': x[:, 6].copy(),
+            'bias': x[:, 3].copy(),
+        }

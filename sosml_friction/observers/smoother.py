@@ -1,0 +1,159 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The fixed-interval smoother of the integrated-momentum model: offline, without lag."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.observers.momentum_kalman import (
+    begin,
+    is_finite,
+    measurement_variance,
+    predict,
+    update,
+)
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer
+
+
+@njit(cache=True)
+def _smooth(
+    x: FloatArray,
+    P: FloatArray,
+    begun: NDArray[np.bool_],
+    h: FloatArray,
+    p: FloatArray,
+    integral: FloatArray,
+    forcing: FloatArray,
+    inertia: FloatArray,
+    position_noise: FloatArray,
+    q: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Filter forwards, the states in place, and go back: momentum and tau_e, each (N, n)."""
+    count, n = p.shape
+    momentum = np.empty_like(p)
+    disturbance = np.empty_like(p)
+    # What the way back needs of an interval: gain, innovation over its variance, and the rows of
+    # the covariance that belong to p and tau_e.
+    gain = np.empty((count, 3))
+    scaled = np.empty(count)
+    rows = np.empty((count, 2, 3))
+    for i in range(n):
+        for k in range(count):
+            R = measurement_variance(inertia[k, i], position_noise)
+            if not begun[i]:
+                begin(x[i], P[i], x[i, 1], R, h[k], q[k, i])
+                begun[i] = True
+            predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q[k, i])
+            gain[k] = P[i, :, 0] / (P[i, 0, 0] + R)
+            innovation, variance = update(x[i], P[i], R)
+            scaled[k] = innovation / variance
+            rows[k] = P[i, 1:]
+            momentum[k, i] = x[i, 1]
+            disturbance[k, i] = x[i, 2]
+            if not is_finite(x[i]):
+                momentum[k, i] = np.nan
+                disturbance[k, i] = np.nan
+                begun[i] = False
+                x[i, 1] = p[k, i]
+        a, b, c = 0.0, 0.0, 0.0
+        for k in range(count - 1, -1, -1):
+            momentum[k, i] -= rows[k, 0, 0] * a + rows[k, 0, 1] * b + rows[k, 0, 2] * c
+            disturbance[k, i] -= rows[k, 1, 0] * a + rows[k, 1, 1] * b + rows[k, 1, 2] * c
+            if not (np.isfinite(momentum[k, i]) and np.isfinite(disturbance[k, i])):
+                # Nothing is known across this interval: the piece before it ends here.
+                momentum[k, i] = np.nan
+                disturbance[k, i] = np.nan
+                a, b, c = 0.0, 0.0, 0.0
+                continue
+            a -= gain[k, 0] * a + gain[k, 1] * b + gain[k, 2] * c + scaled[k]
+            c += h[k] * b + 0.5 * h[k] * h[k] * a
+            b += h[k] * a
+    return momentum, disturbance
+
+
+class Smoother(Observer):
+    """
+    Estimate tau_e at each sample from the whole recording, by the model of the Kalman observer.
+
+    The most probable tau_e of :class:`~sosml_friction.observers.kalman.Kalman` given what came
+    before and after: the Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier,
+    which carries the adjoint backwards and inverts no covariance. It has no lag. A joint without
+    forcing over an interval is smoothed in pieces, before and after it.
+
+    Friction can jump only near velocity zero, so q may be raised there ::
+
+        q = rate^2 + crossing_rate^2 exp(-(v / crossing_velocity)^2)
+
+    with v = M^-1 p from a first pass that allows a crossing everywhere: at the low q the momentum
+    itself would be smoothed across a jump. A joint without effort has a velocity there all the
+    same, so that the joints coupled to it keep their schedule.
+
+    Gains: ``position_noise`` [rad] > 0, standard deviation of an encoder reading, quantisation
+    included; ``disturbance_rate`` [Nm/sqrt(s)] > 0; ``crossing_rate`` [Nm/sqrt(s)], 0 for one pass
+    at constant q; ``crossing_velocity`` [rad/s] > 0.
+    """
+
+    identifier: ClassVar[str] = 'smoother'
+    gain_units: ClassVar[Mapping[str, str]] = {
+        'position_noise': 'rad',
+        'disturbance_rate': 'Nm/sqrt(s)',
+        'crossing_rate': 'Nm/sqrt(s)',
+        'crossing_velocity': 'rad/s',
+    }
+    positive_gains: ClassVar[tuple[str, ...]] = (
+        'position_noise',
+        'disturbance_rate',
+        'crossing_velocity',
+    )
+    causal: ClassVar[bool] = False
+
+    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(gains)
+        self._x = np.full((self.n, 3), np.nan)
+        self._P = np.full((self.n, 3, 3), np.nan)
+        self._begun = np.zeros(self.n, dtype=np.bool_)
+
+    def start(self, p: FloatArray) -> None:
+        """Begin afresh at momentum ``p`` with the estimate zero."""
+        self._x[:, 1] = p
+        # The covariance at the start depends on the first interval.
+        self._begun[:] = False
+
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Smooth over the intervals, given all before, and return tau_e at their ends, (N, n)."""
+        s = samples
+        q = np.broadcast_to(self.gains['disturbance_rate'] ** 2, s.p.shape)
+        extra = self.gains['crossing_rate'] ** 2
+        if extra.any():
+            state = self._x.copy(), self._P.copy(), self._begun.copy()
+            # At this q positions alone tell the momentum: a missing effort may as well be zero.
+            known = np.where(np.isfinite(s.forcing), s.forcing, 0.0)
+            momentum, _ = self._pass(*state, s, known, q + extra)
+            v = np.linalg.solve(s.inertia, momentum[..., None])[..., 0]
+            # Beyond 30 the exponential is zero; an unknown velocity may be a crossing.
+            ratio = np.minimum(np.abs(v) / self.gains['crossing_velocity'], 30.0)
+            q = q + extra * np.exp(-(np.nan_to_num(ratio, nan=0.0) ** 2))
+        return self._pass(self._x, self._P, self._begun, s, s.forcing, q)[1]
+
+    def _pass(
+        self,
+        x: FloatArray,
+        P: FloatArray,
+        begun: NDArray[np.bool_],
+        s: MomentumSamples,
+        forcing: FloatArray,
+        q: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        noise = self.gains['position_noise']
+        return _smooth(x, P, begun, s.h, s.p, s.integral, forcing, s.inertia, noise, q)
+
+    def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
+        """Return 1: a smoother has no lag."""
+        return np.ones(1), np.ones(1)

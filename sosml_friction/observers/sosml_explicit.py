@@ -1,0 +1,158 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""SOSML as the paper steps it: explicit Euler with a boundary layer, for comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.sosml import refuse_immovable
+
+#: Smooth signs that :func:`run_explicit` knows: the paper's (14), and tanh(e / boundary).
+SATURATION = 0
+TANH = 1
+
+
+@njit(cache=True)
+def _smooth_sign(e: float, boundary: float, sign: int) -> float:
+    if sign == TANH:
+        return float(np.tanh(e / boundary))
+    return float(min(max(e / boundary, -1.0), 1.0))
+
+
+@njit(cache=True)
+def run_explicit(
+    p_hat: FloatArray,
+    sigma: FloatArray,
+    p_previous: FloatArray,
+    h: FloatArray,
+    p: FloatArray,
+    forcing: FloatArray,
+    s1: FloatArray,
+    t1: FloatArray,
+    s2: FloatArray,
+    t2: FloatArray,
+    boundary: FloatArray,
+    sign: int,
+) -> FloatArray:
+    """
+    Advance the states (n,) in place and return sigma after each interval, (N, n).
+
+    :param sign: :data:`SATURATION` or :data:`TANH`.
+    """
+    estimate = np.empty_like(p)
+    for k in range(len(p)):
+        for i in range(len(sigma)):
+            e = p_hat[i] - p_previous[i]
+            s = _smooth_sign(e, boundary[i], sign)
+            p_hat[i] += h[k] * (forcing[k, i] + sigma[i] - t1[i] * np.sqrt(abs(e)) * s - t2[i] * e)
+            sigma[i] -= h[k] * (s1[i] * s + s2[i] * e)
+            p_previous[i] = p[k, i]
+            estimate[k, i] = sigma[i]
+            if not (np.isfinite(sigma[i]) and np.isfinite(p_hat[i])):
+                estimate[k, i] = np.nan
+                sigma[i] = 0.0
+                p_hat[i] = p[k, i]
+    return estimate
+
+
+class SosmlExplicit(Observer):
+    """
+    Step equations (14)-(16) by explicit Euler, s_eps in place of the sign, once corrected.
+
+    Corrected: the left side of (15) is d p_hat / dt, and the Coriolis matrix is transposed. With
+    e = p_hat - p and s(e) = min(max(e / eps, -1), 1), element by element ::
+
+        p_hat' = tau + C^T q' - g + sigma - T1 |e|^(1/2) s(e) - T2 e
+        sigma' = -S1 s(e) - S2 e,   tau_e = sigma
+
+    Inside the layer |e| < eps the root times s has slope zero at e = 0 and damps nothing, so T2
+    alone does. With right sides at the beginning of an interval h the estimate of a constant is
+    locally stable only for ::
+
+        h (S1 / eps + S2) < T2 < 2 / h + h / 2 (S1 / eps + S2)
+
+    (the two conditions of Jury on z^2 - (2 - h T2) z + 1 - h T2 + h^2 (S1 / eps + S2)); below, it
+    ends in a limit cycle, above, it diverges. :class:`~sosml_friction.observers.sosml.Sosml` has
+    neither. An estimate that overflows is NaN and the joint starts afresh.
+
+    Gains: ``sliding`` S1 [Nm/s], ``sliding_root`` T1 [sqrt(Nm/s)], ``linear`` S2 [1/s^2],
+    ``linear_damping`` T2 [1/s], ``boundary`` eps [Nm s] > 0.
+    """
+
+    identifier: ClassVar[str] = 'sosml_explicit'
+    gain_units: ClassVar[Mapping[str, str]] = {
+        'sliding': 'Nm/s',
+        'sliding_root': 'sqrt(Nm/s)',
+        'linear': '1/s^2',
+        'linear_damping': '1/s',
+        'boundary': 'Nm s',
+    }
+    positive_gains: ClassVar[tuple[str, ...]] = ('boundary',)
+
+    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
+        super().__init__(gains)
+        refuse_immovable(self)
+        self._p_hat = np.full(self.n, np.nan)
+        self._sigma = np.full(self.n, np.nan)
+        self._p = np.full(self.n, np.nan)
+
+    def start(self, p: FloatArray) -> None:
+        """Begin afresh at momentum ``p`` with the estimate zero."""
+        self._p_hat[:] = p
+        self._sigma[:] = 0.0
+        self._p[:] = p
+
+    def run(self, samples: MomentumSamples) -> FloatArray:
+        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
+        s, g = samples, self.gains
+        return run_explicit(
+            self._p_hat,
+            self._sigma,
+            self._p,
+            s.h,
+            s.p,
+            s.forcing,
+            g['sliding'],
+            g['sliding_root'],
+            g['linear'],
+            g['linear_damping'],
+            g['boundary'],
+            SATURATION,
+        )
+
+    def stiffness(self) -> FloatArray:
+        """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""
+        return self.gains['sliding'] / self.gains['boundary'] + self.gains['linear']
+
+    def locally_stable(self, h: float) -> NDArray[np.bool_]:
+        """
+        Return for each joint whether its estimate of a constant disturbance can settle.
+
+        :param h: sampling interval [s].
+        """
+        K, t2 = self.stiffness(), self.gains['linear_damping']
+        return (h * K < t2) & (t2 < 2.0 / h + 0.5 * h * K)
+
+    def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
+        """
+        Return the filter linearised at e = 0, which small disturbances see.
+
+        e_k = (1 - h T2) e_{k-1} + h sigma_{k-1} - h d_k, sigma_k = sigma_{k-1} - h K e_{k-1} with
+        K = S1 / eps + S2; e is eliminated. Where it is not locally stable there is no such
+        filter: the observer swings about the disturbance and is taken to have no lag.
+        """
+        if not self.locally_stable(h)[joint]:
+            return np.ones(1), np.ones(1)
+        K, t2 = self.stiffness()[joint], self.gains['linear_damping'][joint]
+        return (
+            np.array([0.0, h * h * K]),
+            np.array([1.0, -(2.0 - h * t2), 1.0 - h * t2 + h * h * K]),
+        )
