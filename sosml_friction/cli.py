@@ -25,6 +25,7 @@ from sosml_friction.share import share_directory
 # that --help and a misspelt option answer at once.
 
 _INTERRUPTED = 130
+_MOST_PROCESSES = 1024
 _IMPORT_FORMAT = 'sosml_friction/import/1'
 
 app = typer.Typer(
@@ -44,6 +45,19 @@ NamespaceOption = Annotated[
     typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
 ]
 
+ModelOption = Annotated[
+    Path | None,
+    typer.Option(help="Model folder with the armature of the joints; default: the bag's."),
+]
+UrdfOption = Annotated[
+    Path | None,
+    typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+]
+StatedOption = Annotated[
+    list[str] | None,
+    typer.Option(metavar='[JOINT=]VALUE', help='State it instead of measuring it; repeatable.'),
+]
+
 
 @app.callback(invoke_without_command=True)
 def _sosml(context: typer.Context) -> None:
@@ -55,14 +69,8 @@ def _sosml(context: typer.Context) -> None:
 @app.command()
 def fit(
     bags: Annotated[list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
-    model: Annotated[
-        Path | None,
-        typer.Option(help="Model folder with the armature of the joints; default: the bag's."),
-    ] = None,
-    urdf: Annotated[
-        Path | None,
-        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
-    ] = None,
+    model: ModelOption = None,
+    urdf: UrdfOption = None,
     method: Annotated[
         str,
         typer.Option(
@@ -75,6 +83,14 @@ def fit(
         float | None,
         typer.Option(
             metavar='RAD_S', help="Bandwidth of the observers; default: the bag's own gains."
+        ),
+    ] = None,
+    observers: Annotated[
+        str | None,
+        typer.Option(
+            metavar='NAME,...',
+            help='Observers to run, with gains as sosml tune proposes them; default: those of the '
+            'bag.',
         ),
     ] = None,
     namespace: NamespaceOption = None,
@@ -109,20 +125,16 @@ def fit(
     from sosml_friction.identification.bag_analysis import analyse_bag
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.model.model_folder import read_model
+    from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
-    from sosml_friction.report.results import (
-        check_destination,
-        fit_document,
-        to_json,
-        write_results,
-    )
+    from sosml_friction.report.results import check_destination, fit_document, write_results
     from sosml_friction.report.tables import parameter_table, print_table
 
     folder = check_destination(out if out is not None else Path(f'{_bag_name(bag)}_fit'))
     settings = FitSettings(method=method)
     known = None if truth is None else read_model(truth)
     with progress(f'reading and fitting {bag}') as step:
-        analysis = analyse_bag(bag, model, urdf, settings, bandwidth, namespace)
+        analysis = analyse_bag(bag, model, urdf, settings, bandwidth, namespace, _names(observers))
         document = fit_document(analysis, known)
         step('drawing the report')
         write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
@@ -173,8 +185,8 @@ def import_(
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.importer import import_recording
     from sosml_friction.report.bag_information import bag_information
+    from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
-    from sosml_friction.report.results import to_json
 
     if mapping is None:
         mapping = _shipped_mapping(file)
@@ -218,8 +230,8 @@ def info(
     """
     from sosml_friction.bags.bag import Bag
     from sosml_friction.report.bag_information import bag_information
+    from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
-    from sosml_friction.report.results import to_json
     from sosml_friction.report.tables import information_table, print_table
 
     with progress(f'reading {bag}'):
@@ -230,6 +242,170 @@ def info(
     for line in _information_lines(information):
         typer.echo(line)
     print_table(information_table(information))
+
+
+@app.command()
+def tune(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    observers: Annotated[
+        str | None,
+        typer.Option(metavar='NAME,...', help='Observers to propose gains for; default: all.'),
+    ] = None,
+    position_noise: StatedOption = None,
+    velocity_noise: StatedOption = None,
+    friction_jump: StatedOption = None,
+    reversal_time: StatedOption = None,
+    model: ModelOption = None,
+    urdf: UrdfOption = None,
+    namespace: NamespaceOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar='FILE.yaml', help='Parameter file to write, for observer_node.'),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Propose gains for the observers from the noise, the friction and the motion in a bag.
+
+    Measures the noise of positions and velocities, by how much friction jumps at a reversal and
+    how often the joint turns round; each of the four can be stated instead. Prints the gains that
+    follow, with the noise and the settling time they are expected to have, and writes them as a
+    parameter file that observer_node takes with --params-file.
+
+    Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
+    """
+    from sosml_friction.identification.bag_analysis import read_recorded_robot
+    from sosml_friction.report.gain_proposal import (
+        check_parameter_file,
+        parse_stated,
+        proposal_document,
+        proposal_view,
+        propose_gains,
+        write_parameters,
+    )
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.tables import print_table
+
+    if out is not None:
+        check_parameter_file(out)
+    given = {
+        'position_noise': position_noise,
+        'velocity_noise': velocity_noise,
+        'friction_jump': friction_jump,
+        'reversal_time': reversal_time,
+    }
+    with progress(f'reading {bag}') as step:
+        recorded = read_recorded_robot(bag, model, urdf, namespace)
+        stated = {
+            name: parse_stated(name, values or [], recorded.robot.names)
+            for name, values in given.items()
+        }
+        step('measuring noise, trying gains')
+        proposal = propose_gains(recorded, _bag_name(bag), stated, _names(observers))
+    if out is not None:
+        write_parameters(out, proposal)
+    if json:
+        document = proposal_document(proposal)
+        typer.echo(to_json({**document, 'output': None if out is None else str(out)}))
+        return
+    print_table(proposal_view(proposal))
+    if out is not None:
+        typer.echo(f'Gains are in {out}: observer_node --ros-args --params-file {out}')
+
+
+@app.command()
+def study(
+    out: Annotated[Path, typer.Option(metavar='DIR', help='Where to write the report.')] = Path(
+        'study_output'
+    ),
+    seeds: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='Noise seeds that are scored, 1 to 100; default: 5.'),
+    ] = None,
+    tuning_seeds: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='Other noise seeds, to tune on, 1 to 100; default: 2.'),
+    ] = None,
+    evaluations: Annotated[
+        int | None,
+        typer.Option(
+            metavar='N', help='Gain sets tried in each tuning, 4 to 100000; default: 300.'
+        ),
+    ] = None,
+    observers: Annotated[
+        str | None,
+        typer.Option(metavar='NAME,...', help='Observers of the study; default: all.'),
+    ] = None,
+    motions: Annotated[
+        str | None, typer.Option(metavar='NAME,...', help='slow, reversal; default: both.')
+    ] = None,
+    conditions: Annotated[
+        str | None,
+        typer.Option(metavar='NAME,...', help='nominal, noise, mismatch; default: all.'),
+    ] = None,
+    bits: Annotated[
+        int, typer.Option(metavar='N', help='Resolution of the encoders per turn, 8 to 24.')
+    ] = 16,
+    processes: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='Processes to share the work; default: one per core.'),
+    ] = None,
+    quick: Annotated[
+        bool,
+        typer.Option(
+            '--quick',
+            help='A first look: 24 evaluations, 2 scoring seeds, 1 tuning seed, plant steps of '
+            '200 us instead of 50 us, where nothing else is said.',
+        ),
+    ] = False,
+    json: JsonOption = False,
+) -> None:
+    """
+    Compare the observers in simulation, as the paper does, with all tuned equally well.
+
+    Slow S-shape and reversal; exact signals, encoder noise, wrong model. Every observer is tuned
+    with the same number of evaluations, on other noise than it is scored on: once for each motion
+    and condition, and once for both noisy motions together. Writes study.html, study.json and the
+    figures. An earlier study in the same place is replaced, anything else is not touched.
+
+    Takes some minutes on two cores; the result does not depend on how many there are.
+
+    Example: sosml study --quick --observers first_order,sosml,kalman --out study_output
+    """
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.study_document import study_document
+    from sosml_friction.report.study_results import check_study_destination, write_study
+    from sosml_friction.report.study_tables import study_tables
+    from sosml_friction.report.tables import print_table
+    from sosml_friction.simulation.study_run import QUICK, StudySettings, run_study
+
+    given: dict[str, Any] = {
+        'seeds': seeds,
+        'tuning_seeds': tuning_seeds,
+        'evaluations': evaluations,
+        'observers': _names(observers),
+        'motions': _names(motions),
+        'conditions': _names(conditions),
+    }
+    chosen = {name: value for name, value in given.items() if value is not None}
+    settings = StudySettings(**{**(QUICK if quick else {}), **chosen}, bits=bits)
+    if processes is not None and not 1 <= processes <= _MOST_PROCESSES:
+        raise ConfigurationError(
+            f'the number of processes is {processes}: use 1 to {_MOST_PROCESSES}'
+        )
+    folder = check_study_destination(out)
+    with progress('starting') as step:
+        result = run_study(settings, processes, step)
+        step('fitting friction laws')
+        document = study_document(result)
+        write_study(folder, result, document, lambda name: step(f'drawing {name}'))
+    if json:
+        typer.echo(to_json({**document, 'output': str(folder)}))
+    else:
+        print_table(study_tables(result))
+        typer.echo(f'study.html, study.json and the figures are in {folder}')
 
 
 @app.command()
@@ -300,6 +476,10 @@ def _remark(text: str) -> None:
 def _bag_name(bag: Path) -> str:
     path = bag.resolve()
     return path.stem if path.suffix == '.mcap' else path.name
+
+
+def _names(text: str | None) -> tuple[str, ...] | None:
+    return None if text is None else tuple(name.strip() for name in text.split(','))
 
 
 def _has_effort(analysis: Any, joint: str) -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+import yaml
 
 from sosml_friction import cli
 from sosml_friction.bags.bag import Bag
@@ -21,6 +22,7 @@ from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.observers.configuration import OBSERVERS, make_observer
 from sosml_friction.share import share_directory
 
 SCHEMAS = Path(__file__).resolve().parents[1] / 'docs' / 'schema'
@@ -404,11 +406,89 @@ def test_ctrl_c_ends_with_130_and_nothing_half_written(
     assert list(tmp_path.iterdir()) == []
 
 
+SMALL_STUDY = (
+    'study',
+    '--quick',
+    '--evaluations=4',
+    '--motions=slow',
+    '--conditions=nominal,noise',
+    '--observers=first_order_capped, sosml',
+    '--processes=1',
+)
+
+
+def test_study_prints_one_json_object_and_writes_it(sosml, tmp_path):
+    code, out, err = sosml(*SMALL_STUDY, '--bits=19', '--json')
+    assert (code, err) == (0, '')
+    document = checked(out, 'study')
+    assert document['output'] == 'study_output'
+    assert document['settings']['evaluations'] == 4
+    # --quick where nothing else is said.
+    assert document['settings']['scoring_seeds'] == [1, 2]
+    assert document['settings']['plant_step_s'] == 200e-6
+    assert document['settings']['bits'] == 19
+    assert document['settings']['observers'] == ['first_order_capped', 'sosml']
+    assert {row['rmse']['n'] for row in document['rows']} == {1, 2}
+    del document['output']
+    folder = tmp_path / 'study_output'
+    assert json.loads((folder / 'study.json').read_text()) == document
+    names = {path.name for path in folder.iterdir()}
+    pictures = {'figure2_slow_nominal.png', 'figure3_noise.png'}
+    assert names == {'study.json', 'study.html', *pictures}
+
+
+def test_study_prints_tables_and_where_the_report_is(sosml, tmp_path):
+    code, out, err = sosml(*SMALL_STUDY, '--conditions=nominal', '--out=here')
+    assert (code, err) == (0, '')
+    assert 'RMSE [mNm] of the shoulder' in out
+    assert 'FO capped' in out
+    assert out.rstrip().endswith('study.html, study.json and the figures are in here')
+    assert (tmp_path / 'here' / 'study.html').is_file()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['--observers', 'sosml,magic'], "observer 'magic' is not in the study: use "),
+        (['--motions', 'fast'], "motion 'fast' is not in the study: use slow, reversal"),
+        (['--conditions', ''], "condition '' is not in the study"),
+        (['--seeds', '0'], 'the number of seeds is 0: use 1 to 100'),
+        (['--tuning-seeds', '101'], 'the number of tuning seeds is 101'),
+        (['--evaluations', '3'], 'the number of evaluations is 3'),
+        (['--evaluations', 'many'], '--evaluations'),
+        (['--bits', '40'], 'the number of bits is 40: use 8 to 24'),
+        (['--processes', '0'], 'the number of processes is 0'),
+    ],
+)
+def test_a_study_that_cannot_be_is_refused(refused, arguments, words):
+    assert words in refused('study', *arguments)
+
+
+def test_study_does_not_overwrite_something_else(refused, tmp_path):
+    (tmp_path / 'thesis').mkdir()
+    (tmp_path / 'thesis' / 'study.json').write_text('{"mine": 1}')
+    assert 'earlier study' in refused('study', '--out', 'thesis')
+
+
+@pytest.mark.parametrize('stage', ['run_study', 'write_study'])
+def test_ctrl_c_in_a_study_ends_with_130_and_nothing_written(sosml, tmp_path, monkeypatch, stage):
+    from sosml_friction.report import study_results
+    from sosml_friction.simulation import study_run
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study_run if stage == 'run_study' else study_results, stage, interrupt)
+    code, out, err = sosml(*SMALL_STUDY, '--conditions=nominal')
+    assert (code, out, err.strip()) == (130, '', 'sosml: interrupted')
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_help_of_every_command_has_an_example(sosml):
     code, out, _ = sosml('--help')
     assert code == 0
     commands = re.findall(r'^  (\w+)  +\S', out[out.index('Commands:') :], re.MULTILINE)
-    assert sorted(commands) == ['demo', 'fit', 'import', 'info']
+    assert sorted(commands) == ['demo', 'fit', 'import', 'info', 'study', 'tune']
     for command in commands:
         code, out, _ = sosml(command, '--help')
         assert code == 0
@@ -429,3 +509,95 @@ def test_help_does_not_wait_for_the_heavy_libraries():
     )
     ran = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
     assert ran.stdout.splitlines()[-1] == '[]'
+
+
+@pytest.fixture(scope='session')
+def encoder_bag(tmp_path_factory):
+    """Return the ladder as an encoder of 2 um sees it, with backward differences."""
+    log = slider_log()
+    q = 2e-6 * np.round(log.q / 2e-6 + np.random.default_rng(8).normal(0.0, 0.3, log.q.shape))
+    v = np.diff(q, axis=0, prepend=q[:1]) / 0.004
+    folder = tmp_path_factory.mktemp('bags') / 'encoder'
+    return record(folder, JointLog(log.names, log.t_ns, q, v, log.tau))
+
+
+def test_tune_measures_and_proposes_gains_for_every_observer(sosml, encoder_bag):
+    code, out, err = sosml('tune', encoder_bag, '--json')
+    assert (code, err) == (0, '')
+    document = checked(out, 'tune')
+    assert document['velocity_span'] == 2
+    slider = document['joints']['slider']
+    measured = {name: entry['value'] for name, entry in slider['conditions'].items()}
+    # 0.3 steps of noise and the rounding, by a median of rounded numbers.
+    assert measured['position_noise'] == pytest.approx(2e-6 * (0.3**2 + 1 / 12) ** 0.5, rel=0.3)
+    assert measured['friction_jump'] == pytest.approx(2 * (COULOMB + 0.05 * VISCOUS), rel=0.3)
+    assert set(slider['observers']) == set(OBSERVERS)
+    assert slider['observers']['smoother']['on_line'] is False
+    fo, linear = (slider['observers'][name] for name in ('first_order', 'linear_second_order'))
+    assert 0.0 < linear['noise'] < fo['noise']
+    assert fo['settle_s'] > 0.0
+
+
+def test_tune_writes_parameters_that_the_observer_node_takes(sosml, encoder_bag, tmp_path):
+    chosen = 'first_order,kalman,smoother'
+    code, out, err = sosml('tune', encoder_bag, '--observers', chosen, '--out', 'gains.yaml')
+    assert (code, err) == (0, '')
+    assert 'gains.yaml' in out
+    assert 'N' in out
+    written = yaml.safe_load((tmp_path / 'gains.yaml').read_text())
+    gains = written['/**/observer_node']['ros__parameters']
+    # The smoother cannot run in a node.
+    assert set(gains) == {'first_order', 'kalman'}
+    for name, values in gains.items():
+        assert make_observer(name, values).n == 1
+    # A second run replaces it; a file of another kind is left alone.
+    assert sosml('tune', encoder_bag, '--out', 'gains.yaml')[0] == 0
+    assert [p.name for p in tmp_path.iterdir()] == ['gains.yaml']
+
+
+def test_what_is_stated_replaces_what_is_measured(sosml, encoder_bag):
+    stated = ['--friction-jump', '100', '--reversal-time', 'slider=3']
+    _, out, _ = sosml('tune', encoder_bag, *stated, '--json')
+    conditions = checked(out, 'tune')['joints']['slider']['conditions']
+    assert conditions['friction_jump'] == {'value': 100.0, 'stated': True}
+    assert conditions['reversal_time'] == {'value': 3.0, 'stated': True}
+    assert conditions['position_noise']['stated'] is False
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (['--observers', 'guess'], "observer 'guess' is unknown"),
+        (['--friction-jump', 'elbow=1'], 'names no joint of this robot: it has slider'),
+        (['--friction-jump', 'slider=much'], 'has no positive number'),
+        (['--reversal-time', '-1'], 'has no positive number'),
+        (['--out', 'nowhere/gains.yaml'], 'is no folder'),
+        (['--out', '.'], 'cannot be read'),
+    ],
+)
+def test_what_tune_cannot_do_is_said_in_one_sentence(refused, encoder_bag, arguments, words):
+    assert words in refused('tune', encoder_bag, *arguments)
+
+
+def test_tune_overwrites_no_foreign_file(refused, encoder_bag, tmp_path):
+    (tmp_path / 'notes.yaml').write_text('mine: 1\n')
+    error = refused('tune', encoder_bag, '--out', 'notes.yaml')
+    assert 'was not written by sosml tune' in error
+    assert (tmp_path / 'notes.yaml').read_text() == 'mine: 1\n'
+
+
+def test_tune_refuses_a_bag_without_effort(refused, tmp_path_factory):
+    bag = record(tmp_path_factory.mktemp('bags') / 'silent', slider_log(effort=False))
+    assert 'effort' in refused('tune', bag)
+
+
+def test_fit_runs_the_observers_that_are_named(sosml, encoder_bag):
+    _, out, _ = sosml('fit', encoder_bag, '--observers', 'kalman,smoother', '--json')
+    fits = checked(out, 'fit')['joints']['slider']
+    assert set(fits) == {'kalman', 'smoother'}
+    for fit in fits.values():
+        assert fit['parameters']['coulomb']['value'] == pytest.approx(COULOMB, rel=0.03)
+
+
+def test_fit_refuses_an_observer_it_does_not_know(refused, encoder_bag):
+    assert "observer 'guess' is unknown" in refused('fit', encoder_bag, '--observers', 'guess')

@@ -1,23 +1,15 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-The figures of a report, one joint each.
-
-Matplotlib's object interface on the Agg canvas: no global state, no display. Colours are those of
-Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
-"""
+"""The figures of a report, one joint each."""
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Sequence
-from io import BytesIO
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -27,51 +19,29 @@ from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.segments import Segment, SegmentSettings
 from sosml_friction.model.friction_law import FrictionLaw
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.drawing import (
+    FONT,
+    GREY,
+    Style,
+    draw_line,
+    label_axes,
+    legend_below,
+    new_figure,
+    style_of,
+)
 from sosml_friction.report.joint_view import JointView, fitted_law
 from sosml_friction.report.labels import SYMBOLS, observer_label
 from sosml_friction.report.number_text import NOT_IDENTIFIABLE_TEXT, allowed_range
 
 FloatArray = NDArray[np.float64]
 
-DPI = 100
-_FONT = 10
-_GREY = '#7a7a7a'
 _STEADY = '#dfeee6'
 _REJECTED = '#efe3e3'
 _LAW = 'black'
-#: Points of one scatter, and of one line, that a figure shows.
+#: Points of one scatter that a figure shows.
 _SCATTER_POINTS = 3000
-_LINE_POINTS = 4000
 #: Windows not used that a figure shows: the longest ones.
 _REJECTED_SHOWN = 40
-
-
-class _Style(NamedTuple):
-    colour: str
-    marker: str
-    marker_size: float
-    dashes: Literal['-', '--', '-.', ':']
-    width: float
-
-
-# The first lie under the others, and look out on both sides.
-_STYLES = {
-    'first_order': _Style('#0072B2', 'o', 10.0, '-', 3.2),
-    'sosml': _Style('#D55E00', 's', 5.5, '-', 1.4),
-}
-_OTHERS = (
-    _Style('#CC79A7', '^', 6.0, '--', 1.4),
-    _Style('#009E73', 'D', 6.0, '-.', 1.4),
-    _Style('#56B4E9', 'v', 6.0, ':', 1.8),
-    _Style('#E69F00', 'P', 6.0, '--', 1.4),
-)
-
-
-def to_png(figure: Figure) -> bytes:
-    """Return the figure as a PNG of :data:`DPI` dots per inch."""
-    stream = BytesIO()
-    FigureCanvasAgg(figure).print_png(stream)
-    return stream.getvalue()
 
 
 def s_curve(view: JointView) -> Figure:
@@ -80,30 +50,30 @@ def s_curve(view: JointView) -> Figure:
 
     Left the whole range, right the neighbourhood of zero velocity.
     """
-    figure = _figure(10.0, 4.6)
+    figure = new_figure(10.0, 4.6)
     whole, near = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
     top = _top_speed(view)
     for axes, limit in ((whole, 1.08 * top), (near, _near_zero(view, top))):
         for k, (observer, tau_f) in enumerate(view.estimates.items()):
-            _scatter(axes, view, tau_f, limit, _style(observer, k))
+            _scatter(axes, view, tau_f, limit, style_of(observer, k))
         for k, (observer, fit) in enumerate(view.fits.items()):
-            style = _style(observer, k)
+            style = style_of(observer, k)
             law = fitted_law(fit.fit)
             _draw_law(axes, law, limit, style.colour, style.dashes, style.width)
             _levels(axes, fit, fit.levels, style)
         if view.truth is not None:
             _draw_law(axes, view.truth.make_law(), limit, 'black', '--', 1.4)
-        axes.axhline(0.0, color=_GREY, linewidth=0.6)
-        axes.axvline(0.0, color=_GREY, linewidth=0.6)
+        axes.axhline(0.0, color=GREY, linewidth=0.6)
+        axes.axvline(0.0, color=GREY, linewidth=0.6)
         axes.set_xlim(-limit, limit)
-        _label(axes, f'velocity [{view.velocity_unit}]', f'friction τ_f [{view.effort_unit}]')
+        label_axes(axes, f'velocity [{view.velocity_unit}]', f'friction τ_f [{view.effort_unit}]')
     _fit_height(whole, view, 1.08 * top)
     _fit_height(near, view, _near_zero(view, top))
     near.set_ylabel('')
     near.locator_params(axis='x', nbins=5)
-    whole.set_title('whole range', fontsize=_FONT)
-    near.set_title('near zero velocity', fontsize=_FONT)
-    _legend_below(figure, _s_curve_legend(view))
+    whole.set_title('whole range', fontsize=FONT)
+    near.set_title('near zero velocity', fontsize=FONT)
+    legend_below(figure, _s_curve_legend(view))
     return figure
 
 
@@ -114,19 +84,19 @@ def time_traces(view: JointView) -> Figure:
     Windows of steady motion are shaded; those not used are marked with a letter, which the legend
     explains. Lines of many samples are drawn as their envelope.
     """
-    figure = _figure(10.0, 8.6)
+    figure = new_figure(10.0, 8.6)
     axes: Sequence[Axes] = figure.subplots(4, 1, sharex=True, height_ratios=(1, 1, 1, 1.7))
     time = view.time
-    _line(axes[0], time, view.q, color='black', linewidth=1.0)
+    draw_line(axes[0], time, view.q, color='black', linewidth=1.0)
     if np.isfinite(view.v).any():
-        _line(axes[1], time, view.v, color='#b8b8b8', linewidth=0.8)
-    _line(axes[1], time, view.speed, color='black', linewidth=1.0)
-    _line(axes[2], time, view.tau, color='black', linewidth=0.8)
+        draw_line(axes[1], time, view.v, color='#b8b8b8', linewidth=0.8)
+    draw_line(axes[1], time, view.speed, color='black', linewidth=1.0)
+    draw_line(axes[2], time, view.tau, color='black', linewidth=0.8)
     handles: list[Any] = []
     known = [tau_f[np.isfinite(tau_f)] for tau_f in view.estimates.values()]
     for k, (observer, tau_f) in enumerate(view.estimates.items()):
-        colour = _style(observer, k).colour
-        _line(axes[3], time, tau_f, color=colour, linewidth=1.8 if k == 0 else 1.0)
+        colour = style_of(observer, k).colour
+        draw_line(axes[3], time, tau_f, color=colour, linewidth=1.8 if k == 0 else 1.0)
         handles.append(Line2D([], [], color=colour, linewidth=2.0, label=observer_label(observer)))
     if view.preferred is not None:
         # At rest friction is what holds the joint: the law says nothing of it.
@@ -134,7 +104,7 @@ def time_traces(view: JointView) -> Figure:
         predicted = fitted_law(view.fits[view.preferred].fit).torque(view.speed)
         predicted = np.where(moving, predicted, np.nan)
         known.append(predicted[np.isfinite(predicted)])
-        _line(axes[3], time, predicted, color=_LAW, linewidth=1.0, linestyle='--')
+        draw_line(axes[3], time, predicted, color=_LAW, linewidth=1.0, linestyle='--')
         text = f'law fitted to {observer_label(view.preferred)}'
         handles.append(Line2D([], [], color=_LAW, linewidth=1.0, linestyle='--', label=text))
     if np.isfinite(view.v).any():
@@ -147,7 +117,7 @@ def time_traces(view: JointView) -> Figure:
     names = ('position', 'velocity', 'effort', 'friction τ_f')
     units = (view.position_unit, view.velocity_unit, view.effort_unit, view.effort_unit)
     for axis, name, unit in zip(axes, names, units, strict=True):
-        _label(axis, '', f'{name} [{unit}]')
+        label_axes(axis, '', f'{name} [{unit}]')
         axis.margins(x=0.01)
     for axis, missing in (
         (axes[2], np.isnan(view.tau).all()),
@@ -156,12 +126,12 @@ def time_traces(view: JointView) -> Figure:
         if missing:
             axis.set_yticks([])
             axis.text(0.5, 0.5, 'unknown', transform=axis.transAxes, ha='center', va='center',
-                      fontsize=_FONT, color=_GREY)  # fmt: skip
+                      fontsize=FONT, color=GREY)  # fmt: skip
     if any(map(len, known)):
-        axes[3].axhline(0.0, color=_GREY, linewidth=0.6)
-    axes[3].set_xlabel('time [s]', fontsize=_FONT)
+        axes[3].axhline(0.0, color=GREY, linewidth=0.6)
+    axes[3].set_xlabel('time [s]', fontsize=FONT)
     figure.align_ylabels(axes)
-    _legend_below(figure, handles)
+    legend_below(figure, handles)
     return figure
 
 
@@ -172,7 +142,7 @@ def parameter_bars(view: JointView) -> Figure:
     Filled: the fit in use; hollow: the other method. What is not identifiable is the bare range
     that the data allow, or the words.
     """
-    figure = _figure(10.0, 3.6)
+    figure = new_figure(10.0, 3.6)
     panels: Sequence[Axes] = figure.subplots(1, len(SYMBOLS))
     entries = [
         (observer, k, fit, fits is view.fits)
@@ -186,12 +156,12 @@ def parameter_bars(view: JointView) -> Figure:
         ranges: list[float] = []
         for place, (observer, k, fit, in_use) in enumerate(entries):
             parameter = fit.fit.parameters[name]
-            axes.set_title(f'{symbol} [{parameter.unit}]', fontsize=_FONT)
-            if not _draw_parameter(axes, place, name, parameter, _style(observer, k), in_use):
+            axes.set_title(f'{symbol} [{parameter.unit}]', fontsize=FONT)
+            if not _draw_parameter(axes, place, name, parameter, style_of(observer, k), in_use):
                 # In the panel's own height: the data say nothing of where it would be.
                 axes.text(
                     place, 0.5, NOT_IDENTIFIABLE_TEXT, transform=axes.get_xaxis_transform(),
-                    rotation=90, color=_GREY, fontsize=_FONT, ha='center', va='center',
+                    rotation=90, color=GREY, fontsize=FONT, ha='center', va='center',
                 )  # fmt: skip
             elif NOT_IDENTIFIABLE in parameter.flags:
                 ranges += allowed_range(name, parameter) or ()
@@ -201,7 +171,7 @@ def parameter_bars(view: JointView) -> Figure:
         if known is not None:
             axes.axhline(known.value, color='black', linestyle='--', linewidth=1.2)
         axes.set_xlim(-0.6, len(entries) - 0.4)
-        _label(axes, '', '')
+        label_axes(axes, '', '')
         axes.set_xticks([])
         if numbers or ranges:
             _bar_height(axes, numbers, ranges)
@@ -209,26 +179,26 @@ def parameter_bars(view: JointView) -> Figure:
             axes.set_yticks([])
     handles: list[Any] = [
         Line2D([], [], linestyle='', label=f'{observer_label(observer)}, {fit.method}',
-               **_marker(_style(observer, k), in_use))
+               **_marker(style_of(observer, k), in_use))
         for observer, k, fit, in_use in entries
     ]  # fmt: skip
-    handles.append(Line2D([], [], color=_GREY, linewidth=1.4, label='95 % interval'))
+    handles.append(Line2D([], [], color=GREY, linewidth=1.4, label='95 % interval'))
     handles.append(
-        Line2D([], [], color=_GREY, linewidth=6, alpha=0.45, label='not identifiable: range')
+        Line2D([], [], color=GREY, linewidth=6, alpha=0.45, label='not identifiable: range')
     )
     if view.truth is not None:
         handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
-    _legend_below(figure, handles)
+    legend_below(figure, handles)
     return figure
 
 
 def residuals(view: JointView) -> Figure:
     """Draw what the fitted laws leave of the levels, against velocity."""
-    figure = _figure(10.0, 3.2)
+    figure = new_figure(10.0, 3.2)
     axes: Axes = figure.subplots()
     handles: list[Any] = []
     for k, (observer, fit) in enumerate(view.fits.items()):
-        style = _style(observer, k)
+        style = style_of(observer, k)
         velocity = np.array([segment.velocity for segment in fit.segments])
         residual = fit.levels - fitted_law(fit.fit).torque(velocity)
         _levels(axes, fit, residual, style)
@@ -242,50 +212,10 @@ def residuals(view: JointView) -> Figure:
                    label=f'{observer_label(observer)}, ± residual std of its fit')
         )  # fmt: skip
     handles += _hollow_legend(view)
-    axes.axhline(0.0, color=_GREY, linewidth=0.8)
-    _label(axes, f'velocity [{view.velocity_unit}]', f'level − law [{view.effort_unit}]')
-    _legend_below(figure, handles)
+    axes.axhline(0.0, color=GREY, linewidth=0.8)
+    label_axes(axes, f'velocity [{view.velocity_unit}]', f'level − law [{view.effort_unit}]')
+    legend_below(figure, handles)
     return figure
-
-
-def _figure(width: float, height: float) -> Figure:
-    return Figure(figsize=(width, height), dpi=DPI, layout='constrained', facecolor='white')
-
-
-def _style(observer: str, k: int) -> _Style:
-    return _STYLES.get(observer, _OTHERS[k % len(_OTHERS)])
-
-
-def _label(axes: Axes, x: str, y: str) -> None:
-    axes.set_xlabel(x, fontsize=_FONT)
-    axes.set_ylabel(y, fontsize=_FONT)
-    axes.tick_params(labelsize=_FONT)
-    axes.grid(True, color='#e4e4e4', linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ('top', 'right'):
-        axes.spines[side].set_visible(False)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.get_offset_text().set_fontsize(_FONT)
-
-
-def _legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """Put the legend under the axes, where it covers no data, in as many columns as fit."""
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    for columns in range(min(len(handles), 5), 0, -1):
-        legend = figure.legend(
-            handles=list(handles),
-            loc='lower center',
-            ncols=columns,
-            fontsize=_FONT,
-            frameon=False,
-        )
-        size = legend.get_window_extent(renderer)
-        if size.width <= figure.bbox.width or columns == 1:
-            # Room for the axes: legends "outside" need a newer Matplotlib than Ubuntu's.
-            height = size.y1 / figure.bbox.height
-            figure.set_layout_engine('constrained', rect=(0.0, height, 1.0, 1.0 - height))
-            return
-        legend.remove()
 
 
 def _shown(segments: Sequence[Segment]) -> NDArray[np.bool_]:
@@ -304,14 +234,14 @@ def _hollow_legend(view: JointView) -> list[Any]:
     if count > _REJECTED_SHOWN:
         label += f' (longest {_REJECTED_SHOWN} of {count})'
     return [
-        Line2D([], [], linestyle='', marker='o', markerfacecolor='none', color=_GREY, label=label)
+        Line2D([], [], linestyle='', marker='o', markerfacecolor='none', color=GREY, label=label)
     ]
 
 
 def _s_curve_legend(view: JointView) -> list[Any]:
     handles: list[Any] = []
     for k, observer in enumerate(view.estimates):
-        style = _style(observer, k)
+        style = style_of(observer, k)
         name = observer_label(observer)
         handles.append(Line2D([], [], linestyle='', marker='.', color=style.colour, alpha=0.5,
                               label=f'{name} samples'))  # fmt: skip
@@ -339,7 +269,7 @@ def _near_zero(view: JointView, top: float) -> float:
     return float(min(max(3.0 * slow, 0.05 * top), 0.3 * top))
 
 
-def _scatter(axes: Axes, view: JointView, tau_f: FloatArray, limit: float, style: _Style) -> None:
+def _scatter(axes: Axes, view: JointView, tau_f: FloatArray, limit: float, style: Style) -> None:
     inside = np.flatnonzero(
         np.isfinite(tau_f) & (np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit)
     )
@@ -350,13 +280,13 @@ def _scatter(axes: Axes, view: JointView, tau_f: FloatArray, limit: float, style
     )  # fmt: skip
 
 
-def _levels(axes: Axes, fit: JointFit, values: FloatArray, style: _Style) -> None:
+def _levels(axes: Axes, fit: JointFit, values: FloatArray, style: Style) -> None:
     velocity = np.array([segment.velocity for segment in fit.segments])
     used = np.array([not segment.rejected for segment in fit.segments], dtype=bool)
     hollow = _shown(fit.segments)
     axes.plot(
         velocity[hollow], values[hollow], linestyle='', marker=style.marker, markersize=5,
-        markerfacecolor='none', markeredgecolor=_GREY, markeredgewidth=1.1, zorder=3.5,
+        markerfacecolor='none', markeredgecolor=GREY, markeredgewidth=1.1, zorder=3.5,
     )  # fmt: skip
     axes.plot(
         velocity[used], values[used], linestyle='', marker=style.marker,
@@ -409,26 +339,6 @@ def _robust_height(axes: Axes, values: FloatArray) -> None:
     axes.set_ylim(low - 0.06 * reach, high + 0.06 * reach)
 
 
-def _line(axes: Axes, time: FloatArray, values: FloatArray, **style: Any) -> None:
-    axes.plot(*_envelope(time, values), **style)
-
-
-def _envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and largest value of each of many short spans, in order of time."""
-    count = _LINE_POINTS // 2
-    if len(values) <= 2 * count:
-        return time, values
-    edges = np.linspace(0, len(values), count + 1).astype(int)
-    kept = []
-    for first, last in itertools.pairwise(edges.tolist()):
-        part = values[first:last]
-        if np.isnan(part).all():
-            kept.append(first)
-            continue
-        kept += sorted({first + int(np.nanargmin(part)), first + int(np.nanargmax(part))})
-    return time[kept], values[kept]
-
-
 def _mark_segments(axes: Sequence[Axes], view: JointView) -> list[Any]:
     """Shade the windows and return the legend entries that explain them."""
     used = [segment for segment in view.segments if not segment.rejected]
@@ -458,7 +368,7 @@ def _mark_segments(axes: Sequence[Axes], view: JointView) -> list[Any]:
             last = segment.start_s
             axes[0].text(
                 0.5 * (segment.start_s + segment.end_s), 1.01, letter,
-                transform=axes[0].get_xaxis_transform(), ha='center', va='bottom', fontsize=_FONT,
+                transform=axes[0].get_xaxis_transform(), ha='center', va='bottom', fontsize=FONT,
                 color='#8a3b3b',
             )  # fmt: skip
         label = f'{letter}: not used, {reason} ({len(segments)})'
@@ -484,7 +394,7 @@ def _rejected_groups(segments: Sequence[Segment]) -> dict[str, list[Segment]]:
 
 
 def _draw_parameter(
-    axes: Axes, place: int, name: str, parameter: Parameter, style: _Style, in_use: bool
+    axes: Axes, place: int, name: str, parameter: Parameter, style: Style, in_use: bool
 ) -> bool:
     """Draw one parameter and return True, or False where there is nothing to draw."""
     if NOT_IDENTIFIABLE in parameter.flags:
@@ -503,7 +413,7 @@ def _draw_parameter(
     axes.plot([place], [parameter.value], **_marker(style, in_use))
     if AT_BOUND in parameter.flags:
         axes.annotate('at bound', (place, parameter.value), xytext=(0, 8), rotation=90,
-                      textcoords='offset points', fontsize=_FONT, color=_GREY, ha='center',
+                      textcoords='offset points', fontsize=FONT, color=GREY, ha='center',
                       va='bottom')  # fmt: skip
     return True
 
@@ -519,7 +429,7 @@ def _bar_height(axes: Axes, numbers: Sequence[float], ranges: Sequence[float]) -
     axes.set_ylim(low - margin, high + margin)
 
 
-def _marker(style: _Style, in_use: bool) -> dict[str, Any]:
+def _marker(style: Style, in_use: bool) -> dict[str, Any]:
     return {
         'marker': style.marker,
         'markersize': 8,

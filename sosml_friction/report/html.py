@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import base64
 import os
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
@@ -12,13 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.report.figures import parameter_bars, residuals, s_curve, time_traces, to_png
+from sosml_friction.report.drawing import to_png
+from sosml_friction.report.figures import parameter_bars, residuals, s_curve, time_traces
 from sosml_friction.report.findings import joint_sentence, methods_disagree, notes, sampling_text
+from sosml_friction.report.html_page import number_cell, page, picture
 from sosml_friction.report.joint_view import JointView, joint_views
 from sosml_friction.report.labels import SYMBOLS, observer_label
 from sosml_friction.report.number_text import (
@@ -31,28 +31,6 @@ from sosml_friction.report.number_text import (
 
 #: Rows of windows not used that a report lists; the others are counted.
 _REJECTED_ROWS = 40
-
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto;
-       max-width: 1040px; padding: 1.2em 20px 4em; }
-h1 { font-size: 1.6em; margin: 0 0 .4em; } h2 { font-size: 1.3em; margin: 2em 0 .4em;
-     border-bottom: 1px solid #ccc; } h3 { font-size: 1.05em; margin: 1.4em 0 .3em; }
-.result { font-size: 1.1em; background: #f1f6f3; border-left: 4px solid #009e73;
-          padding: .6em 1em; margin: 0 0 1em; } .result p { margin: .3em 0; }
-.note { background: #fdf3e3; border-left: 4px solid #e69f00; padding: .5em 1em; margin: 0 0 1em; }
-.note ul { margin: 0; padding-left: 1.2em; }
-table { border-collapse: collapse; margin: .5em 0; font-size: 14px; }
-caption { text-align: left; color: #555; }
-th, td { padding: .2em .6em; border-bottom: 1px solid #e2e2e2; text-align: left;
-         vertical-align: top; }
-thead th { border-bottom: 1px solid #888; } th.n, td.n { text-align: right; }
-td.w, td.n { white-space: nowrap; } td.n { font-variant-numeric: tabular-nums; }
-th.g { text-align: center; } .l { border-left: 1px solid #ccc; }
-.wide { overflow-x: auto; } tr.no td { color: #888; }
-figure { margin: .6em 0; } img { max-width: 100%; height: auto; display: block; }
-figcaption { color: #555; font-size: .93em; } code { font-size: .92em; overflow-wrap: anywhere; }
-@media print { body { max-width: none; } figure, table { break-inside: avoid; } }
-"""
 
 _METHOD = (
     'The observers (FO: first order; SOSML: second-order sliding mode with linear terms) compute '
@@ -139,13 +117,7 @@ def render_report(
         '<h2>Provenance</h2>',
         _provenance(analysis, truth, extra or {}),
     ]
-    return (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n'
-        + '\n'.join(part for part in parts if part)
-        + '\n</body></html>\n'
-    )
+    return page(title, parts)
 
 
 def _sentence(view: JointView) -> str:
@@ -163,32 +135,32 @@ def _notes(remarks: Sequence[str]) -> str:
 def _joint_section(view: JointView) -> str:
     head = f'<h2>Joint {escape(view.name)}</h2>'
     if view.preferred is None:
-        return f'{head}<p>Not available: {escape(view.unavailable)}.</p>' + _figure(
-            time_traces(view), f'What was recorded of joint {view.name}.'
+        return f'{head}<p>Not available: {escape(view.unavailable)}.</p>' + picture(
+            to_png(time_traces(view)), f'What was recorded of joint {view.name}.'
         )
     # What one joint shows is drawn, encoded and forgotten before the next.
     return ''.join(
         (
             head,
             _parameter_table(view),
-            _figure(
-                s_curve(view),
+            picture(
+                to_png(s_curve(view)),
                 'S-curve: samples of the observers (thinned), levels of steady windows, fitted '
                 'laws. Loops between plateaus are the observers’ lag while velocity '
                 'changes.',
             ),
-            _figure(
-                time_traces(view),
+            picture(
+                to_png(time_traces(view)),
                 'Time traces: green windows are used, red ones are not. The dashed line is the '
                 'fitted law at the measured velocity, without the observers’ lag.',
             ),
-            _figure(
-                parameter_bars(view),
+            picture(
+                to_png(parameter_bars(view)),
                 'Parameters with their 95 % intervals; filled: the fit in use, hollow: the other '
                 'method.',
             ),
-            _figure(
-                residuals(view),
+            picture(
+                to_png(residuals(view)),
                 'What the law leaves of the levels. A pattern over velocity is friction that the '
                 'law does not have.',
             ),
@@ -197,14 +169,6 @@ def _joint_section(view: JointView) -> str:
             '<h3>Windows of steady motion</h3>',
             _segment_table(view),
         )
-    )
-
-
-def _figure(figure: Figure, caption: str) -> str:
-    data = base64.b64encode(to_png(figure)).decode('ascii')
-    return (
-        f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
-        f'<figcaption>{escape(caption)}</figcaption></figure>'
     )
 
 
@@ -225,13 +189,13 @@ def _parameter_table(view: JointView) -> str:
         cells = f'{_name(name, symbol)}<td class="w">{escape(unit)}</td>'
         known = None if view.truth is None else view.truth.parameters.get(name)
         if with_truth:
-            cells += _number(UNKNOWN if known is None else f'{known.value:.4g}')
+            cells += number_cell(UNKNOWN if known is None else f'{known.value:.4g}')
         for fit in view.fits.values():
             parameter = fit.fit.parameters[name]
             cells += (
-                _number(value_text(name, parameter), 'n l')
-                + _number(error_text(parameter))
-                + _number(interval_text(parameter))
+                number_cell(value_text(name, parameter), 'n l')
+                + number_cell(error_text(parameter))
+                + number_cell(interval_text(parameter))
             )
         rows.append(f'<tr>{cells}<td class="l">{escape(_flags(view, name))}</td></tr>')
     quality = '; '.join(
@@ -281,9 +245,9 @@ def _alternatives(view: JointView) -> str:
             parameter = fit.fit.parameters[name]
             unit = parameter.unit
             cells += (
-                _number(value_text(name, parameter), 'n l')
-                + _number(error_text(parameter))
-                + _number(interval_text(parameter))
+                number_cell(value_text(name, parameter), 'n l')
+                + number_cell(error_text(parameter))
+                + number_cell(interval_text(parameter))
             )
         rows.append(f'<tr>{cells}<td class="w">{escape(unit)}</td></tr>')
     return (
@@ -308,12 +272,12 @@ def _segment_table(view: JointView) -> str:
         if k in hidden:
             continue
         cells = (
-            _number(f'{segment.start_s:.2f}')
-            + _number(f'{segment.end_s:.2f}')
-            + _number(format_number(segment.velocity))
+            number_cell(f'{segment.start_s:.2f}')
+            + number_cell(f'{segment.end_s:.2f}')
+            + number_cell(format_number(segment.velocity))
         )
         levels = [float(fit.levels[k]) for fit in view.fits.values()]
-        cells += ''.join(_number(format_number(level)) for level in levels)
+        cells += ''.join(number_cell(format_number(level)) for level in levels)
         reason = segment.rejected
         if not reason and not all(np.isfinite(levels)):
             reason = 'the observer had not started'
@@ -368,10 +332,6 @@ def _pairs(values: Mapping[str, Any]) -> str:
 
 def _name(name: str, symbol: str) -> str:
     return f'<td class="w">{name if name == symbol else f"{name} ({symbol})"}</td>'
-
-
-def _number(text: str, style: str = 'n') -> str:
-    return f'<td class="{style}">{escape(text)}</td>'
 
 
 def _two_digits(value: float) -> str:

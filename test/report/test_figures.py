@@ -15,7 +15,7 @@ from matplotlib.text import Text
 
 from sosml_friction.identification.segments import Segment
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report import figures
+from sosml_friction.report import drawing, figures
 from sosml_friction.report.joint_view import joint_views
 
 DRAWINGS = (figures.s_curve, figures.time_traces, figures.parameter_bars, figures.residuals)
@@ -62,7 +62,7 @@ def flagged(view, name, interval):
 
 @pytest.mark.parametrize('draw', DRAWINGS)
 def test_a_figure_is_a_png_a_thousand_dots_wide(views, draw):
-    png = figures.to_png(draw(views[0]))
+    png = drawing.to_png(draw(views[0]))
     assert png.startswith(b'\x89PNG')
     assert int.from_bytes(png[16:20], 'big') == 1000
 
@@ -158,7 +158,7 @@ def test_a_joint_without_effort_is_drawn_as_unknown(one_joint_analysis):
     elbow = joint_views(one_joint_analysis)[1]
     axes = figures.time_traces(elbow).axes
     assert [t.get_text() for t in axes[2].texts] == ['unknown']
-    assert figures.to_png(figures.time_traces(elbow)).startswith(b'\x89PNG')
+    assert drawing.to_png(figures.time_traces(elbow)).startswith(b'\x89PNG')
 
 
 @settings(max_examples=20, deadline=None)
@@ -171,7 +171,7 @@ def test_the_envelope_keeps_extremes_and_the_order_of_time(size, random):
     first = random.randrange(count)
     values[first : first + 700] = np.nan
     time = np.arange(count, dtype=float)
-    t, y = figures._envelope(time, values)
+    t, y = drawing.envelope(time, values)
     assert len(t) <= 5000
     assert (np.diff(t) > 0).all()
     assert np.nanmax(y) == np.nanmax(values)

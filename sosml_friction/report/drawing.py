@@ -1,0 +1,135 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What the figures of all reports share: paper, type, colours.
+
+Matplotlib's object interface on the Agg canvas: no global state, no display. Colours are those of
+Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from io import BytesIO
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+DPI = 100
+FONT = 10
+GREY = '#7a7a7a'
+#: Points of one line that a figure shows.
+_LINE_POINTS = 4000
+
+
+class Style(NamedTuple):
+    """Say how an observer is drawn; sizes and widths in points."""
+
+    colour: str
+    marker: str
+    marker_size: float
+    dashes: Literal['-', '--', '-.', ':']
+    width: float
+
+
+# The first lie under the others, and look out on both sides.
+_STYLES = {
+    'quasi_static': Style('#999999', '8', 7.0, '-', 2.2),
+    'first_order_capped': Style('#004B78', 'p', 8.0, '-', 2.6),
+    'first_order': Style('#0072B2', 'o', 10.0, '-', 3.2),
+    'first_order_prefiltered': Style('#56B4E9', 'v', 7.0, '-', 2.0),
+    'linear_second_order': Style('#7B3294', 'x', 7.0, '--', 1.8),
+    'sosml': Style('#D55E00', 's', 5.5, '-', 1.4),
+    'sosml_explicit': Style('#D55E00', 'P', 6.5, ':', 1.4),
+    'kalman': Style('#CC79A7', '^', 6.0, '-', 1.6),
+    'kalman_scheduled': Style('#CC79A7', '>', 6.0, '--', 1.6),
+    'kalman_adaptive': Style('#CC79A7', '<', 6.0, ':', 1.6),
+    'kalman_imm': Style('#555555', 'h', 6.5, '-', 1.6),
+    'kalman_stribeck': Style('#009E73', 'D', 5.5, '-', 1.6),
+    'kalman_stribeck_wrong_knee': Style('#009E73', 'd', 6.0, ':', 1.6),
+    'smoother': Style('#E69F00', '*', 9.0, '-.', 1.6),
+}
+_OTHERS = (
+    Style('#CC79A7', '^', 6.0, '--', 1.4),
+    Style('#009E73', 'D', 6.0, '-.', 1.4),
+    Style('#56B4E9', 'v', 6.0, ':', 1.8),
+    Style('#E69F00', 'P', 6.0, '--', 1.4),
+)
+
+
+def to_png(figure: Figure) -> bytes:
+    """Return the figure as a PNG of :data:`DPI` dots per inch."""
+    stream = BytesIO()
+    FigureCanvasAgg(figure).print_png(stream)
+    return stream.getvalue()
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure, in inches."""
+    return Figure(figsize=(width, height), dpi=DPI, layout='constrained', facecolor='white')
+
+
+def style_of(observer: str, k: int) -> Style:
+    """Return how an observer is drawn, by its place ``k`` where it has no style of its own."""
+    return _STYLES.get(observer, _OTHERS[k % len(_OTHERS)])
+
+
+def label_axes(axes: Axes, x: str, y: str) -> None:
+    """Write both labels, and dress the axes."""
+    axes.set_xlabel(x, fontsize=FONT)
+    axes.set_ylabel(y, fontsize=FONT)
+    axes.tick_params(labelsize=FONT)
+    axes.grid(True, color='#e4e4e4', linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side in ('top', 'right'):
+        axes.spines[side].set_visible(False)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.get_offset_text().set_fontsize(FONT)
+
+
+def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
+    """Put the legend under the axes, where it covers no data, in as many columns as fit."""
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    for columns in range(min(len(handles), 5), 0, -1):
+        legend = figure.legend(
+            handles=list(handles),
+            loc='lower center',
+            ncols=columns,
+            fontsize=FONT,
+            frameon=False,
+        )
+        size = legend.get_window_extent(renderer)
+        if size.width <= figure.bbox.width or columns == 1:
+            # Room for the axes: legends "outside" need a newer Matplotlib than Ubuntu's.
+            height = size.y1 / figure.bbox.height
+            figure.set_layout_engine('constrained', rect=(0.0, height, 1.0, 1.0 - height))
+            return
+        legend.remove()
+
+
+def draw_line(axes: Axes, time: FloatArray, values: FloatArray, **style: Any) -> None:
+    """Draw a line of any number of samples, a long one as its :func:`envelope`."""
+    axes.plot(*envelope(time, values), **style)
+
+
+def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest and largest value of each of many short spans, in order of time."""
+    count = _LINE_POINTS // 2
+    if len(values) <= 2 * count:
+        return time, values
+    edges = np.linspace(0, len(values), count + 1).astype(int)
+    kept = []
+    for first, last in itertools.pairwise(edges.tolist()):
+        part = values[first:last]
+        if np.isnan(part).all():
+            kept.append(first)
+            continue
+        kept += sorted({first + int(np.nanargmin(part)), first + int(np.nanargmax(part))})
+    return time[kept], values[kept]

@@ -1,0 +1,141 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Results as files: nothing foreign is overwritten, nothing is left half written."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sosml_friction.exceptions import ConfigurationError
+
+
+class OutputKind(NamedTuple):
+    """
+    Say what a command writes into a folder.
+
+    ``name`` as in "an earlier fit"; ``document``, the JSON file by whose entry ``format`` such a
+    folder is known; ``files``, the names of all that may be written.
+    """
+
+    name: str
+    document: str
+    format: str
+    files: tuple[str, ...]
+
+
+def check_output_folder(
+    folder: str | Path, kind: OutputKind, beside: Collection[str] = ()
+) -> Path:
+    """
+    Return ``folder`` if it is absent, empty, or holds an earlier result of that kind.
+
+    :param beside: names in the folder that may be there all the same.
+    :raises ConfigurationError: if it is a file or holds something else.
+    """
+    folder = Path(folder)
+    try:
+        if not folder.exists():
+            return folder
+        if folder.is_dir() and (
+            {path.name for path in folder.iterdir()} <= set(beside) or _holds(folder, kind)
+        ):
+            return folder
+    except OSError as error:
+        raise ConfigurationError(
+            f'{folder} cannot be read: {error.strerror}: choose another place with --out'
+        ) from error
+    raise ConfigurationError(
+        f'{folder} exists and is not the result of an earlier {kind.name}, so it is not '
+        'overwritten: choose another place with --out'
+    )
+
+
+def _holds(folder: Path, kind: OutputKind) -> bool:
+    try:
+        document = json.loads((folder / kind.document).read_text(encoding='utf-8'))
+    except (OSError, ValueError):
+        return False
+    return isinstance(document, dict) and document.get('format') == kind.format
+
+
+@contextmanager
+def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
+    """
+    Yield an empty folder to write into; its files then appear in ``folder`` together.
+
+    It is made beside ``folder``: an interruption leaves what was there before. Those of an earlier
+    result are replaced, and removed where there is no new one; other files are kept.
+
+    :raises ConfigurationError: if the files cannot be written.
+    """
+    existing = folder.absolute().parent
+    while not existing.exists():
+        existing = existing.parent
+    try:
+        workshop = Path(tempfile.mkdtemp(prefix=f'.sosml_{kind.name}_', dir=existing))
+    except OSError as error:
+        raise _refused(folder, error) from error
+    try:
+        yield workshop
+        with _uninterrupted():
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in kind.files:
+                if (workshop / name).exists():
+                    os.replace(workshop / name, folder / name)
+                else:
+                    (folder / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise _refused(folder, error) from error
+    finally:
+        shutil.rmtree(workshop, ignore_errors=True)
+
+
+def _refused(folder: Path, error: OSError) -> ConfigurationError:
+    return ConfigurationError(
+        f'{folder} cannot be written: {error.strerror}: choose another place with --out'
+    )
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait until the files are in their place."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+
+
+def to_plain(value: Any) -> Any:
+    """Return the same in plain Python types, a number that is not finite as None."""
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return to_plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [to_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return to_plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def to_json(document: Mapping[str, Any]) -> str:
+    """Return the JSON text of a document, without NaN."""
+    return json.dumps(to_plain(document), indent=2, ensure_ascii=False, allow_nan=False)
