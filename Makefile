@@ -38,6 +38,8 @@ help:
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
 	echo "make test      run the tests; ARGS='-k name' to choose among them"
 	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds (4 minutes)"
+	echo "make benchmark what the observers cost, as ratios (a minute)"
+	echo "make robustness  the observers where their assumptions fail (two minutes)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -59,6 +61,14 @@ test: $(STAMP)
 validate: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED) SOSML_FRICTION_SEEDS=40
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py
+
+.PHONY: benchmark
+benchmark: $(STAMP)
+	@$(BIN)/python benchmarks/observers.py
+
+.PHONY: robustness
+robustness: $(STAMP)
+	@$(BIN)/python benchmarks/robustness.py
 
 .PHONY: lint
 lint: $(STAMP)

@@ -1,0 +1,124 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What an observer costs: side by side in one run, as ratios to the first-order observer.
+
+Run with ``make benchmark``. Times are medians over repetitions on whatever else the machine does;
+only the ratios of one run say something. Nothing here is a test.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.configuration import OBSERVERS, make_observer
+from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.share import share_directory
+
+COUNT, REPEATS, CALLS = 20_000, 15, 2_000
+
+
+def median_time(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Return the median time of ``work`` [s], after one call that may compile."""
+    work()
+    times = []
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begun)
+    return statistics.median(times)
+
+
+def python_loop(samples: MomentumSamples, cutoff: float) -> np.ndarray:
+    """Return what FO gives, by one NumPy line per step: what compiling is compared with."""
+    r, p_last, out = np.zeros(2), np.zeros(2), np.empty_like(samples.p)
+    a = np.exp(-cutoff * samples.h[0])
+    for k in range(len(samples)):
+        r = a * r + (1.0 - a) * ((samples.p[k] - p_last) / samples.h[k] - samples.forcing[k])
+        p_last = samples.p[k]
+        out[k] = r
+    return out
+
+
+def main() -> None:
+    """Print the table."""
+    robot = read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
+    rng = np.random.default_rng(0)
+    t = np.arange(COUNT + 1) * 1e-3
+    q = np.stack([0.35 * np.sin(np.pi * t), 0.2 * np.sin(2.0 * t)], axis=1)
+    q += 5e-5 * rng.normal(size=q.shape)
+    v = np.diff(q, axis=0, prepend=q[:1]) / 1e-3
+    tau = rng.normal(size=q.shape)
+    log = JointLog(robot.names, np.round(t * 1e9).astype(np.int64), q, v, tau)
+    conditions = Conditions.of(
+        robot, q[0], [5e-5] * 2, [0.07] * 2, [2.0, 1.0], [1.0, 1.0], [1.1, 0.4]
+    )
+    gains = gains_for_conditions(conditions)
+    first = FrictionEstimator(robot, [make_observer('first_order', gains['first_order'])])
+    (stretch,) = first.stretches(log)
+    samples = stretch.samples
+    one = MomentumSamples(
+        *(getattr(samples, name)[:1] for name in ('h', 'p', 'integral', 'forcing', 'inertia'))
+    )
+    loops, calls = {}, {}
+    for name in OBSERVERS:
+        observer = make_observer(name, gains[name])
+        observer.start(stretch.p_start)
+        loops[name] = median_time(lambda o=observer: o.run(samples)) / len(samples)
+        calls[name] = median_time(lambda o=observer: [o.run(one) for _ in range(CALLS)], 5) / CALLS
+    table = Table(box=box.SIMPLE, title='Recursion alone, 2 joints')
+    table.add_column('observer')
+    for heading in ('us/step in a loop', 'ratio', 'us/call from Python', 'ratio'):
+        table.add_column(heading, justify='right')
+    for name in OBSERVERS:
+        table.add_row(
+            name,
+            f'{1e6 * loops[name]:.3f}',
+            f'{loops[name] / loops["first_order"]:.1f}',
+            f'{1e6 * calls[name]:.2f}',
+            f'{calls[name] / calls["first_order"]:.1f}',
+        )
+    short = MomentumSamples(
+        *(getattr(samples, name)[:2000] for name in ('h', 'p', 'integral', 'forcing', 'inertia'))
+    )
+    plain = median_time(lambda: python_loop(short, gains['first_order']['cutoff'][0]), 5) / 2000
+    both = FrictionEstimator(
+        robot, [make_observer(name, gains[name]) for name in ('first_order', 'sosml')]
+    )
+    whole = median_time(lambda: both.batch(log), 3) / len(log)
+    dynamics = median_time(lambda: both.stretches(log), 3) / len(log)
+    bare = median_time(lambda: [robot.momentum_terms(q[0], v[0]) for _ in range(CALLS)], 5) / CALLS
+    pair = loops['first_order'] + loops['sosml']
+    rows = (
+        ('FO and SOSML, compiled loop', pair),
+        ('FO alone, a NumPy line per step', plain),
+        ('FO and SOSML from a JointLog, dynamics included (batch)', whole),
+        ('of which: samples and dynamics (stretches)', dynamics),
+        ('of which: Pinocchio, called from Python (momentum_terms)', bare),
+    )
+    path = Table(box=box.SIMPLE, title='The way of a sample, 2 joints')
+    for heading in ('what', 'us/step', 'Msteps/s', 'ratio'):
+        path.add_column(heading, justify='left' if heading == 'what' else 'right')
+    for what, seconds in rows:
+        path.add_row(
+            what, f'{1e6 * seconds:.3f}', f'{1e-6 / seconds:.3f}', f'{seconds / pair:.0f}'
+        )
+    console = Console(width=100, highlight=False)
+    console.print(table)
+    console.print(path)
+
+
+if __name__ == '__main__':
+    main()
