@@ -17,8 +17,10 @@ from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
 
 FloatArray = NDArray[np.float64]
 
-#: Runs with other noise, reversals in each, and the bounds of the time between them [s].
-_SEEDS, _REVERSALS, _SHORTEST, _LONGEST = 6, 6, 0.4, 3.0
+#: Runs with other noise: so many, and more until the mean error is known to this share of the jump.
+_SEEDS, _MOST_SEEDS, _KNOWN = 6, 32, 0.025
+#: Reversals in a run, of which the first half are for learning, and bounds of their spacing [s].
+_REVERSALS, _LEARNED, _SHORTEST, _LONGEST = 6, 3, 0.4, 3.0
 #: Settled: the mean error stays below this share of the jump. Noise counts late in a way, and all
 #: ends before the next reversal begins.
 _SETTLED, _LATE, _END = 0.1, 0.6, 0.95
@@ -31,7 +33,7 @@ class Expectation:
 
     :param noise: standard deviation over noise, long after a reversal [Nm or N].
     :param settle_s: time from a reversal until the mean error stays below 10 % of the jump; NaN
-        where it does not before the next one.
+        where it does not before the next one, or noise hides it.
     """
 
     noise: FloatArray
@@ -79,24 +81,38 @@ def expected_performance(
     forcing = np.diff(v, axis=0) @ inertia / step + friction[1:]
     fixed = np.broadcast_to(inertia, (count - 1, n, n)).copy()
     h = np.full(count - 1, step)
-    runs: dict[str, list[FloatArray]] = {name: [] for name in gains}
-    for seed in range(_SEEDS):
-        rng = np.random.default_rng(seed)
-        measured = q + position_noise * rng.normal(size=q.shape)
-        if velocity_span:
-            seen = _slope(measured, velocity_span, step)
-        else:
-            seen = v + velocity_noise * rng.normal(size=v.shape)
-        samples = MomentumSamples(
-            h, seen[1:] @ inertia, np.diff(measured, axis=0) @ inertia, forcing, fixed
-        )
-        for name, values in gains.items():
+    measurements: list[tuple[FloatArray, MomentumSamples]] = []
+
+    def measurement(seed: int) -> tuple[FloatArray, MomentumSamples]:
+        if seed == len(measurements):
+            rng = np.random.default_rng(seed)
+            measured = q + position_noise * rng.normal(size=q.shape)
+            if velocity_span:
+                seen = _slope(measured, velocity_span, step)
+            else:
+                seen = v + velocity_noise * rng.normal(size=v.shape)
+            samples = MomentumSamples(
+                h, seen[1:] @ inertia, np.diff(measured, axis=0) @ inertia, forcing, fixed
+            )
+            measurements.append((seen[0] @ inertia, samples))
+        return measurements[seed]
+
+    found = {}
+    for name, values in gains.items():
+        errors: list[FloatArray] = []
+        wanted = _SEEDS
+        while len(errors) < wanted:
+            p_start, samples = measurement(len(errors))
             observer = make_observer(name, values)
-            observer.start(seen[0] @ inertia)
-            runs[name].append(-observer.run(samples) - truth[1:])
-    return {
-        name: _judge(np.array(errors), way, step, friction_jump) for name, errors in runs.items()
-    }
+            observer.start(p_start)
+            errors.append(-observer.run(samples) - truth[1:])
+            if len(errors) == _SEEDS:
+                noise = _judge(np.array(errors), way, step, friction_jump).noise
+                ratio = float(np.nanmax(noise / (_KNOWN * friction_jump), initial=0.0))
+                means = _REVERSALS - _LEARNED
+                wanted = int(np.clip(np.ceil(ratio**2 / means), _SEEDS, _MOST_SEEDS))
+        found[name] = _judge(np.array(errors), way, step, friction_jump)
+    return found
 
 
 def _slope(q: FloatArray, span: int, step: float) -> FloatArray:
@@ -116,8 +132,8 @@ def _judge(
     noise, settle = np.full(n, np.nan), np.full(n, np.nan)
     for i in range(n):
         length = round(_END * way[i] / step)
-        starts = [round(k * way[i] / step) for k in range(_REVERSALS // 2, _REVERSALS)]
-        signs = [1.0 if k % 2 == 0 else -1.0 for k in range(_REVERSALS // 2, _REVERSALS)]
+        starts = [round(k * way[i] / step) for k in range(_LEARNED, _REVERSALS)]
+        signs = [1.0 if k % 2 == 0 else -1.0 for k in range(_LEARNED, _REVERSALS)]
         after = np.array(
             [
                 sign * errors[:, start : start + length, i]
@@ -126,6 +142,8 @@ def _judge(
         )
         noise[i] = np.sqrt(np.mean(np.var(after[:, :, int(_LATE * length) :], axis=1, ddof=1)))
         mean = np.abs(after.mean(axis=(0, 1)))
+        if noise[i] > 2.0 * _KNOWN * friction_jump[i] * np.sqrt(after.shape[0] * after.shape[1]):
+            continue
         outside = np.flatnonzero(~(mean < _SETTLED * friction_jump[i]))
         if not len(outside):
             settle[i] = 0.0
