@@ -17,7 +17,7 @@ from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
 
 FloatArray = NDArray[np.float64]
 
-#: Runs with other noise: so many, and more until the mean error is known to this share of the jump.
+#: Runs with other noise: so many, and more until the mean error is known to a share of the jump.
 _SEEDS, _MOST_SEEDS, _KNOWN = 6, 32, 0.025
 #: Reversals in a run, of which the first half are for learning, and bounds of their spacing [s].
 _REVERSALS, _LEARNED, _SHORTEST, _LONGEST = 6, 3, 0.4, 3.0
