@@ -33,8 +33,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help='Friction of robot joints without a torque sensor: fit it to a recording, import data, '
-    'look into a bag, or see a demonstration.',
+    help='Friction of robot joints without a torque sensor: plan a trajectory, fit friction to a '
+    'recording, import data, look into a bag, or see a demonstration.',
 )
 
 JsonOption = Annotated[
@@ -74,11 +74,20 @@ def fit(
     method: Annotated[
         str,
         typer.Option(
-            metavar='auto|segments|samples',
+            metavar='auto|segments|samples|weak',
             help='Fit levels of steady windows, or every sample in motion; auto takes segments '
-            'where the plateaus reach down to a fifth of the top speed.',
+            'where the plateaus reach down to a fifth of the top speed. weak adds a regression on '
+            'position and effort without an observer, which then becomes the model.',
         ),
     ] = 'auto',
+    refit_inertia: Annotated[
+        bool,
+        typer.Option(
+            '--refit-inertia',
+            help='Fit inertia too, by the inverse model, and with --method weak by the weak form. '
+            'It is reported; the model keeps its own.',
+        ),
+    ] = False,
     bandwidth: Annotated[
         float | None,
         typer.Option(
@@ -125,13 +134,14 @@ def fit(
     from sosml_friction.identification.bag_analysis import analyse_bag
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.model.model_folder import read_model
+    from sosml_friction.report.inverse_view import inverse_table
     from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
     from sosml_friction.report.results import check_destination, fit_document, write_results
     from sosml_friction.report.tables import parameter_table, print_table
 
     folder = check_destination(out if out is not None else Path(f'{_bag_name(bag)}_fit'))
-    settings = FitSettings(method=method)
+    settings = FitSettings(method=method, refit_inertia=refit_inertia)
     known = None if truth is None else read_model(truth)
     with progress(f'reading and fitting {bag}') as step:
         analysis = analyse_bag(bag, model, urdf, settings, bandwidth, namespace, _names(observers))
@@ -142,6 +152,8 @@ def fit(
         typer.echo(to_json({**document, 'output': str(folder)}))
     else:
         print_table(parameter_table(analysis, known))
+        if analysis.inverse is not None:
+            print_table(inverse_table(analysis, analysis.inverse))
         typer.echo(f'Model, report.html and fit.json are in {folder}')
     if analysis.model.provenance.get('recovered'):
         _remark(f'{bag} is cut off or damaged: only its readable part was used')
@@ -312,6 +324,174 @@ def tune(
     print_table(proposal_view(proposal))
     if out is not None:
         typer.echo(f'Gains are in {out}: observer_node --ros-args --params-file {out}')
+
+
+@app.command()
+def trajectory(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar='NAME',
+            help='speed_ladder, symmetric_reversals, slow_ladder, slow_s_shape, reversal, '
+            'multisine or rich.',
+        ),
+    ],
+    model: Annotated[
+        Path | None, typer.Option(metavar='DIR', help='Model folder; default: the exoskeleton.')
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(metavar='FILE', help="URDF file; default: the model's.")
+    ] = None,
+    stated: Annotated[
+        list[str] | None,
+        typer.Option(
+            '--set',
+            metavar='KEY=VALUE',
+            help='An option of the trajectory, a list with commas; repeatable. All have centre, '
+            'start, scale, effort_margin and acceleration_limit; docs/parameters.md has the rest.',
+        ),
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar='FILE.png', help='Picture to draw.')] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar='FILE.csv', help='Samples every 10 ms, if it is within all limits.'),
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Show an identification trajectory and whether a robot can do it.
+
+    Prints how long it lasts and what it asks of each joint, beside the limits of the URDF: the
+    effort is that of the rigid body, with an allowance for friction. Options that are not set are
+    those of identifier_node in the parameter file beside the model folder (DIR.yaml), or defaults.
+
+    Exit code 1 if it is beyond a limit.
+
+    Example: sosml trajectory multisine --set amplitude=0.2 --plot multisine.png
+    """
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.planned_trajectory import (
+        check_file,
+        plan_trajectory,
+        trajectory_csv,
+        trajectory_document,
+        trajectory_table,
+        write_file,
+    )
+    from sosml_friction.report.tables import print_table
+
+    if plot is not None:
+        check_file(plot, '--plot', '.png', b'\x89PNG')
+    if out is not None:
+        check_file(out, '--out', '.csv', b'time [s],')
+    planned = plan_trajectory(name, model, urdf, stated or [])
+    if plot is not None:
+        from sosml_friction.report.drawing import to_png
+        from sosml_friction.report.trajectory_figure import trajectory_figure
+
+        write_file(plot, to_png(trajectory_figure(planned)))
+    written = out if out is not None and not planned.beyond else None
+    if written is not None:
+        write_file(written, trajectory_csv(planned).encode())
+    if json:
+        paths = {
+            key: None if p is None else str(p) for key, p in (('plot', plot), ('output', written))
+        }
+        typer.echo(to_json({**trajectory_document(planned), **paths}))
+    else:
+        print_table(trajectory_table(planned))
+    if planned.beyond:
+        if out is not None:
+            _remark(f'{out} is not written: the trajectory is beyond a limit')
+        raise typer.Exit(1)
+
+
+@app.command()
+def plan(
+    std_error: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='NAME=NUMBER',
+            help='Wanted standard error of coulomb, viscous, stribeck, stribeck_velocity or bias; '
+            'repeatable.',
+        ),
+    ] = None,
+    budget: Annotated[
+        float, typer.Option(metavar='S', help='Longest duration of the ladder.')
+    ] = 120.0,
+    noise: Annotated[
+        float | None,
+        typer.Option(
+            metavar='NM', help='Standard deviation of a sample of friction; default: 0.05.'
+        ),
+    ] = None,
+    correlation: Annotated[
+        float | None,
+        typer.Option(metavar='S', help='Correlation time of that noise; default: 0.005.'),
+    ] = None,
+    assume: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='NAME=NUMBER',
+            help='Friction that is expected; default: coulomb=0.8, viscous=0.35, stribeck=0.5, '
+            'stribeck_velocity=0.03, bias=0; repeatable.',
+        ),
+    ] = None,
+    plateau: Annotated[
+        float | None, typer.Option(metavar='S', help='Length of a plateau; default: 1.')
+    ] = None,
+    ramp: Annotated[
+        float | None, typer.Option(metavar='S', help='Length of a ramp; default: 0.3.')
+    ] = None,
+    slowest: Annotated[
+        float | None, typer.Option(metavar='RAD_S', help='Slowest plateau; default: 0.01.')
+    ] = None,
+    fastest: Annotated[
+        float | None, typer.Option(metavar='RAD_S', help='Fastest plateau; default: 0.7.')
+    ] = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Choose the plateau speeds of a speed ladder for wanted standard errors.
+
+    Takes the Cramer-Rao bound of the Stribeck law from the noise of a plateau's mean, and prints
+    the shortest ladder that reaches the wanted errors, or the best within the time, and what that
+    is. For a prismatic joint read N, m/s and so on.
+
+    Exit code 1 if a wanted error cannot be reached within the time.
+
+    Example: sosml plan --std-error coulomb=0.005 --std-error stribeck=0.01 --budget 60
+    """
+    from sosml_friction.identification.experiment_plan import PlanSettings, plan_experiment
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.plan_view import (
+        ASSUMED,
+        parse_parameters,
+        plan_command,
+        plan_document,
+        plan_table,
+    )
+    from sosml_friction.report.tables import print_table
+
+    given: dict[str, Any] = {
+        'noise': noise,
+        'correlation_s': correlation,
+        'plateau_s': plateau,
+        'ramp_s': ramp,
+        'slowest': slowest,
+        'fastest': fastest,
+    }
+    settings = PlanSettings(**{key: value for key, value in given.items() if value is not None})
+    wanted = parse_parameters('--std-error', std_error or [])
+    assumed = {**ASSUMED, **parse_parameters('--assume', assume or [])}
+    found = plan_experiment(wanted, budget, assumed, settings)
+    if json:
+        typer.echo(to_json(plan_document(found, budget, assumed, settings)))
+    else:
+        print_table(plan_table(found, budget))
+        typer.echo(plan_command(found, settings))
+    if found.missed:
+        raise typer.Exit(1)
 
 
 @app.command()

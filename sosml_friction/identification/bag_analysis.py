@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -17,8 +17,16 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.friction_fit import FitSettings, FrictionFit, fit_friction
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.friction_fit import (
+    WEAK_FORM,
+    FitSettings,
+    FrictionFit,
+    JointFit,
+    fit_friction,
+)
+from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.friction_laws import FRICTION_LAWS
 from sosml_friction.model.model_folder import (
     FrictionParameters,
@@ -33,8 +41,8 @@ from sosml_friction.observers.log_conditions import configuration_for
 
 FloatArray = NDArray[np.float64]
 
-#: The fit that becomes the model where several observers ran.
-PREFERRED_OBSERVER = 'sosml'
+#: The fit that becomes the model, where there are several: the first of these, else the first.
+PREFERRED = (WEAK_FORM, 'sosml')
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,8 @@ class BagAnalysis:
     Hold a fitted recording.
 
     ``estimates`` per observer (N, n) on the stamps of ``log``, whose joints are those of
-    ``model``.
+    ``model``; ``inverse`` is None where inertia was not to be fitted. ``model`` keeps the inertia
+    it had: friction was computed with it.
     """
 
     log: JointLog
@@ -51,6 +60,7 @@ class BagAnalysis:
     configuration: ObserverConfiguration
     fit: FrictionFit
     model: RobotModelFile
+    inverse: InverseFits | None = None
 
 
 @dataclass(frozen=True)
@@ -102,10 +112,28 @@ def analyse_bag(
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     estimator = configuration.make_estimator(robot)
     estimates = estimator.batch(log)
+    settings = settings or FitSettings()
     fit = fit_friction(log, estimates, robot, estimator.observers, settings)
+    if settings.method == 'weak':
+        v0 = [
+            joint.friction.smoothing_velocity if joint.friction else 0.0
+            for joint in nominal.joints.values()
+        ]
+        form = WeakForm(
+            log,
+            robot,
+            list(configuration.effort_hold) or 'start',
+            WeakSettings(
+                zero_band=settings.segments.zero_band, refit_inertia=settings.refit_inertia
+            ),
+            configuration.maximum_gap_s,
+        )
+        fit, tau_f = with_weak_form(fit, form, v0)
+        estimates = {**estimates, WEAK_FORM: tau_f}
+    inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     provenance = _provenance(Path(path), bag, log, configuration, fit)
     fitted = _with_friction(nominal, fit, provenance)
-    return BagAnalysis(log, estimates, configuration, fit, fitted)
+    return BagAnalysis(log, estimates, configuration, fit, fitted, inverse)
 
 
 def read_recorded_robot(
@@ -154,20 +182,65 @@ def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
         raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
 
 
+def with_weak_form(
+    fit: FrictionFit, form: WeakForm, smoothing_velocity: Sequence[float]
+) -> tuple[FrictionFit, FloatArray]:
+    """
+    Return the fits with those of the weak form beside them, and its means of friction (N, n).
+
+    A joint that it cannot fit keeps what it had, with the reason under ``unavailable``.
+
+    :param smoothing_velocity: v0 of each joint, 0 where it is not known [rad/s or m/s].
+    """
+    joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    unavailable = dict(fit.unavailable)
+    names = form.robot.names
+    tau_f = np.full((len(form.time), len(names)), np.nan)
+    for i, name in enumerate(names):
+        if name not in joints:
+            continue
+        segments = next(iter(joints[name].values())).segments
+        try:
+            weak = form.fit(i, smoothing_velocity[i])
+        except DataError as error:
+            unavailable[name] = f'the weak form has no fit: {error}'
+            continue
+        tau_f[:, i] = weak.tau_f
+        joints[name][WEAK_FORM] = JointFit(
+            name,
+            WEAK_FORM,
+            'weak',
+            form.robot.effort_units[i],
+            weak.fit,
+            segments,
+            weak.levels(segments),
+            weak.inertia,
+        )
+    return FrictionFit(joints, fit.alternatives, unavailable), tau_f
+
+
+def preferred(fits: Iterable[str]) -> str | None:
+    """Return which of a joint's fits, by observer, becomes the model; None if there is none."""
+    known = list(fits)
+    return next((name for name in (*PREFERRED, *known) if name in known), None)
+
+
 def _with_friction(
     nominal: RobotModelFile, fit: FrictionFit, provenance: Mapping[str, Any]
 ) -> RobotModelFile:
     joints = {}
     for name, joint in nominal.joints.items():
         fits = fit.joints.get(name, {})
-        chosen = fits.get(PREFERRED_OBSERVER) or next(iter(fits.values()), None)
-        if chosen is None:
+        observer = preferred(fits)
+        if observer is None:
             joints[name] = replace(joint, friction=None)
             continue
-        names = FRICTION_LAWS[chosen.fit.law].parameter_names
-        parameters: dict[str, Parameter] = {key: chosen.fit.parameters[key] for key in names}
+        law = fits[observer].fit
+        names = FRICTION_LAWS[law.law].parameter_names
+        parameters: dict[str, Parameter] = {key: law.parameters[key] for key in names}
         # Plateaus say nothing of the sign's width: 0 is the law as fitted.
-        joints[name] = replace(joint, friction=FrictionParameters(chosen.fit.law, 0.0, parameters))
+        friction = FrictionParameters(law.law, law.smoothing_velocity, parameters)
+        joints[name] = replace(joint, friction=friction)
     return RobotModelFile(nominal.name, joints, nominal.urdf, provenance)
 
 

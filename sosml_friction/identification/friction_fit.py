@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
 from sosml_friction.bags.joint_log import JointLog
@@ -22,12 +21,16 @@ from sosml_friction.identification.segments import (
     centred_difference,
     find_segments,
     segment_levels,
+    unsure_sign,
 )
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
 
 FloatArray = NDArray[np.float64]
-METHODS = ('auto', 'segments', 'samples')
+METHODS = ('auto', 'segments', 'samples', 'weak')
+#: What stands for the observer in a fit that uses none.
+WEAK_FORM = 'weak_form'
 
 #: Plateaus that begin above this share of the top speed leave the intercept to extrapolation.
 REACH = 0.2
@@ -48,7 +51,12 @@ class FitSettings:
       is compared, so that transients count without their lag counting as friction;
     * ``auto``: ``segments`` where the plateaus reach down to a fifth of the top speed, else
       ``samples``: a Coulomb level extrapolated from fast plateaus is not a measurement. Where
-      the method so chosen finds too little, the other.
+      the method so chosen finds too little, the other;
+    * ``weak``: as ``auto``, and beside it the regression on position and effort of
+      :mod:`~sosml_friction.identification.weak_form`, without an observer.
+
+    ``refit_inertia``: whether inertia is fitted too, by the weak form where it is asked for and by
+    :mod:`~sosml_friction.identification.inverse_model` in any case.
 
     ``segments.trim_s`` is lengthened to what the slowest observer needs to settle to 1 %.
     """
@@ -57,6 +65,7 @@ class FitSettings:
     segments: SegmentSettings = field(default_factory=SegmentSettings)
     #: Samples closer than this are taken to share their noise [s].
     cluster_s: float = 0.5
+    refit_inertia: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -66,10 +75,11 @@ class FitSettings:
 @dataclass(frozen=True)
 class JointFit:
     """
-    Hold one joint's fit from one observer.
+    Hold one joint's fit from one observer, or from none: then ``observer`` is ``weak_form``.
 
     ``levels`` (K,) are the levels of ``segments``, by
-    :func:`~sosml_friction.identification.segments.segment_levels`.
+    :func:`~sosml_friction.identification.segments.segment_levels`. ``inertia`` is None where it
+    was not fitted together with friction.
     """
 
     joint: str
@@ -79,9 +89,11 @@ class JointFit:
     fit: LawFit
     segments: tuple[Segment, ...]
     levels: FloatArray
+    inertia: Parameter | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of ``sosml fit --json``."""
+        inertia = {} if self.inertia is None else {'inertia': self.inertia.to_dict()}
         return {
             'method': self.method,
             'law': self.fit.law,
@@ -95,6 +107,7 @@ class JointFit:
             'clusters': self.fit.clusters,
             'segments_used': sum(not segment.rejected for segment in self.segments),
             'segments_rejected': sum(bool(segment.rejected) for segment in self.segments),
+            **inertia,
         }
 
 
@@ -191,7 +204,7 @@ class _JointTask:
     ) -> tuple[JointFit, JointFit | None]:
         order = ('segments', 'samples')
         if self.settings.method == 'samples' or (
-            self.settings.method == 'auto' and not self._reaches_down()
+            self.settings.method in ('auto', 'weak') and not self._reaches_down()
         ):
             order = ('samples', 'segments')
         fits = []
@@ -199,7 +212,8 @@ class _JointTask:
             try:
                 fits.append(self._fit_by(method, observer, tau_f, lag_of))
             except DataError:
-                if not fits and (method == order[1] or self.settings.method != 'auto'):
+                chooses = self.settings.method in ('auto', 'weak')
+                if not fits and (method == order[1] or not chooses):
                     raise
         return fits[0], fits[1] if len(fits) > 1 else None
 
@@ -230,14 +244,10 @@ class _JointTask:
         since = index - np.maximum.accumulate(np.where(unknown, index, -1))
         settled = since > self._memory(lag_of, 1e-3)
         v = np.nan_to_num(self.v)
-        way = np.where(np.abs(v) > self.settings.segments.zero_band, np.sign(v), 0.0)
-        # Velocity is a mean over a window: within it of a start, stop or reversal the sign is not
-        # known, and the observer passes that on for a while.
-        blurred = maximum_filter1d(way, 2 * self.half + 1) != minimum_filter1d(
-            way, 2 * self.half + 1
-        )
-        passed_on = np.abs(lfilter(b, a, blurred.astype(float)))
-        moving = (way != 0.0) & (passed_on < _BLUR)
+        zero_band = self.settings.segments.zero_band
+        # The observer passes on for a while what it made of a sign that is not known.
+        passed_on = np.abs(lfilter(b, a, unsure_sign(v, zero_band, self.half).astype(float)))
+        moving = (np.abs(v) > zero_band) & (passed_on < _BLUR)
         clusters = (self.time / self.settings.cluster_s).astype(np.int64)
         return fit_law(
             self.v,

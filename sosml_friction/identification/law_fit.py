@@ -35,7 +35,8 @@ class LawFit:
     ``stribeck`` and ``stribeck_velocity`` are flagged and their ``value`` is NaN; the ``interval``
     of ``stribeck`` is what the data leave open for any ``stribeck_velocity`` from a third of the
     slowest speed up (below that, nothing of S can be seen). ``residual_std`` [Nm or N] and
-    ``relative_error`` [%] = 100 |y - law| / |y| are over the pairs fitted.
+    ``relative_error`` [%] = 100 |y - law| / |y| are over the pairs fitted. ``smoothing_velocity``
+    [rad/s or m/s] is what the caller knew of the sign, 0 for the sign itself.
     """
 
     law: str
@@ -44,6 +45,7 @@ class LawFit:
     relative_error: float
     pairs: int
     clusters: int
+    smoothing_velocity: float = 0.0
 
 
 def fit_law(
@@ -53,6 +55,8 @@ def fit_law(
     effort_unit: str,
     lag: Callable[[FloatArray], FloatArray] = lambda column: column,
     keep: NDArray[np.bool_] | None = None,
+    smoothing_velocity: float = 0.0,
+    mean_v: FloatArray | None = None,
 ) -> LawFit:
     """
     Fit y = s(v) (C + S exp(-|v| / v_s)) + B v + bias with C, B, S >= 0.
@@ -71,28 +75,32 @@ def fit_law(
     :param v: velocity (N,) [rad/s or m/s]; it says where friction is, in full order.
     :param y: friction torque (N,) [Nm or N], positive for positive velocity.
     :param clusters: which of the pairs share their noise (N,), numbers of any value.
-    :param lag: what the observer did to friction on its way to y: applied to each column.
+    :param lag: what the observer did to friction on its way to y: applied to each column. It may
+        make K numbers of N: y, ``clusters``, ``keep`` and ``mean_v`` then have K.
     :param keep: which pairs take part (N,), all of them if None.
+    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself.
+    :param mean_v: velocity of each pair (K,), where ``lag`` makes K numbers of N.
     :raises DataError: if there are too few clusters, or motion in one direction or at one speed
         only.
     """
-    keep = np.isfinite(y) & np.isfinite(v) & (True if keep is None else keep)
+    mean_v = v if mean_v is None else mean_v
+    keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
     v = np.nan_to_num(v)
     labels, groups = np.unique(clusters[keep], return_inverse=True)
-    speeds = np.abs(v[keep])
+    speeds = np.abs(mean_v[keep])
     if len(labels) < 6:
         raise DataError(
             f'only {len(labels)} separate pieces of steady motion: six or more are needed; record '
             'several speeds in both directions'
         )
-    if not ((v[keep] > 0.0).any() and (v[keep] < 0.0).any()):
+    if not ((mean_v[keep] > 0.0).any() and (mean_v[keep] < 0.0).any()):
         raise DataError('the joint moved in one direction only: record motion in both directions')
     if np.ptp(speeds) < 0.1 * speeds.max():
         raise DataError(
             f'the joint moved at one speed only ({speeds.max():.3g}): viscous and Coulomb '
             'friction need at least two; record a speed ladder'
         )
-    problem = _Problem(v, y[keep], groups, lag, keep)
+    problem = _Problem(v, y[keep], groups, lag, keep, smoothing_velocity)
     # Outside these ends exp(-|v| / v_s) is 0 or straight.
     slowest = float(np.quantile(speeds, 0.02))
     grid = np.geomspace(max(slowest, 1e-3 * speeds.max()) / 3.0, speeds.max(), 40)
@@ -152,6 +160,35 @@ def fit_law(
     return problem.result('stribeck', full, parameters)
 
 
+def jackknife_errors(
+    X: FloatArray,
+    residual: FloatArray,
+    groups: NDArray[np.int64],
+    weights: FloatArray | None = None,
+) -> FloatArray:
+    """
+    Return the delete-one-cluster jackknife standard errors of a linear least-squares fit, (P,).
+
+    :param X: columns of the regression (N, P), of like sizes.
+    :param residual: what the fit leaves (N,).
+    :param groups: cluster of each row (N,), 0 to the number of clusters - 1, each in use.
+    :param weights: of the rows (N,), all 1 if None.
+    """
+    w = np.ones(len(residual)) if weights is None else weights
+    N = X.T @ (w[:, None] * X)
+    count = int(groups.max()) + 1
+    shifts = []
+    for g in range(count):
+        own = groups == g
+        Xg, wg = X[own], w[own]
+        rest = N - Xg.T @ (wg[:, None] * Xg)
+        moment = Xg.T @ (wg * residual[own])
+        shifts.append(np.linalg.pinv(rest, rcond=1e-12) @ -moment)
+    spread = np.array(shifts)
+    variance = (count - 1) / count * np.sum((spread - spread.mean(0)) ** 2, axis=0)
+    return np.array(np.sqrt(variance))
+
+
 def _crossing(
     u: float, grid: FloatArray, excess: FloatArray, limit: float, way: int
 ) -> float | None:
@@ -185,9 +222,11 @@ class _Problem:
         groups: NDArray[np.int64],
         lag: Callable[[FloatArray], FloatArray],
         keep: NDArray[np.bool_],
+        smoothing_velocity: float,
     ) -> None:
         self.v, self.y, self.groups, self.lag, self.keep = v, y, groups, lag, keep
-        self.sign = smooth_sign(v, 0.0)
+        self.smoothing_velocity = smoothing_velocity
+        self.sign = smooth_sign(v, smoothing_velocity)
         self.fixed = np.column_stack(
             [lag(column)[keep] for column in (self.sign, v, np.ones_like(v))]
         )
@@ -270,23 +309,13 @@ class _Problem:
         at_bound = [k for k in (0, 1) if solution.theta[k] <= 0.0]
         columns = [k for k in range(X.shape[1]) if k not in at_bound]
         norms = np.linalg.norm(X[:, columns], axis=0)
-        X = X[:, columns] / norms
         w = solution.weights
-        N = X.T @ (w[:, None] * X)
-        shifts = []
-        for g in range(self.count):
-            own = self.groups == g
-            Xg, wg = X[own], w[own]
-            rest = N - Xg.T @ (wg[:, None] * Xg)
-            moment = Xg.T @ (wg * solution.residual[own])
-            shifts.append(np.linalg.pinv(rest, rcond=1e-12) @ -moment)
-        spread = np.array(shifts)
-        variance = (self.count - 1) / self.count * np.sum((spread - spread.mean(0)) ** 2, axis=0)
+        errors = jackknife_errors(X[:, columns] / norms, solution.residual, self.groups, w)
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
         result = np.full(5, np.nan)
         for position, k in enumerate(columns):
-            result[k] = clipping * np.sqrt(variance[position]) / norms[position]
+            result[k] = clipping * errors[position] / norms[position]
         return result
 
     def _jacobian(self, solution: _Solution) -> FloatArray:
@@ -329,4 +358,5 @@ class _Problem:
             100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan,
             len(self.y),
             self.count,
+            self.smoothing_velocity,
         )

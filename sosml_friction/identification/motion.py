@@ -4,10 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.identification.trajectory_loads import limit_uses, trajectory_loads
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.trajectory import Trajectory
 
@@ -60,11 +63,12 @@ class Motion:
             np.array([duration]), (self.q + self.v * duration)[None], self.v[None].copy()
         )
 
-    def move(self, q: FloatArray, top_speed: float, shortest: float = 0.2) -> Motion:
+    def move(self, q: FloatArray, top_speed: float | FloatArray, shortest: float = 0.2) -> Motion:
         """
         Move from rest to rest at ``q`` (n,) along the same quintic, in position.
 
-        :param top_speed: no joint is faster [rad/s or m/s]; it peaks at 15/8 of the mean.
+        :param top_speed: no joint is faster, one for all or (n,) [rad/s or m/s]; the speed
+            peaks at 15/8 of the mean.
         :param shortest: least duration [s].
         :raises TrajectoryError: if the motion is not at rest now.
         """
@@ -73,11 +77,75 @@ class Motion:
                 f'a move begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
             )
         way = np.asarray(q, dtype=float) - self.q
-        duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way))) / top_speed)
+        duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way) / top_speed)))
         u = self._grid(duration) / duration
         shape = (u**3 * (10.0 + u * (6.0 * u - 15.0)))[:, None]
         rate = (30.0 * u**2 * (1.0 - u) ** 2)[:, None] / duration
         return self._append(u * duration, self.q + way * shape, way * rate)
+
+    def there_and_back(
+        self,
+        middle: FloatArray,
+        v: FloatArray,
+        plateau_s: float,
+        ramp_s: float,
+        top_speed: float | FloatArray,
+    ) -> Motion:
+        """
+        Go through ``middle`` (n,) at velocity ``v`` (n,) for ``plateau_s``, rest, and come back.
+
+        Both plateaus have their middle there. Lasts 2 plateau_s + 4 ramp_s and the move before it.
+        """
+        self.move(middle - 0.5 * v * (plateau_s + ramp_s), top_speed, 0.4)
+        for direction in (1.0, -1.0):
+            self.ramp(direction * v, ramp_s).hold(plateau_s).ramp(0.0 * v, ramp_s)
+        return self
+
+    def to_and_fro(
+        self,
+        middle: FloatArray,
+        v: FloatArray,
+        plateau_s: float,
+        turn_s: float,
+        cycles: int,
+        top_speed: float | FloatArray,
+    ) -> Motion:
+        """
+        Go through ``middle`` at +v and -v in turn, without a rest where the motion turns.
+
+        All plateaus have their middle there. Velocity is odd in time about the middle of the
+        ``2 cycles`` half-cycles: each direction is held as long, in the same postures.
+
+        :raises TrajectoryError: if ``cycles`` is no whole number.
+        """
+        if cycles != int(cycles):
+            raise TrajectoryError(f'a train has {cycles} cycles: give a whole number')
+        self.move(middle - v * (0.5 * plateau_s + 0.25 * turn_s), top_speed, 0.4)
+        # From rest in half the time: as much acceleration as in a turn.
+        self.ramp(v, 0.5 * turn_s)
+        for half_cycle in range(2 * int(cycles)):
+            if half_cycle:
+                self.ramp(-self.v, turn_s)
+            self.hold(plateau_s)
+        return self.ramp(0.0 * v, 0.5 * turn_s)
+
+    def wave(
+        self, duration: float, shape: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    ) -> Motion:
+        """
+        Add a motion about where the joints are now, which ends where it begins.
+
+        :param shape: from times (k,) [s] to displacement and velocity, each (k, n); both are zero
+            at 0 and at ``duration``.
+        :raises TrajectoryError: if the motion is not at rest now.
+        """
+        if np.any(self.v != 0.0):
+            raise TrajectoryError(
+                f'a wave begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
+            )
+        t = self._grid(duration)
+        displacement, velocity = shape(t)
+        return self._append(t, self.q + displacement, velocity)
 
     def build(self) -> Trajectory:
         """Return the motion so far."""
@@ -98,38 +166,89 @@ class Motion:
         return self
 
 
-def check_limits(trajectory: Trajectory, robot: Robot, effort_margin: float = 1.0) -> None:
+def begin_motion(
+    what: str, start: Mapping[str, float], centre: Mapping[str, float], scale: Sequence[float]
+) -> tuple[Motion, FloatArray, FloatArray]:
+    """
+    Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
+
+    :param what: the trajectory, for the error sentence.
+    :param start: present position of each joint, at rest [rad or m]; its order is kept.
+    :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
+    :raises TrajectoryError: if joints differ, or the scale is none.
+    """
+    if set(start) != set(centre):
+        raise TrajectoryError(
+            f'{what} has centres for {", ".join(centre)} where the robot reports '
+            f'{", ".join(start)}: name the same joints'
+        )
+    names = tuple(start)
+    factor = per_joint('scale', scale, len(names))
+    if not (np.isfinite(factor).all() and (factor >= 0.0).all() and factor.any()):
+        raise TrajectoryError(
+            f'the scale of the joints is {list(scale)}: give 0 to a joint that rests and a '
+            'positive number to one that moves'
+        )
+    middle = np.array([centre[name] for name in names], dtype=float)
+    return Motion(names, np.array([start[name] for name in names])), middle, factor
+
+
+def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:
+    """
+    Return ``values`` for each of n joints, where one value stands for all.
+
+    :raises TrajectoryError: if there are neither one nor n.
+    """
+    if len(values) not in (1, n):
+        raise TrajectoryError(
+            f'{what} has {len(values)} values for {n} joints: give one for all or one for each'
+        )
+    return np.array(np.broadcast_to(np.asarray(values, dtype=float), (n,)))
+
+
+def move_speeds(top_speed: float, scale: FloatArray) -> FloatArray:
+    """Return the largest speed (n,) of the moves between pieces; a resting joint has no scale."""
+    return np.asarray(top_speed * np.where(scale > 0.0, scale, 1.0))
+
+
+def require_positive(what: str, **numbers: float | Sequence[float]) -> None:
+    """
+    Refuse numbers that are not positive and finite, and lists that are empty.
+
+    :raises TrajectoryError: naming them all.
+    """
+    good = True
+    parts = []
+    for name, value in numbers.items():
+        values = np.atleast_1d(np.asarray(value, dtype=float))
+        good &= bool(values.size and (np.isfinite(values) & (values > 0.0)).all())
+        parts.append(f'{name} {values.tolist() if np.ndim(value) else value}')
+    if not good:
+        raise TrajectoryError(
+            f'{what} has {", ".join(parts)}: all must be positive and no list empty'
+        )
+
+
+def check_limits(
+    trajectory: Trajectory,
+    robot: Robot,
+    effort_margin: float = 1.0,
+    acceleration: Sequence[float] = (),
+) -> None:
     """
     Refuse a trajectory that leaves the URDF's limits of position, velocity or effort.
 
     Effort is that of the rigid body alone: friction is not known yet, so leave a margin.
 
-    :param effort_margin: share of the effort limit the rigid body may take, 0..1.
-    :raises TrajectoryError: naming joint, time, value and how far it is beyond the limit; or the
+    :param effort_margin: share of the effort limit the rigid body may take, 0..1; the rest is the
+        allowance for friction.
+    :param acceleration: limit of each joint, one for all or one for each [rad/s2 or m/s2]; empty:
+        only effort limits it.
+    :raises TrajectoryError: naming joint, time, value, limit and how far it is beyond; or the
         joint that the trajectory lacks.
     """
-    missing = [name for name in robot.names if name not in trajectory.names]
-    if missing:
-        raise TrajectoryError(
-            f'the trajectory does not move joint {", ".join(missing)}: give every joint of the '
-            'robot its positions'
-        )
-    spline = trajectory.spline()
-    t = np.append(np.arange(trajectory.t[0], trajectory.duration, 0.01), trajectory.duration)
-    q, v, a = spline(t), spline(t, 1), spline(t, 2)
-    order = [trajectory.names.index(name) for name in robot.names]
-    q, v, a = q[:, order], v[:, order], a[:, order]
-    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
-    for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
-        excess = (
-            ('position', np.maximum(limit.lower - q[:, i], q[:, i] - limit.upper), q),
-            ('speed', np.abs(v[:, i]) - limit.velocity, v),
-            ('rigid-body effort', np.abs(tau[:, i]) - effort_margin * limit.effort, tau),
-        )
-        for what, over, value in excess:
-            k = int(np.argmax(over))
-            if over[k] > 0.0:
-                raise TrajectoryError(
-                    f'the trajectory takes joint {name} to a {what} of {value[k, i]:.3g} at '
-                    f'{t[k]:.2f} s, {over[k]:.3g} beyond its limit: change its centre or speeds'
-                )
+    loads = trajectory_loads(trajectory, robot)
+    limits = per_joint('the acceleration limit', acceleration, robot.n) if acceleration else None
+    for use in limit_uses(loads, robot, effort_margin, limits):
+        if use.excess > 0.0:
+            raise TrajectoryError(f'{use.sentence()}: change its centre or speeds')

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from sosml_friction.exceptions import ConfigurationError
 
@@ -94,7 +95,7 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     half = max(1, round(0.5 * settings.window_s / step))
     if len(time) < 8 * half:
         return []
-    quantum, noise = _position_noise(q)
+    quantum, noise = position_noise(q)
     steady = np.zeros(len(time), dtype=bool)
     way = np.zeros(len(time))
     open_ = np.ones(len(time), dtype=bool)
@@ -125,7 +126,7 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     return _without_creep(segments, settings)
 
 
-def _position_noise(q: FloatArray) -> tuple[float, float]:
+def position_noise(q: FloatArray) -> tuple[float, float]:
     """Return quantum and white noise (standard deviation) of position [rad or m]."""
     moved = np.abs(np.diff(q))
     moved = moved[np.isfinite(moved)]
@@ -208,6 +209,20 @@ def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray
     forwards = (span > 0.0) & (span < 2.0 * usual)
     result[half:-half][forwards] = (x[2 * half :] - x[: -2 * half])[forwards] / span[forwards]
     return result
+
+
+def unsure_sign(v: FloatArray, zero_band: float, half: int) -> NDArray[np.bool_]:
+    """
+    Return where the sign of velocity is not known, (N,): within ``half`` samples of another sign.
+
+    A velocity that is a mean over a window says within it of a start, stop or reversal not on
+    which side a sample is. Standstill, |v| <= ``zero_band``, is a sign of its own.
+
+    :param v: velocity (N,) [rad/s or m/s], finite.
+    """
+    way = np.where(np.abs(v) > zero_band, np.sign(v), 0.0)
+    highest, lowest = (f(way, 2 * half + 1) for f in (maximum_filter1d, minimum_filter1d))
+    return np.array(highest != lowest)
 
 
 def segment_levels(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:

@@ -7,9 +7,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sosml_friction.exceptions import TrajectoryError
-from sosml_friction.identification.motion import Motion
+from sosml_friction.identification.motion import (
+    Motion,
+    begin_motion,
+    move_speeds,
+    require_positive,
+)
 from sosml_friction.model.trajectory import Trajectory
 
 
@@ -20,6 +25,7 @@ def speed_ladder(
     plateau_s: float = 0.8,
     ramp_s: float = 0.3,
     top_speed: float = 0.8,
+    scale: Sequence[float] = (1.0,),
 ) -> Trajectory:
     """
     Return trajectory T1 for all joints at once.
@@ -36,24 +42,30 @@ def speed_ladder(
     :param plateau_s: length of a plateau [s].
     :param ramp_s: length of a ramp between rest and plateau [s].
     :param top_speed: limit of the moves between plateaus [rad/s or m/s].
+    :param scale: factor on all speeds, one for all joints or one for each; 0 keeps a joint at its
+        centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    if set(start) != set(centre):
-        raise TrajectoryError(
-            f'the ladder has centres for {", ".join(centre)} where the robot reports '
-            f'{", ".join(start)}: name the same joints'
-        )
-    if not speeds or not all(x > 0.0 for x in (*speeds, plateau_s, ramp_s, top_speed)):
-        raise TrajectoryError(
-            f'the ladder has speeds {list(speeds)}, plateau {plateau_s} s, ramp {ramp_s} s and '
-            f'top speed {top_speed}: all must be positive and there must be a speed'
-        )
-    names = tuple(start)
-    middle = np.array([centre[name] for name in names])
-    motion = Motion(names, np.array([start[name] for name in names]))
-    for speed in [*speeds, *reversed(speeds)]:
-        v = np.full(len(names), float(speed))
-        motion.move(middle - 0.5 * v * (plateau_s + ramp_s), top_speed, 0.4)
-        for direction in (1.0, -1.0):
-            motion.ramp(direction * v, ramp_s).hold(plateau_s).ramp(0.0 * v, ramp_s)
-    return motion.move(middle, top_speed, 0.4).build()
+    require_positive(
+        'the ladder', speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed
+    )
+    motion, middle, factor = begin_motion('the ladder', start, centre, scale)
+    top = move_speeds(top_speed, factor)
+    add_ladder(motion, middle, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
+    return motion.move(middle, top, 0.4).build()
+
+
+def add_ladder(
+    motion: Motion,
+    middle: NDArray[np.float64],
+    speeds: Sequence[float],
+    plateaus_s: Sequence[float],
+    ramp_s: float,
+    top_speed: NDArray[np.float64],
+    scale: NDArray[np.float64],
+) -> Motion:
+    """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
+    steps = list(zip(speeds, plateaus_s, strict=True))
+    for speed, plateau_s in [*steps, *reversed(steps)]:
+        motion.there_and_back(middle, speed * scale, plateau_s, ramp_s, top_speed)
+    return motion

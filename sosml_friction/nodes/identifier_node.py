@@ -1,7 +1,7 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-identifier_node: run trajectory T1, record it, fit friction when it ends.
+identifier_node: run a trajectory, record it, fit friction when it ends.
 
 A run goes through the phases ``starting`` (the observers are reset and the recording begins at
 their first sample, so that a replay of the bag gives the same estimates), ``moving``, ``fitting``
@@ -43,7 +43,13 @@ from sosml_friction.exceptions import (
 from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
 from sosml_friction.identification.motion import check_limits
-from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.identification.trajectories import (
+    COMMON,
+    TRAJECTORIES,
+    build_trajectory,
+    find_kind,
+)
+from sosml_friction.identification.trajectory_option import TrajectoryOption
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.trajectory import Trajectory
@@ -56,6 +62,34 @@ from sosml_friction.observers.configuration import parse_configuration
 from sosml_friction.report.results import write_results
 from sosml_friction.share import share_directory
 
+#: Options of the first trajectory have no prefix.
+_PLAIN = 'speed_ladder'
+
+
+def _option_specs() -> tuple[ParameterSpec, ...]:
+    """Return a parameter for each option of each trajectory, ``multisine.amplitude`` and so on."""
+
+    def spec(option: TrajectoryOption, prefix: str, label: str) -> ParameterSpec:
+        value = option.default
+        return ParameterSpec(
+            prefix + option.name,
+            option.type,
+            list(value) if isinstance(value, tuple) else value,
+            f'{label}: {option.description}',
+            option.unit,
+            None if option.type == 'double_array' else option.range,
+        )
+
+    return (
+        *(
+            spec(option, '' if kind.name == _PLAIN else f'{kind.name}.', kind.label)
+            for kind in TRAJECTORIES.values()
+            for option in kind.options
+        ),
+        *(spec(option, '', 'every trajectory') for option in COMMON),
+    )
+
+
 PARAMETERS = (
     ParameterSpec(
         'model', 'string', '', 'nominal model folder, written into the bag; empty: exoskeleton'
@@ -65,21 +99,18 @@ PARAMETERS = (
     ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
     ParameterSpec('driver_node', 'string', 'driver_node', 'node whose ~/stop is called on abort'),
     ParameterSpec(
-        'speeds',
-        'double_array',
-        [0.05, 0.1, 0.2, 0.35, 0.5, 0.7],
-        'plateau speeds of T1, taken up and then down',
-        'rad/s or m/s',
+        'trajectory',
+        'string',
+        _PLAIN,
+        'the trajectory that ~/start runs; sosml trajectory draws it',
+        choices=tuple(TRAJECTORIES),
     ),
-    ParameterSpec('plateau', 'double', 0.8, 'length of a plateau', 's', (0.1, 60.0)),
-    ParameterSpec(
-        'ramp', 'double', 0.3, 'length of a ramp to or from a plateau', 's', (0.02, 10.0)
-    ),
+    *_option_specs(),
     ParameterSpec(
         'centre',
         'double_array',
         [],
-        'middle of the plateaus of each joint of the model; empty: where the robot is',
+        'about which each joint of the model moves; empty: where the robot is',
         'rad or m',
     ),
     ParameterSpec(
@@ -89,6 +120,13 @@ PARAMETERS = (
         'share of the URDF effort limit the rigid body alone may need; friction needs the rest',
         '',
         (0.01, 1.0),
+    ),
+    ParameterSpec(
+        'acceleration_limit',
+        'double_array',
+        [],
+        'largest acceleration, one for all joints or one for each; empty: effort alone limits it',
+        'rad/s2 or m/s2',
     ),
     ParameterSpec(
         'tracking_tolerance',
@@ -147,6 +185,7 @@ class IdentifierNode(ProgramNode):
         self._p = declare(self, PARAMETERS)
         folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self._model = read_model(folder)
+        self._label = find_kind(self._p['trajectory']).label
         if self._p['centre'] and len(self._p['centre']) != len(self._model.joint_names):
             raise ConfigurationError(
                 f'parameter centre has {len(self._p["centre"])} values for the joints '
@@ -268,7 +307,9 @@ class IdentifierNode(ProgramNode):
             self.get_logger().error(f'not started: {error}')
             return response
         response.success = True
-        response.message = f'T1, {run.trajectory.duration:.1f} s, recording to {run.folder}'
+        response.message = (
+            f'{self._label}, {run.trajectory.duration:.1f} s, recording to {run.folder}'
+        )
         self.get_logger().info(response.message)
         return response
 
@@ -323,16 +364,19 @@ class IdentifierNode(ProgramNode):
             )
         start = {name: float(position[name]) for name in names}
         centre = dict(zip(names, self._p['centre'] or start.values(), strict=True))
-        p = self._p
-        trajectory = speed_ladder(start, centre, p['speeds'], p['plateau'], p['ramp'])
-        check_limits(trajectory, robot, p['effort_margin'])
+        kind = find_kind(self._p['trajectory'])
+        prefix = '' if kind.name == _PLAIN else f'{kind.name}.'
+        values = {option.name: self._p[prefix + option.name] for option in kind.options}
+        values |= {option.name: self._p[option.name] for option in COMMON}
+        trajectory = build_trajectory(kind.name, start, centre, values)
+        check_limits(trajectory, robot, self._p['effort_margin'], self._p['acceleration_limit'])
         return trajectory
 
     def _look_for_beginning(self, run: _Run, data: bytes) -> None:
         if np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
             return
         run.begin_ns = run.moving_from_ns = _stamp_ns(data)
-        self._enter('moving', 'running T1')
+        self._enter('moving', f'running {self._label}')
         pending, run.pending = run.pending, []
         for topic, message, log_ns in pending:
             self._record(run, topic, message, log_ns)

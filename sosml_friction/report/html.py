@@ -19,6 +19,7 @@ from sosml_friction.report.drawing import to_png
 from sosml_friction.report.figures import parameter_bars, residuals, s_curve, time_traces
 from sosml_friction.report.findings import joint_sentence, methods_disagree, notes, sampling_text
 from sosml_friction.report.html_page import number_cell, page, picture
+from sosml_friction.report.inverse_view import inverse_section
 from sosml_friction.report.joint_view import JointView, joint_views
 from sosml_friction.report.labels import SYMBOLS, observer_label
 from sosml_friction.report.number_text import (
@@ -29,6 +30,8 @@ from sosml_friction.report.number_text import (
     value_text,
 )
 
+#: What a method calls the pairs it fits to.
+_PAIRS = {'segments': 'levels', 'samples': 'samples', 'weak': 'means'}
 #: Rows of windows not used that a report lists; the others are counted.
 _REJECTED_ROWS = 40
 
@@ -41,6 +44,9 @@ _METHOD = (
     'Fitted is the law τ_f = sgn(v) (C + S exp(−|v| / v_s)) + B v + bias, with C, B and S not '
     'negative, either to the levels of windows of steady motion (segments) or to every sample in '
     'motion with the law passed through the observer’s own lag (samples).',
+    'The weak form, where it is shown, uses no observer: position and effort are averaged under '
+    'short test functions, integrated by parts so that position is not differentiated twice, and '
+    'the law is fitted to these means.',
     'Standard errors come from leaving out one window, or one stretch of time, after the other; '
     'the 95 % interval follows by Student’s t, that of v_s from its profile likelihood.',
     'The Stribeck term (S, v_s) is kept only if it explains more than chance would; what the '
@@ -111,6 +117,8 @@ def render_report(
     for view in views:
         progress(view.name)
         parts.append(_joint_section(view))
+    if analysis.inverse is not None:
+        parts.append(inverse_section(analysis, analysis.inverse))
     parts += [
         '<h2>How it was done</h2>',
         '<ul>' + ''.join(f'<li>{escape(sentence)}</li>' for sentence in _METHOD) + '</ul>',
@@ -201,7 +209,7 @@ def _parameter_table(view: JointView) -> str:
     quality = '; '.join(
         f'{observer_label(observer)}: residual {_two_digits(fit.fit.residual_std)} {fit.unit} '
         f'({_two_digits(fit.fit.relative_error)} %) over {fit.fit.pairs} '
-        f'{"levels" if fit.method == "segments" else "samples"} in {fit.fit.clusters} '
+        f'{_PAIRS[fit.method]} in {fit.fit.clusters} '
         'independent pieces'
         for observer, fit in view.fits.items()
     )

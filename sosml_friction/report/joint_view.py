@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import PREFERRED_OBSERVER, BagAnalysis
+from sosml_friction.identification.bag_analysis import BagAnalysis, preferred
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law_fit import LawFit
 from sosml_friction.identification.segments import Segment
@@ -62,9 +62,7 @@ class JointView:
     @property
     def preferred(self) -> str | None:
         """Return the observer whose fit became the model, None if there is no fit."""
-        if PREFERRED_OBSERVER in self.fits:
-            return PREFERRED_OBSERVER
-        return next(iter(self.fits), None)
+        return preferred(self.fits)
 
     @property
     def segments(self) -> tuple[Segment, ...]:
@@ -123,6 +121,7 @@ def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
 
 
 def fitted_law(fit: LawFit) -> FrictionLaw:
-    """Return the law that a fit found, with sgn(v) unsmoothed."""
+    """Return the law that a fit found, its sign as the fit took it."""
     names = FRICTION_LAWS[fit.law].parameter_names
-    return make_friction_law(fit.law, {n: fit.parameters[n].value for n in names}, 0.0)
+    values = {n: fit.parameters[n].value for n in names}
+    return make_friction_law(fit.law, values, fit.smoothing_velocity)

@@ -32,6 +32,7 @@ _OBSERVERS = {
     'kalman_stribeck': 'Kalman+law',
     'kalman_stribeck_wrong_knee': 'Kalman+wrong law',
     'smoother': 'Smoother',
+    'weak_form': 'Weak form',
 }
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 

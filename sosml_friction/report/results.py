@@ -49,6 +49,8 @@ def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> 
     }
     if truth is not None:
         document['truth'] = {view.name: _truth(view) for view in views if view.truth}
+    if analysis.inverse is not None:
+        document['inverse_model'] = analysis.inverse.to_dict()
     plain: dict[str, Any] = to_plain(document)
     return plain
 

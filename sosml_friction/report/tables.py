@@ -102,6 +102,8 @@ def method_text(view: JointView) -> str:
     fit = view.fits[view.preferred or next(iter(view.fits))]
     if fit.method == 'segments':
         return f'the levels of {fit.fit.pairs} steady windows'
+    if fit.method == 'weak':
+        return f'{fit.fit.pairs} means of position and effort, without an observer'
     return f'{fit.fit.pairs} samples in motion'
 
 

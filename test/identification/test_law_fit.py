@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law_fit import fit_law
+from sosml_friction.identification.law_fit import fit_law, jackknife_errors
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 
 TRUTH = {
@@ -282,3 +282,45 @@ def test_relative_error_and_residual_are_of_the_pairs_fitted():
     assert fit.residual_std == pytest.approx(np.sqrt(np.mean(residual**2)), rel=1e-9)
     expected = 100.0 * np.linalg.norm(residual) / np.linalg.norm(y)
     assert fit.relative_error == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_jackknife_is_that_of_refits_without_one_cluster():
+    rng = np.random.default_rng(5)
+    X, weights = rng.normal(size=(60, 3)), rng.uniform(0.2, 1.0, 60)
+    groups = np.repeat(np.arange(12), 5)
+    y = X @ [1.0, -2.0, 0.5] + rng.normal(size=12)[groups] + rng.normal(size=60)
+
+    def solve(rows):
+        root = np.sqrt(weights[rows])
+        return np.linalg.lstsq(X[rows] * root[:, None], y[rows] * root, rcond=None)[0]
+
+    whole = solve(np.full(60, True))
+    refits = np.array([solve(groups != g) for g in range(12)])
+    expected = np.sqrt(11.0 / 12.0 * np.sum((refits - refits.mean(0)) ** 2, axis=0))
+    errors = jackknife_errors(X, y - X @ whole, groups, weights)
+    np.testing.assert_allclose(errors, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize('smoothing_velocity', [0.0, 0.005])
+def test_pairs_may_be_means_of_many_samples(smoothing_velocity):
+    """Means over a stretch in which velocity changes: exact, where the mean velocity is not."""
+    v = np.repeat(plateaus(LOW), 50) * np.tile(np.linspace(0.5, 1.5, 50), 4 * len(LOW))
+    sign = np.sign(v) if smoothing_velocity == 0.0 else np.tanh(v / smoothing_velocity)
+    level = TRUTH['coulomb'] + TRUTH['stribeck'] * np.exp(-np.abs(v) / TRUTH['stribeck_velocity'])
+
+    def means(column):
+        return column.reshape(-1, 50).mean(axis=1)
+
+    y = means(level * sign + TRUTH['viscous'] * v + TRUTH['bias'])
+    fit = fit_law(
+        v,
+        y,
+        np.arange(len(y)),
+        'Nm',
+        lag=means,
+        smoothing_velocity=smoothing_velocity,
+        mean_v=means(v),
+    )
+    for name, truth in TRUTH.items():
+        assert fit.parameters[name].value == pytest.approx(truth, rel=1e-5)
+    assert fit.smoothing_velocity == smoothing_velocity

@@ -12,6 +12,7 @@ from sosml_friction.identification.segments import (
     SegmentSettings,
     find_segments,
     segment_levels,
+    unsure_sign,
 )
 from sosml_friction.identification.speed_ladder import speed_ladder
 
@@ -193,3 +194,9 @@ def test_the_level_of_a_skewed_ripple_is_its_mean():
 def test_settings_that_make_no_sense_are_refused(setting, words):
     with pytest.raises(ConfigurationError, match=words):
         SegmentSettings(**setting)
+
+
+def test_the_sign_is_unsure_only_about_a_change_of_sign_or_a_stop():
+    v = np.concatenate([np.full(20, 0.1), np.full(20, -0.1), np.full(20, 1e-4), np.full(20, 0.2)])
+    unsure = np.flatnonzero(unsure_sign(v, 1e-3, 3))
+    assert unsure.tolist() == [k for change in (20, 40, 60) for k in range(change - 3, change + 3)]

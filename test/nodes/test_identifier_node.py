@@ -7,6 +7,7 @@ from __future__ import annotations
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import QoSProfile
@@ -159,6 +160,7 @@ def test_a_robot_of_other_joints_ends_the_node_with_one_sentence(ros, start_node
         (['model:=/nonexistent'], 'model /nonexistent cannot be read'),
         (['centre:=[0.0]'], 'parameter centre has 1 values'),
         (['method:=magic'], 'use one of auto'),
+        (['trajectory:=zigzag'], 'use one of speed_ladder, symmetric_reversals'),
     ],
 )
 def test_a_configuration_that_cannot_work_is_refused(start_node, parameters, sentence):
@@ -185,3 +187,30 @@ def test_a_trajectory_beyond_the_limits_is_refused_before_anything_moves(
     assert not answer.success
     assert not trajectories
     assert not any(tmp_path.glob('*/bag'))
+
+
+def test_another_trajectory_is_run_with_the_options_under_its_name(ros, start_node, tmp_path):
+    """The shoulder: 0.1 rad, 2 cycles at 0.5 Hz between ramps of 1 s; the elbow stays."""
+    Robot(ros)
+    trajectories = ros.collect(JointTrajectory, 'joint_trajectory', 10)
+    configuration = ros.collect(String, 'observer_configuration', LATCHED)
+    start_node('observer_node')
+    options = ('amplitude:=0.1', 'cycles:=2.0', 'ramp:=1.0')
+    start_node(
+        'identifier_node',
+        f'output:={tmp_path}',
+        'run_name:=run',
+        'trajectory:=reversal',
+        'scale:=[1.0, 0.0]',
+        *(f'reversal.{option}' for option in options),
+    )
+    ros.spin_until(lambda: configuration)
+    start(ros)
+    ros.spin_until(lambda: trajectories)
+    points = trajectories[0].points
+    away = np.array([point.positions for point in points]) - REST
+    assert np.abs(away[:, 0]).max() == pytest.approx(0.1, rel=0.01)
+    np.testing.assert_array_equal(away[:, 1], 0.0)
+    end = points[-1].time_from_start
+    # The move to the centre, where the robot is already, takes 0.4 s.
+    assert end.sec + 1e-9 * end.nanosec == pytest.approx(0.4 + 4.0 + 2.0)
