@@ -18,7 +18,12 @@ from numpy.typing import NDArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.friction_fit import FitSettings, FrictionFit, fit_friction
+from sosml_friction.identification.friction_fit import (
+    FitSettings,
+    FrictionFit,
+    JointFit,
+    fit_friction,
+)
 from sosml_friction.model.friction_laws import FRICTION_LAWS
 from sosml_friction.model.model_folder import (
     FrictionParameters,
@@ -28,7 +33,11 @@ from sosml_friction.model.model_folder import (
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
+from sosml_friction.observers.configuration import (
+    OBSERVERS,
+    ObserverConfiguration,
+    parse_configuration,
+)
 from sosml_friction.observers.log_conditions import configuration_for
 
 FloatArray = NDArray[np.float64]
@@ -71,6 +80,7 @@ def analyse_bag(
     bandwidth: float | None = None,
     namespace: str | None = None,
     observers: Sequence[str] | None = None,
+    effort_hold: Mapping[str, str] | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -84,6 +94,7 @@ def analyse_bag(
     :param namespace: which robot, where a bag holds several.
     :param observers: which to run instead of the bag's, with gains from the noise, friction and
         motion measured in it, or for ``bandwidth`` where that is given.
+    :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, joints disagree, or an observer is
         unknown or has no gains by bandwidth.
@@ -94,11 +105,11 @@ def analyse_bag(
     text = bag.text('observer_configuration')
     if text is not None and bandwidth is None and observers is None:
         configuration = parse_configuration(text, f'observer_configuration of {path}')
+        if effort_hold:
+            holds = effort_holds(recorded, effort_hold, path)
+            configuration = replace(configuration, effort_hold=holds)
     else:
-        holds: tuple[str, ...] = ()
-        if text is not None:
-            recorded_configuration = parse_configuration(text, f'observer_configuration of {path}')
-            holds = tuple(recorded_configuration.effort_hold)
+        holds = effort_holds(recorded, effort_hold or {}, path)
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     estimator = configuration.make_estimator(robot)
     estimates = estimator.batch(log)
@@ -154,16 +165,50 @@ def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
         raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
 
 
+def effort_holds(
+    recorded: RecordedRobot, stated: Mapping[str, str], path: str | Path
+) -> tuple[str, ...]:
+    """
+    Return where in an interval each joint's effort holds: as stated, as in the bag, ``start``.
+
+    :param path: what to call the bag in an error.
+    :raises ConfigurationError: if the bag's observer_configuration cannot be read.
+    """
+    holds = ['start'] * recorded.robot.n
+    text = recorded.bag.text('observer_configuration')
+    if text is not None:
+        configuration = parse_configuration(text, f'observer_configuration of {path}')
+        if configuration.joints == recorded.robot.names and configuration.effort_hold:
+            holds = list(configuration.effort_hold)
+    return tuple(
+        stated.get(name, hold) for name, hold in zip(recorded.robot.names, holds, strict=True)
+    )
+
+
+def preferred_observer(fits: Mapping[str, JointFit]) -> str | None:
+    """
+    Return the observer whose fit becomes the model, None if there is no fit.
+
+    SOSML where it ran, else the first that ran; one that carries a law only where there is no
+    other.
+    """
+    if PREFERRED_OBSERVER in fits:
+        return PREFERRED_OBSERVER
+    free = [name for name in fits if not OBSERVERS[name].carries_law]
+    return next(iter(free or fits), None)
+
+
 def _with_friction(
     nominal: RobotModelFile, fit: FrictionFit, provenance: Mapping[str, Any]
 ) -> RobotModelFile:
     joints = {}
     for name, joint in nominal.joints.items():
         fits = fit.joints.get(name, {})
-        chosen = fits.get(PREFERRED_OBSERVER) or next(iter(fits.values()), None)
-        if chosen is None:
+        preferred = preferred_observer(fits)
+        if preferred is None:
             joints[name] = replace(joint, friction=None)
             continue
+        chosen = fits[preferred]
         names = FRICTION_LAWS[chosen.fit.law].parameter_names
         parameters: dict[str, Parameter] = {key: chosen.fit.parameters[key] for key in names}
         # Plateaus say nothing of the sign's width: 0 is the law as fitted.
