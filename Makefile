@@ -39,7 +39,7 @@ help:
 	echo "make test      run the tests; ARGS='-k name' to choose among them"
 	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds, and the whole"
 	echo "               study of the observers (ten minutes)"
-	echo "make benchmark what the observers cost, as ratios (a minute)"
+	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"

@@ -104,11 +104,11 @@ def main() -> None:
     rows = (
         ('FO and SOSML, compiled loop', pair),
         ('FO alone, a NumPy line per step', plain),
-        ('FO and SOSML from a JointLog, dynamics included (batch)', whole),
-        ('of which: samples and dynamics (stretches)', dynamics),
-        ('of which: Pinocchio, called from Python (momentum_terms)', bare),
+        ('FO and SOSML from a recording, all of it', whole),
+        ('preparing its samples, with the dynamics', dynamics),
+        ('the dynamics alone: Pinocchio called from Python', bare),
     )
-    path = Table(box=box.SIMPLE, title='The way of a sample, 2 joints')
+    path = Table(box=box.SIMPLE, title='From a recorded sample to an estimate, 2 joints')
     for heading in ('what', 'us/step', 'Msteps/s', 'ratio'):
         path.add_column(heading, justify='left' if heading == 'what' else 'right')
     for what, seconds in rows:

@@ -53,10 +53,19 @@ UrdfOption = Annotated[
     Path | None,
     typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
 ]
-StatedOption = Annotated[
+EffortHoldOption = Annotated[
     list[str] | None,
-    typer.Option(metavar='[JOINT=]VALUE', help='State it instead of measuring it; repeatable.'),
+    typer.Option(
+        metavar='[JOINT=]HOLD',
+        help='Where in an interval a sample of effort holds: start (a command), mean, or end (a '
+        "measured current); repeatable; default: the bag's, else start.",
+    ),
 ]
+_OBSERVER_NAMES = (
+    'quasi_static, first_order, first_order_prefiltered, linear_second_order, sosml, '
+    'sosml_explicit, kalman, kalman_adaptive, kalman_scheduled, kalman_imm, kalman_stribeck, '
+    'smoother'
+)
 
 
 @app.callback(invoke_without_command=True)
@@ -98,10 +107,11 @@ def fit(
         str | None,
         typer.Option(
             metavar='NAME,...',
-            help='Observers to run, with gains as sosml tune proposes them; default: those of the '
-            'bag.',
+            help='Observers to run, with gains as sosml tune proposes them; SOSML, else the first '
+            f'one, makes the model. Default: those of the bag. Known: {_OBSERVER_NAMES}.',
         ),
     ] = None,
+    effort_hold: EffortHoldOption = None,
     namespace: NamespaceOption = None,
     out: Annotated[
         Path | None,
@@ -134,6 +144,8 @@ def fit(
     from sosml_friction.identification.bag_analysis import analyse_bag
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.model.model_folder import read_model
+    from sosml_friction.observers.configuration import OBSERVERS
+    from sosml_friction.report.gain_proposal import parse_effort_hold
     from sosml_friction.report.inverse_view import inverse_table
     from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
@@ -144,7 +156,11 @@ def fit(
     settings = FitSettings(method=method, refit_inertia=refit_inertia)
     known = None if truth is None else read_model(truth)
     with progress(f'reading and fitting {bag}') as step:
-        analysis = analyse_bag(bag, model, urdf, settings, bandwidth, namespace, _names(observers))
+        names = _joint_names(bag, namespace) if effort_hold else ()
+        holds = parse_effort_hold(effort_hold or [], names)
+        analysis = analyse_bag(
+            bag, model, urdf, settings, bandwidth, namespace, _names(observers), holds
+        )
         document = fit_document(analysis, known)
         step('drawing the report')
         write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
@@ -155,6 +171,18 @@ def fit(
         if analysis.inverse is not None:
             print_table(inverse_table(analysis, analysis.inverse))
         typer.echo(f'Model, report.html and fit.json are in {folder}')
+    if not json and not effort_hold and not _says_effort_hold(bag, namespace):
+        typer.echo(
+            'The bag does not say where in an interval its effort holds, so it was taken for a '
+            'command (start). A measured current\nholds until its sample (--effort-hold end), and '
+            'a period of delay reads as viscous friction.'
+        )
+    carrying = [name for name in analysis.configuration.gains if OBSERVERS[name].carries_law]
+    if carrying:
+        _remark(
+            f'{", ".join(carrying)} has a friction law inside: a law fitted to its estimate is '
+            'that one again, and no evidence'
+        )
     if analysis.model.provenance.get('recovered'):
         _remark(f'{bag} is cut off or damaged: only its readable part was used')
     if any(
@@ -261,12 +289,41 @@ def tune(
     bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
     observers: Annotated[
         str | None,
-        typer.Option(metavar='NAME,...', help='Observers to propose gains for; default: all.'),
+        typer.Option(
+            metavar='NAME,...',
+            help=f'Observers to propose gains for; default: all of {_OBSERVER_NAMES}.',
+        ),
     ] = None,
-    position_noise: StatedOption = None,
-    velocity_noise: StatedOption = None,
-    friction_jump: StatedOption = None,
-    reversal_time: StatedOption = None,
+    position_noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='[JOINT=]VALUE',
+            help='Noise of a position [rad or m], with resolution / sqrt(12); default: measured.',
+        ),
+    ] = None,
+    velocity_noise: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='[JOINT=]VALUE',
+            help='Noise of a velocity [rad/s or m/s]; default: measured.',
+        ),
+    ] = None,
+    friction_jump: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='[JOINT=]VALUE',
+            help='How much friction changes at a reversal, twice its level [Nm or N]; default: '
+            'measured.',
+        ),
+    ] = None,
+    reversal_time: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='[JOINT=]VALUE',
+            help='Time between reversals [s]; default: measured.',
+        ),
+    ] = None,
+    effort_hold: EffortHoldOption = None,
     model: ModelOption = None,
     urdf: UrdfOption = None,
     namespace: NamespaceOption = None,
@@ -289,6 +346,7 @@ def tune(
     from sosml_friction.identification.bag_analysis import read_recorded_robot
     from sosml_friction.report.gain_proposal import (
         check_parameter_file,
+        parse_effort_hold,
         parse_stated,
         proposal_document,
         proposal_view,
@@ -314,7 +372,8 @@ def tune(
             for name, values in given.items()
         }
         step('measuring noise, trying gains')
-        proposal = propose_gains(recorded, _bag_name(bag), stated, _names(observers))
+        holds = parse_effort_hold(effort_hold or [], recorded.robot.names)
+        proposal = propose_gains(recorded, _bag_name(bag), stated, _names(observers), holds)
     if out is not None:
         write_parameters(out, proposal)
     if json:
@@ -323,7 +382,11 @@ def tune(
         return
     print_table(proposal_view(proposal))
     if out is not None:
-        typer.echo(f'Gains are in {out}: observer_node --ros-args --params-file {out}')
+        runs = 'these observers' if observers else 'first_order and sosml'
+        typer.echo(
+            f'Gains are in {out}: observer_node --ros-args --params-file {out} runs {runs}; '
+            '-p observers:=[...] -p selected:=... choose others.'
+        )
 
 
 @app.command()
@@ -660,6 +723,18 @@ def _bag_name(bag: Path) -> str:
 
 def _names(text: str | None) -> tuple[str, ...] | None:
     return None if text is None else tuple(name.strip() for name in text.split(','))
+
+
+def _says_effort_hold(bag: Path, namespace: str | None) -> bool:
+    from sosml_friction.bags.bag import Bag
+
+    return Bag.open(bag, namespace).text('observer_configuration') is not None
+
+
+def _joint_names(bag: Path, namespace: str | None) -> tuple[str, ...]:
+    from sosml_friction.bags.bag import Bag
+
+    return Bag.open(bag, namespace).joint_log().names
 
 
 def _has_effort(analysis: Any, joint: str) -> bool:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -36,7 +36,11 @@ from sosml_friction.model.model_folder import (
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
+from sosml_friction.observers.configuration import (
+    OBSERVERS,
+    ObserverConfiguration,
+    parse_configuration,
+)
 from sosml_friction.observers.log_conditions import configuration_for
 
 FloatArray = NDArray[np.float64]
@@ -81,6 +85,7 @@ def analyse_bag(
     bandwidth: float | None = None,
     namespace: str | None = None,
     observers: Sequence[str] | None = None,
+    effort_hold: Mapping[str, str] | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -94,6 +99,7 @@ def analyse_bag(
     :param namespace: which robot, where a bag holds several.
     :param observers: which to run instead of the bag's, with gains from the noise, friction and
         motion measured in it, or for ``bandwidth`` where that is given.
+    :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, joints disagree, or an observer is
         unknown or has no gains by bandwidth.
@@ -104,11 +110,11 @@ def analyse_bag(
     text = bag.text('observer_configuration')
     if text is not None and bandwidth is None and observers is None:
         configuration = parse_configuration(text, f'observer_configuration of {path}')
+        if effort_hold:
+            holds = effort_holds(recorded, effort_hold, path)
+            configuration = replace(configuration, effort_hold=holds)
     else:
-        holds: tuple[str, ...] = ()
-        if text is not None:
-            recorded_configuration = parse_configuration(text, f'observer_configuration of {path}')
-            holds = tuple(recorded_configuration.effort_hold)
+        holds = effort_holds(recorded, effort_hold or {}, path)
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     estimator = configuration.make_estimator(robot)
     estimates = estimator.batch(log)
@@ -219,10 +225,39 @@ def with_weak_form(
     return FrictionFit(joints, fit.alternatives, unavailable), tau_f
 
 
-def preferred(fits: Iterable[str]) -> str | None:
-    """Return which of a joint's fits, by observer, becomes the model; None if there is none."""
+def effort_holds(
+    recorded: RecordedRobot, stated: Mapping[str, str], path: str | Path
+) -> tuple[str, ...]:
+    """
+    Return where in an interval each joint's effort holds: as stated, as in the bag, ``start``.
+
+    :param path: what to call the bag in an error.
+    :raises ConfigurationError: if the bag's observer_configuration cannot be read.
+    """
+    holds = ['start'] * recorded.robot.n
+    text = recorded.bag.text('observer_configuration')
+    if text is not None:
+        configuration = parse_configuration(text, f'observer_configuration of {path}')
+        if configuration.joints == recorded.robot.names and configuration.effort_hold:
+            holds = list(configuration.effort_hold)
+    return tuple(
+        stated.get(name, hold) for name, hold in zip(recorded.robot.names, holds, strict=True)
+    )
+
+
+def preferred_observer(fits: Iterable[str]) -> str | None:
+    """
+    Return which of a joint's fits, by observer, becomes the model, None if there is none.
+
+    The weak form where it was asked for, else SOSML, else the first that ran; one that carries a
+    law only where there is no other.
+    """
     known = list(fits)
-    return next((name for name in (*PREFERRED, *known) if name in known), None)
+    for name in PREFERRED:
+        if name in known:
+            return name
+    free = [name for name in known if not OBSERVERS[name].carries_law]
+    return next(iter(free or known), None)
 
 
 def _with_friction(
@@ -231,7 +266,7 @@ def _with_friction(
     joints = {}
     for name, joint in nominal.joints.items():
         fits = fit.joints.get(name, {})
-        observer = preferred(fits)
+        observer = preferred_observer(fits)
         if observer is None:
             joints[name] = replace(joint, friction=None)
             continue

@@ -49,6 +49,8 @@ from sosml_friction.share import share_directory
 
 #: After so many messages of which none can be used, the node gives up with a sentence.
 PATIENCE = 50
+#: After so many seconds without a robot_description the node says that it waits for one.
+QUIET = 5
 
 PARAMETERS = (
     ParameterSpec(
@@ -174,6 +176,7 @@ class ObserverNode(ProgramNode):
         self._has_estimated = False
         self._lost = 0
         self._published = 0
+        self._waited = 0
         self._first_ns = self._last_ns = 0
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = self.create_timer(
@@ -351,12 +354,11 @@ class ObserverNode(ProgramNode):
     def _diagnose(self) -> None:
         name = self.get_name()
         if self._estimator is None:
-            status = make_status(
-                f'{name}: observers',
-                STALE,
-                'waiting for robot_description: start the driver, or set parameter urdf_path',
-                {},
-            )
+            waiting = 'waiting for robot_description: start the driver, or set parameter urdf_path'
+            self._waited += 1
+            if self._waited == QUIET:
+                self.get_logger().warning(waiting)
+            status = make_status(f'{name}: observers', STALE, waiting, {})
             self._report([status])
             return
         counts = self._estimator.counts

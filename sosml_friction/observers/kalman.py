@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.observers.momentum_kalman import (
     begin,
-    is_finite,
+    estimate_or_restart,
     measurement_variance,
     predict,
     steady_lag_filter,
@@ -46,11 +46,7 @@ def _run(
                 begun[i] = True
             predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q)
             update(x[i], P[i], R)
-            estimate[k, i] = x[i, 2]
-            if not is_finite(x[i]):
-                estimate[k, i] = np.nan
-                begun[i] = False
-                x[i, 1] = p[k, i]
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
     return estimate
 
 
@@ -91,21 +87,13 @@ class Kalman(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        if len(s):
-            self._inertia = s.inertia[-1].copy()
-        return _run(
-            self._x,
-            self._P,
-            self._begun,
-            s.h,
-            s.p,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            self.gains['position_noise'],
-            self.gains['disturbance_rate'],
-        )
+        self._remember(samples)
+        return _run(self._x, self._P, self._begun, *samples.columns, *self.gains.values())
+
+    def _remember(self, samples: MomentumSamples) -> None:
+        """Keep the last inertia, for :meth:`lag_filter`."""
+        if len(samples):
+            self._inertia = samples.inertia[-1].copy()
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

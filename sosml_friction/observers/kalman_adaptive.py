@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sosml_friction.observers.kalman import Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
-    is_finite,
+    estimate_or_restart,
     measurement_variance,
     predict,
     steady_lag_filter,
@@ -77,12 +77,8 @@ def _run(
                 begun[i] = True
             predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q[i])
             innovation, _ = update(x[i], P[i], R)
-            estimate[k, i] = x[i, 2]
-            if not is_finite(x[i]):
-                estimate[k, i] = np.nan
-                begun[i] = False
-                x[i, 1] = p[k, i]
-            else:
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
+            if begun[i]:
                 growth = adaptation_rate[i] * h[k] * _correlation(innovation, means[i])
                 # A coarse sampling must not overflow the exponential: e-fold at a time.
                 raised = q[i] * math.exp(min(growth, 1.0))
@@ -131,23 +127,15 @@ class KalmanAdaptive(Kalman):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        if len(s):
-            self._inertia = s.inertia[-1].copy()
+        self._remember(samples)
         return _run(
             self._x,
             self._P,
             self._q,
             self._means,
             self._begun,
-            s.h,
-            s.p,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            self.gains['position_noise'],
-            self.gains['disturbance_rate'],
-            self.gains['adaptation_rate'],
+            *samples.columns,
+            *self.gains.values(),
         )
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ from sosml_friction.observers.crossing import crossing_probability, mobility
 from sosml_friction.observers.kalman import Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
-    is_finite,
+    estimate_or_restart,
     measurement_variance,
     predict,
     update,
@@ -148,11 +148,7 @@ def _run(
                 innovation[m], S[m] = update(modes[i, m], covariances[i, m], R)
             _weigh(weight[i], innovation, S)
             _merge(x[i], P[i], modes[i], covariances[i], weight[i, 0], weight[i, 1])
-            estimate[k, i] = x[i, 2]
-            if not is_finite(x[i]):
-                estimate[k, i] = np.nan
-                begun[i] = False
-                x[i, 1] = p[k, i]
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
     return estimate
 
 
@@ -197,9 +193,7 @@ class KalmanImm(Kalman):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        if len(s):
-            self._inertia = s.inertia[-1].copy()
+        self._remember(samples)
         return _run(
             self._x,
             self._P,
@@ -207,16 +201,9 @@ class KalmanImm(Kalman):
             self._covariances,
             self._weight,
             self._begun,
-            s.h,
-            s.p,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            mobility(s.inertia),
-            self.gains['position_noise'],
-            self.gains['disturbance_rate'],
-            self.gains['crossing_jump'],
-            self.gains['jump_memory'],
+            *samples.columns,
+            mobility(samples.inertia),
+            *self.gains.values(),
         )
 
     def mode_probabilities(self) -> FloatArray:

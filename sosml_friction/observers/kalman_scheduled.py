@@ -15,7 +15,7 @@ from sosml_friction.observers.crossing import crossing_probability, mobility
 from sosml_friction.observers.kalman import Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
-    is_finite,
+    estimate_or_restart,
     measurement_variance,
     predict,
     update,
@@ -57,11 +57,7 @@ def _run(
             q = disturbance_rate[i] ** 2 + crossing_jump[i] ** 2 * crossing[i] / h[k]
             predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q)
             update(x[i], P[i], R)
-            estimate[k, i] = x[i, 2]
-            if not is_finite(x[i]):
-                estimate[k, i] = np.nan
-                begun[i] = False
-                x[i, 1] = p[k, i]
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
     return estimate
 
 
@@ -93,20 +89,12 @@ class KalmanScheduled(Kalman):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        if len(s):
-            self._inertia = s.inertia[-1].copy()
+        self._remember(samples)
         return _run(
             self._x,
             self._P,
             self._begun,
-            s.h,
-            s.p,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            mobility(s.inertia),
-            self.gains['position_noise'],
-            self.gains['disturbance_rate'],
-            self.gains['crossing_jump'],
+            *samples.columns,
+            mobility(samples.inertia),
+            *self.gains.values(),
         )

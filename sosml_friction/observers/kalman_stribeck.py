@@ -18,6 +18,12 @@ from sosml_friction.observers.observer import FloatArray, Observer
 _WANDER = 0.01
 #: For how long an effort that nobody reports is taken to stay what it is [s].
 _UNREPORTED = 0.01
+#: Standard deviations by which no position is off what was predicted, unless something happened.
+_IMPOSSIBLE = 20.0
+#: An interval is cut into at most so many pieces.
+_PIECES = 20
+#: Beyond so many times the knee, exp(-5) of it, a law is as good as linear.
+_KNEE = 5.0
 _STATES = 7
 
 
@@ -136,6 +142,91 @@ def _correct(x: FloatArray, P: FloatArray, R: float) -> None:
 
 
 @njit(cache=True)
+def _recover(x: FloatArray, P: FloatArray, R: float, h: float, prior: FloatArray) -> None:
+    """
+    Go on from a position that the prediction cannot explain, in place.
+
+    A glitch, a joint that was struck or an estimate that is lost: such a position tells where the
+    joint is and nothing of its friction. The velocity is looked for anew, the law is kept.
+    """
+    law, covariance = x[3:].copy(), P[3:, 3:].copy()
+    _fresh(x, P, x[1], R, h, prior)
+    x[3:] = law
+    P[3:, 3:] = covariance
+
+
+@njit(cache=True)
+def _dissipate(x: FloatArray, P: FloatArray) -> None:
+    """
+    Move the state to where C, B and S are not negative: friction takes power and gives none.
+
+    A law of the wrong sign holds or throws the velocity of the model, which then explains itself.
+    Each sign is taken in as a measurement without noise would be, so that velocity and the other
+    parameters follow (clipped alone, they contradict their covariance); P is left as it is. The
+    second time is for those that the first has made negative, and what little is left then is cut.
+    """
+    for _ in range(2):
+        for c in range(4, _STATES):
+            if x[c] < 0.0 and P[c, c] > 0.0:
+                x -= P[:, c] * (x[c] / P[c, c])
+                x[c] = 0.0
+    for c in range(4, _STATES):
+        x[c] = max(x[c], 0.0)
+
+
+@njit(cache=True)
+def _pieces(v: FloatArray, v_next: FloatArray, v_s: FloatArray, v0: FloatArray) -> int:
+    """
+    Return into how many pieces to cut an interval: no joint passes more than v0 near its knee.
+
+    Friction that is taken at the beginning of an interval acts on a reversal too long, which at
+    coarse sampling would be learned as a law that is not there.
+    """
+    count = 1.0
+    for i in range(len(v)):
+        beyond = min(abs(v[i]), abs(v_next[i])) > _KNEE * v_s[i]
+        if v[i] * v_next[i] < 0.0 or not beyond:
+            passed = abs(v_next[i] - v[i]) / v0[i]
+            # Not max(): what is not a number counts for nothing.
+            if passed > count:
+                count = passed
+    return math.ceil(min(count, float(_PIECES)))
+
+
+@njit(cache=True)
+def _velocities(
+    x: FloatArray,
+    P: FloatArray,
+    M_last: FloatArray,
+    M: FloatArray,
+    forcing: FloatArray,
+    h: float,
+    v_s: FloatArray,
+    v0: FloatArray,
+    phi: FloatArray,
+    slope: FloatArray,
+    v_next: FloatArray,
+) -> None:
+    """Write the velocities after h, (n,), and the law at its beginning, (n, 3) each."""
+    n = len(forcing)
+    v = x[:, 1].copy()
+    system, momentum = M.copy(), M_last @ v
+    for i in range(n):
+        s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
+        expected_law(v[i], s, v_s[i], phi[i], slope[i])
+        momentum[i] += h * (forcing[i] - _law_torque(x[i], phi[i]))
+        # A joint of unknown effort is taken to go on at its velocity; the others feel that.
+        if not np.isfinite(forcing[i]):
+            system[i] = 0.0
+            system[i, i] = 1.0
+            momentum[i] = v[i]
+    # What has overflowed starts afresh at the end; solve would refuse it.
+    v_next[:] = np.nan
+    if np.isfinite(momentum).all():
+        v_next[:] = np.linalg.solve(system, momentum)
+
+
+@njit(cache=True)
 def _run(
     x: FloatArray,
     P: FloatArray,
@@ -154,59 +245,58 @@ def _run(
     N, n = integral.shape
     estimate = np.empty((N, n))
     phi, slope = np.zeros((n, 3)), np.zeros((n, 3))
-    row, noise = np.zeros(5), np.zeros(_STATES)
-    load = np.empty(n)
+    row, noise, v_next = np.zeros(5), np.zeros(_STATES), np.empty(n)
     for k in range(N):
-        T, M = h[k], inertia[k]
+        M = inertia[k]
         if fresh[0] > 0.0:
             v_start = np.linalg.solve(M, M_last[0])
             for i in range(n):
-                _fresh(x[i], P[i], v_start[i], R[i], T, prior[i])
+                _fresh(x[i], P[i], v_start[i], R[i], h[k], prior[i])
             M_last[:] = M
             fresh[0] = 0.0
-        v = x[:, 1].copy()
         dq = np.linalg.solve(0.5 * (M_last + M), integral[k])
         mobility = np.linalg.inv(M)
-        for i in range(n):
-            s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
-            expected_law(v[i], s, v_s[i], phi[i], slope[i])
-            load[i] = forcing[k, i] - _law_torque(x[i], phi[i])
-        # A joint of unknown effort is taken to go on at its velocity; the others feel that.
-        system, momentum = M.copy(), M_last @ v + T * load
-        for i in range(n):
-            if not np.isfinite(forcing[k, i]):
-                system[i] = 0.0
-                system[i, i] = 1.0
-                momentum[i] = v[i]
-        v_next = np.linalg.solve(system, momentum)
+        _velocities(x, P, M_last, M, forcing[k], h[k], v_s, v0, phi, slope, v_next)
+        count = _pieces(x[:, 1], v_next, v_s, v0)
+        T, growth = h[k] / count, (M - M_last) / count
+        for _ in range(count):
+            if count > 1:
+                M_piece = M_last + growth
+                _velocities(x, P, M_last, M_piece, forcing[k], T, v_s, v0, phi, slope, v_next)
+                M_last[:] = M_piece
+            for i in range(n):
+                m = mobility[i, i]
+                acceleration = (v_next[i] - x[i, 1]) / T
+                keep = math.exp(-T / time[i])
+                noise[:] = 0.0
+                noise[2] = prior[i, 0] * (1.0 - keep * keep)
+                for c in range(1, 5):
+                    noise[2 + c] = _WANDER**2 * T * prior[i, c]
+                stiffness = 0.0
+                if np.isfinite(forcing[k, i]):
+                    row[0] = row[1] = m
+                    for c in range(3):
+                        row[2 + c] = m * phi[i, c]
+                        stiffness += m * slope[i, c] * x[i, 4 + c]
+                else:
+                    row[:] = 0.0
+                    noise[1] = (m * m) * prior[i, 2] * _UNREPORTED * T
+                _predict(x[i], P[i], row, T, acceleration, stiffness, keep, noise)
         M_last[:] = M
         for i in range(n):
-            known = np.isfinite(forcing[k, i])
-            m = mobility[i, i]
-            acceleration = (v_next[i] - v[i]) / T
-            keep = math.exp(-T / time[i])
-            noise[:] = 0.0
-            noise[2] = prior[i, 0] * (1.0 - keep * keep)
-            for c in range(1, 5):
-                noise[2 + c] = _WANDER**2 * T * prior[i, c]
-            stiffness = 0.0
-            if known:
-                row[0] = row[1] = m
-                for c in range(3):
-                    row[2 + c] = m * phi[i, c]
-                    stiffness += m * slope[i, c] * x[i, 4 + c]
-            else:
-                row[:] = 0.0
-                noise[1] = (m * m) * prior[i, 2] * _UNREPORTED * T
             x[i, 0] -= dq[i]
-            _predict(x[i], P[i], row, T, acceleration, stiffness, keep, noise)
-            _correct(x[i], P[i], R[i])
+            if x[i, 0] * x[i, 0] <= _IMPOSSIBLE**2 * (P[i, 0, 0] + R[i]):
+                _correct(x[i], P[i], R[i])
+            else:
+                _recover(x[i], P[i], R[i], h[k], prior[i])
+            _dissipate(x[i], P[i])
             s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
             expected_law(x[i, 1], s, v_s[i], phi[i], slope[i])
+            known = np.isfinite(forcing[k, i])
             estimate[k, i] = -_law_torque(x[i], phi[i]) if known else np.nan
             if known and not np.isfinite(estimate[k, i]):
                 estimate[k, i] = np.nan
-                _fresh(x[i], P[i], 0.0, R[i], T, prior[i])
+                _fresh(x[i], P[i], 0.0, R[i], h[k], prior[i])
     return estimate
 
 
@@ -218,7 +308,7 @@ class KalmanStribeck(Observer):
 
         tau_f = C E[sgn v] + B v + S E[sgn(v) exp(-|v| / v_s)] + b + r
 
-    with parameters that are learned while the joint moves, and a residual r (first-order
+    with C, B, S >= 0, which are learned while the joint moves, and a residual r (first-order
     Gauss-Markov) for what the law does not say. E is the mean over the velocity's own uncertainty
     and the smoothing v0 (statistical linearisation): near standstill the sign is not known, so the
     estimate goes over to the other side as fast as the velocity is known to, instead of
@@ -239,6 +329,7 @@ class KalmanStribeck(Observer):
     """
 
     identifier: ClassVar[str] = 'kalman_stribeck'
+    carries_law: ClassVar[bool] = True
     gain_units: ClassVar[Mapping[str, str]] = {
         'position_noise': 'rad',
         'friction': 'Nm',

@@ -65,6 +65,13 @@ class LogConditions:
 
         :raises DataError: if something of a joint could not be measured.
         """
+        for joint, jump in zip(self.joints, self.friction_jump, strict=True):
+            if jump <= 0.0:
+                raise DataError(
+                    f'the friction of joint {joint} comes out smaller at positive than at '
+                    f'negative velocity, by {-jump:.3g} (check the sign of its effort and the '
+                    'model of gravity)'
+                )
         for name, meaning in (
             ('position_noise', 'it never moves by a step of its encoder'),
             ('velocity_noise', 'its velocity has no noise'),
@@ -73,10 +80,8 @@ class LogConditions:
         ):
             for joint, value in zip(self.joints, getattr(self, name), strict=True):
                 if not 0.0 < value < np.inf:
-                    option = name.replace('_', '-')
                     raise DataError(
-                        f'{name} of joint {joint} cannot be measured in this recording '
-                        f'({meaning}): give it with --{option} {joint}=VALUE'
+                        f'{name} of joint {joint} cannot be measured in this recording ({meaning})'
                     )
         return Conditions.of(
             robot,
@@ -101,39 +106,47 @@ def measure_conditions(
     * Velocity noise: where the velocity is the least-squares slope of N positions (N = 2 is the
       backward difference), position noise sqrt(12 / (N (N^2 - 1))) / step; otherwise from the
       second difference of the velocity.
-    * Friction jump: medians of a first-order observer's estimate (20 rad/s) where the joint moves
-      forwards and backwards, their difference.
+    * Friction jump: medians of a linear second-order observer's estimate (20 rad/s) where the
+      joint moves forwards and backwards for a tenth of a second or more, their difference.
 
     :param log: with velocity; without, the backward difference is meant.
     :raises DataError: if the recording is too short, or a joint is missing.
     """
     log = log.select(robot.names)
+    # A repeated stamp brings nothing new, and would count as standing still.
+    new = np.r_[True, np.diff(log.t_ns) != 0]
+    log = JointLog(log.names, log.t_ns[new], log.q[new], log.v[new], log.tau[new])
     source = 'message' if _has_velocity(log) else 'position_difference'
     step = _step(log)
-    position_noise = np.array([_position_noise(q) for q in log.q.T])
+    position_noise = np.array([_noise(q, 3) for q in log.q.T])
     span = _velocity_span(log, position_noise, step) if source == 'message' else 2
     if span:
         velocity_noise = position_noise * np.sqrt(12.0 / (span * (span**2 - 1.0))) / step
     else:
-        velocity_noise = np.array([_robust_noise(v, 2) for v in log.v.T])
+        velocity_noise = np.array([_noise(v, 2) for v in log.v.T])
     width = max(2, round(_SLOPE_S / step))
     speed = np.full(log.q.shape, np.nan)
     speed[width:] = (log.q[width:] - log.q[:-width]) / (log.time[width:] - log.time[:-width])[
         :, None
     ]
     threshold = _MOVING * np.sqrt(2.0) * position_noise / (width * step)
-    cutoff = {'cutoff': [20.0] * robot.n}
+    # Not first order: one count of a coarse encoder is a spike there, and its median is biased.
+    gains = {'natural_frequency': [20.0] * robot.n, 'damping_ratio': [0.7] * robot.n}
     estimator = FrictionEstimator(
         robot,
-        [make_observer('first_order', cutoff)],
+        [make_observer('linear_second_order', gains)],
         list(effort_hold) or 'start',
         source,
         max(0.05, 25.0 * step),
     )
-    friction = estimator.batch(log)['first_order']
+    friction = estimator.batch(log)['linear_second_order']
     jump, reversal_time = np.full(robot.n, np.nan), np.full(robot.n, np.nan)
     for i in range(robot.n):
         direction = np.where(np.abs(speed[:, i]) > threshold[i], np.sign(speed[:, i]), 0.0)
+        # What is shorter than the slope that sees it is noise of a joint that is held.
+        for first, last in _runs(direction):
+            if last - first < width:
+                direction[first:last] = 0.0
         levels = [_median(friction[direction == way, i]) for way in (1.0, -1.0)]
         jump[i] = levels[0] - levels[1]
         moving = direction[direction != 0.0]
@@ -141,7 +154,7 @@ def measure_conditions(
             turns = int(np.count_nonzero(np.diff(moving)))
             reversal_time[i] = len(moving) * step / max(turns, 1)
     top = np.asarray(np.nanmax(np.abs(speed), axis=0, initial=0.0), dtype=float)
-    posture = np.nanmedian(log.q, axis=0)
+    posture = np.array([_median(q) for q in log.q.T])
     return LogConditions(
         robot.names, posture, step, position_noise, velocity_noise, span, top, jump, reversal_time
     )
@@ -168,7 +181,12 @@ def configuration_for(
     check_observers(observers or ())
     if observers is not None and bandwidth is None:
         measured = measure_conditions(log, robot, tuple(effort_hold))
-        recipe = gains_for_conditions(measured.conditions(robot))
+        try:
+            recipe = gains_for_conditions(measured.conditions(robot))
+        except DataError as error:
+            raise DataError(
+                f'{error}: give the observers a bandwidth, or leave them to the recording'
+            ) from error
     else:
         momentum_noise = _momentum_noise(log, robot)
         recipe = gains_for_bandwidth(
@@ -217,6 +235,12 @@ def _momentum_noise(log: JointLog, robot: Robot) -> FloatArray:
     return np.asarray(1.4826 * np.median(np.abs(second), axis=0) / np.sqrt(6.0))
 
 
+def _runs(x: FloatArray) -> list[tuple[int, int]]:
+    """Return begin and end of the runs of equal values."""
+    edges = np.r_[0, np.flatnonzero(np.diff(x)) + 1, len(x)]
+    return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+
+
 def _too_short(count: int) -> DataError:
     return DataError(
         f'the recording has {count} samples with position and velocity of every joint: '
@@ -248,12 +272,13 @@ def _robust_noise(x: FloatArray, order: int) -> float:
     return 1.4826 * _median(np.abs(difference)) / float(gain)
 
 
-def _position_noise(q: FloatArray) -> float:
-    steps = np.abs(np.diff(q))
+def _noise(x: FloatArray, order: int) -> float:
+    """Return the noise of a signal, not less than that of its resolution."""
+    steps = np.abs(np.diff(x))
     # Multiples of a resolution differ by rounding, which is no step.
-    steps = steps[steps > 1e-9 * (1.0 + np.nanmax(np.abs(q), initial=0.0))]
+    steps = steps[steps > 1e-9 * (1.0 + np.nanmax(np.abs(x), initial=0.0))]
     resolution = float(np.min(steps)) if len(steps) else 0.0
-    noise = _robust_noise(q, 3)
+    noise = _robust_noise(x, order)
     return float(max(resolution / np.sqrt(12.0), 0.0 if np.isnan(noise) else noise))
 
 

@@ -131,6 +131,21 @@ def is_finite(x: FloatArray) -> bool:
     return bool(np.isfinite(x[0]) and np.isfinite(x[1]) and np.isfinite(x[2]))
 
 
+@njit(cache=True)
+def estimate_or_restart(x: FloatArray, begun: NDArray[np.bool_], joint: int, p: float) -> float:
+    """
+    Return a joint's tau_e; NaN if its state is not finite, and it then begins afresh at ``p``.
+
+    :param x: the joint's state (3,); its momentum is written where it begins afresh.
+    :param begun: which joints have begun, (n,), written where this one begins afresh.
+    """
+    if is_finite(x):
+        return float(x[2])
+    begun[joint] = False
+    x[1] = p
+    return np.nan
+
+
 def steady_lag_filter(R: float, h: float, q: float) -> tuple[FloatArray, FloatArray]:
     """
     Return b(z) / a(z) from a held disturbance to tau_e of the filter with its steady gain.

@@ -35,6 +35,11 @@ class MomentumSamples:
     forcing: FloatArray
     inertia: FloatArray
 
+    @property
+    def columns(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return h, p, integral, forcing and inertia, as compiled functions take them."""
+        return self.h, self.p, self.integral, self.forcing, self.inertia
+
     def __len__(self) -> int:
         """Return the number of intervals."""
         return len(self.h)

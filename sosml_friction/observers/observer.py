@@ -39,6 +39,8 @@ class Observer(ABC):
     positive_gains: ClassVar[tuple[str, ...]] = ()
     #: False for a smoother, which needs the whole recording and cannot run in a node.
     causal: ClassVar[bool] = True
+    #: True where a friction law is built in: to fit one to the estimate is to get it back.
+    carries_law: ClassVar[bool] = False
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         unknown = sorted(set(gains) - set(self.gain_units))

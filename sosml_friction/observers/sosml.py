@@ -101,18 +101,8 @@ class Sosml(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return run_implicit(
-            self._p_hat,
-            self._sigma,
-            s.h,
-            s.p,
-            s.forcing,
-            g['sliding'],
-            g['sliding_root'],
-            g['linear'],
-            g['linear_damping'],
-        )
+        s = samples
+        return run_implicit(self._p_hat, self._sigma, s.h, s.p, s.forcing, *self.gains.values())
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

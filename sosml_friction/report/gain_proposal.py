@@ -16,14 +16,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import RecordedRobot
-from sosml_friction.observers.configuration import (
-    CAUSAL,
-    OBSERVERS,
-    check_observers,
-    parse_configuration,
-)
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.bag_analysis import RecordedRobot, effort_holds
+from sosml_friction.observers.configuration import CAUSAL, OBSERVERS, check_observers
+from sosml_friction.observers.friction_estimator import EFFORT_HOLDS
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
 from sosml_friction.observers.recipe import Gains, gains_for_conditions
 from sosml_friction.report.labels import observer_label
@@ -46,6 +42,12 @@ class GainProposal:
     effort_units: tuple[str, ...]
     gains: Mapping[str, Gains]
     expected: Mapping[str, Expectation]
+    effort_hold: tuple[str, ...]
+
+    @property
+    def on_line(self) -> tuple[str, ...]:
+        """Return those observers that can run in a node."""
+        return tuple(name for name in self.gains if name in CAUSAL)
 
 
 def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> dict[str, float]:
@@ -75,11 +77,30 @@ def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> di
     return stated
 
 
+def parse_effort_hold(entries: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
+    """
+    Read ``JOINT=HOLD`` or ``HOLD`` for all joints.
+
+    :raises ConfigurationError: if an entry is neither, or names no joint of the robot.
+    """
+    stated: dict[str, str] = {}
+    for entry in entries:
+        joint, _, hold = entry.rpartition('=')
+        if hold not in EFFORT_HOLDS or (joint and joint not in joints):
+            raise ConfigurationError(
+                f'--effort-hold {entry} is not known: write {" or ".join(EFFORT_HOLDS)}, for all '
+                f'joints or as JOINT=HOLD for one of {", ".join(joints)}'
+            )
+        stated.update(dict.fromkeys([joint] if joint else joints, hold))
+    return stated
+
+
 def propose_gains(
     recorded: RecordedRobot,
     name: str,
     stated: Mapping[str, Mapping[str, float]],
     observers: Sequence[str] | None = None,
+    effort_hold: Mapping[str, str] | None = None,
 ) -> GainProposal:
     """
     Measure noise, friction and motion in a recording and make gains from them.
@@ -87,22 +108,24 @@ def propose_gains(
     :param name: how to call the recording.
     :param stated: values by quantity (:data:`STATED`) and joint that replace measured ones.
     :param observers: which to propose gains for; all if None.
+    :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
     :raises ConfigurationError: if an observer is unknown.
     :raises DataError: if something was neither stated nor can be measured.
     """
     check_observers(observers or ())
     robot = recorded.robot
-    text = recorded.bag.text('observer_configuration')
-    holds: tuple[str, ...] = ()
-    if text is not None:
-        holds = tuple(parse_configuration(text, f'observer_configuration of {name}').effort_hold)
+    holds = effort_holds(recorded, effort_hold or {}, name)
     measured = measure_conditions(recorded.log, robot, holds)
     for quantity, values in stated.items():
         column = getattr(measured, quantity).copy()
         for joint, value in values.items():
             column[robot.names.index(joint)] = value
         measured = replace(measured, **{quantity: column})
-    recipe = gains_for_conditions(measured.conditions(robot))
+    try:
+        recipe = gains_for_conditions(measured.conditions(robot))
+    except DataError as error:
+        options = ', '.join(f'--{quantity.replace("_", "-")}' for quantity in STATED)
+        raise DataError(f'{error}: state it as JOINT=VALUE with one of {options}') from error
     gains = {key: recipe[key] for key in (observers or OBSERVERS)}
     # A joint that hardly moved is tried at a speed at which its encoder sees it move.
     slowest = 50.0 * measured.position_noise / np.maximum(measured.reversal_time, 0.1)
@@ -117,7 +140,7 @@ def propose_gains(
         measured.reversal_time,
         np.maximum(measured.top_speed, slowest),
     )
-    return GainProposal(name, measured, stated, robot.effort_units, gains, expected)
+    return GainProposal(name, measured, stated, robot.effort_units, gains, expected, holds)
 
 
 def proposal_document(proposal: GainProposal) -> dict[str, Any]:
@@ -182,10 +205,17 @@ def write_parameters(path: Path, proposal: GainProposal) -> None:
 
     :raises ConfigurationError: if that is not possible.
     """
-    parameters = {
-        name: {gain: [float(f'{value:.6g}') for value in values] for gain, values in gains.items()}
-        for name, gains in proposal.gains.items()
-        if name in CAUSAL
+    parameters: dict[str, Any] = {'effort_hold': list(proposal.effort_hold)}
+    # Who asked for few wants those run; who asked for all wants gains to choose from.
+    if len(proposal.gains) < len(OBSERVERS) and proposal.on_line:
+        selected = 'sosml' if 'sosml' in proposal.on_line else proposal.on_line[0]
+        parameters |= {'observers': list(proposal.on_line), 'selected': selected}
+    parameters |= {
+        name: {
+            gain: [float(f'{value:.6g}') for value in values]
+            for gain, values in proposal.gains[name].items()
+        }
+        for name in proposal.on_line
     }
     text: str = yaml.safe_dump(
         {'/**/observer_node': {'ros__parameters': parameters}},
@@ -238,12 +268,16 @@ def proposal_view(proposal: GainProposal) -> RenderableType:
             proposed.add_row(
                 joint if k == 0 else '',
                 observer_label(name),
-                f'{expected.noise[i]:.3g} {proposal.effort_units[i]}',
-                f'{1e3 * settle:.0f} ms' if np.isfinite(settle) else 'not',
+                f'{_without_rounding(expected.noise[i]):.3g} {proposal.effort_units[i]}',
+                f'{1e3 * settle:.0f} ms' if np.isfinite(settle) else 'never',
                 ', '.join(f'{gain} {values[i]:.4g}' for gain, values in gains.items()),
                 end_section=k == len(proposal.gains) - 1,
             )
     return Group(measured, Text(_velocity_text(c)), proposed, Text(_REMARK))
+
+
+def _without_rounding(noise: float) -> float:
+    return noise if noise > 1e-12 else 0.0
 
 
 _REMARK = (

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis, preferred
+from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law_fit import LawFit
 from sosml_friction.identification.segments import Segment
@@ -48,6 +48,8 @@ class JointView:
     alternatives: Mapping[str, JointFit]
     unavailable: str = ''
     truth: FrictionParameters | None = None
+    #: The observer whose fit became the model, None if there is no fit.
+    preferred: str | None = None
 
     @property
     def position_unit(self) -> str:
@@ -58,11 +60,6 @@ class JointView:
     def velocity_unit(self) -> str:
         """Return rad/s or m/s."""
         return motion_units(self.effort_unit)[1]
-
-    @property
-    def preferred(self) -> str | None:
-        """Return the observer whose fit became the model, None if there is no fit."""
-        return preferred(self.fits)
 
     @property
     def segments(self) -> tuple[Segment, ...]:
@@ -104,6 +101,7 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
                 {o: others[o] for o in in_order(others)},
                 analysis.fit.unavailable.get(name, ''),
                 known.get(name),
+                preferred_observer(fits),
             )
         )
     return views

@@ -51,12 +51,26 @@ _TRUTH_STYLE: dict[str, Any] = {'color': 'black', 'linestyle': '--', 'linewidth'
 
 
 def available_figures(study: Study) -> list[str]:
-    """Return the figures whose cases were run; Figure 3 with either of its two."""
+    """
+    Return the figures that have something to show: their cases were run, Figure 3 with either.
+
+    The Pareto front needs two noise seeds and an observer that settles.
+    """
     return [
         name
         for name, cases in FIGURES.items()
-        if any(case in study.observations for case in cases) and (name != 'pareto' or study.sweeps)
+        if any(case in study.observations and shown_observers(study, case) for case in cases)
+        and (name != 'pareto' or _can_be_drawn(study))
     ]
+
+
+def _can_be_drawn(study: Study) -> bool:
+    return any(
+        point.noise_std > 0.0 and np.isfinite(point.settle_s)
+        for name, points in study.sweeps.items()
+        if is_causal(name)
+        for point in points
+    )
 
 
 def draw(study: Study, name: str) -> Figure:

@@ -120,8 +120,8 @@ def _case_section(study: Study, case: Case) -> str:
         )
         floor = f'<p>Offset floor: {escape(values)}.</p>'
     return (
-        f'<h2>{escape(case_text(case).capitalize())}</h2>'
-        f'<p>{escape(MOTIONS[case[0]].description.capitalize())}.</p>{floor}'
+        f'<h2>{escape(_sentence(case_text(case)))}</h2>'
+        f'<p>{escape(_sentence(MOTIONS[case[0]].description))}.</p>{floor}'
         '<div class="wide"><table><thead><tr><th rowspan="2">observer</th>'
         f'<th rowspan="2">tuned for</th>{head}<th rowspan="2" class="l">gains '
         f'({escape(", ".join(study.joints))})</th></tr><tr>{columns}</tr></thead>'
@@ -151,3 +151,8 @@ def _observer_table(study: Study) -> str:
         '<th>gains searched</th><th>gains fixed</th></tr></thead>'
         f'<tbody>{"".join(rows)}</tbody></table></div>'
     )
+
+
+def _sentence(text: str) -> str:
+    """Return the text with a capital first letter; the others stay, as in Hz."""
+    return text[:1].upper() + text[1:]

@@ -48,8 +48,25 @@ def study_tables(study: Study) -> RenderableType:
                  '[mNm]'),
             _dynamics_table(study, noisy),
         ]  # fmt: skip
-    parts.append(Text('\n'.join(findings(study))))
+    parts.append(Text('\n'.join([*findings(study), *_legend(study)])))
     return Group(*parts)
+
+
+def _legend(study: Study) -> list[str]:
+    """Return what the names and dashes of the tables mean, of those that are there."""
+    meanings = {
+        'first_order_capped': 'cutoff at most 300 1/s, as slow as in the paper',
+        'kalman_stribeck_wrong_knee': 'believes in a Stribeck velocity three times too high',
+    }
+    words = [
+        f'{observer_label(name)}: {meaning}.'
+        for name, meaning in meanings.items()
+        if name in study.settings.observers
+    ]
+    if any(case[1] == 'mismatch' for case in study.observations):
+        words.append('Offset floor: what an ideal observer has with that wrong model.')
+    words.append('-: not known, or not settled before the next reversal.')
+    return [' '.join(words)]
 
 
 def rmse_text(condition: str, score: Score) -> str:

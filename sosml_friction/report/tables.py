@@ -22,6 +22,8 @@ from sosml_friction.report.number_text import UNKNOWN, error_text, format_number
 
 #: Width of a table that is not printed to a terminal.
 _PLAIN_WIDTH = 100
+#: More observers than this are rows instead of columns.
+_MOST_COLUMNS = 3
 
 
 def print_table(table: RenderableType) -> None:
@@ -44,6 +46,11 @@ def parameter_table(
     """
     views = joint_views(analysis, truth)
     observers = in_order(o for view in views for o in view.fits)
+    if len(observers) > _MOST_COLUMNS:
+        return Group(
+            _table_by_observer(views, truth_heading),
+            Text(f'{_caption(views)}\n{sampling_text(analysis.log)}'),
+        )
     preferred = {view.preferred for view in views if view.preferred}
     whose = observer_label(preferred.pop()) if len(preferred) == 1 else 'of the model'
     table = Table(
@@ -63,6 +70,36 @@ def parameter_table(
         _add_joint(table, view, observers, truth is not None)
     # Not the table's caption, which would wrap at the width of the table.
     return Group(table, Text(f'{_caption(views)}\n{sampling_text(analysis.log)}'))
+
+
+def _table_by_observer(views: Sequence[JointView], truth_heading: str) -> Table:
+    """Return a row for each joint and observer: more observers than columns fit side by side."""
+    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column('joint', no_wrap=True)
+    table.add_column('observer', no_wrap=True)
+    for symbol in SYMBOLS.values():
+        table.add_column(symbol, justify='right', no_wrap=True)
+    for view in views:
+        if view.preferred is None:
+            table.add_row(view.name, 'unavailable', end_section=True)
+            continue
+        rows = []
+        if view.truth is not None:
+            known = view.truth.parameters
+            rows.append(
+                (
+                    truth_heading,
+                    [f'{known[n].value:.4g}' if n in known else UNKNOWN for n in SYMBOLS],
+                )
+            )
+        for observer, fit in view.fits.items():
+            cells = [value_text(name, fit.fit.parameters[name]) for name in SYMBOLS]
+            mark = ' (the model)' if observer == view.preferred else ''
+            rows.append((observer_label(observer) + mark, cells))
+        for k, (label, cells) in enumerate(rows):
+            name = view.name if k == 0 else ''
+            table.add_row(name, label, *cells, end_section=k == len(rows) - 1)
+    return table
 
 
 def _add_joint(table: Table, view: JointView, observers: Sequence[str], with_truth: bool) -> None:

@@ -98,7 +98,7 @@ _SLIDING = {
     'sliding_root': SearchRange(0.1, 10.0, 'sliding'),
     **_SECOND_ORDER,
 }
-_RATE = SearchRange(1e-2, 1e6)
+_RATE = SearchRange(1e-3, 1e6)
 _JUMP = SearchRange(0.01, 100.0)
 # The bandwidth goes with the cube root of the rate.
 _KALMAN_SWEEP = ('disturbance_rate', 3.0)
@@ -107,11 +107,10 @@ _CROSSING = {
     'crossing_rate': SearchRange(1.0, 1e4, 'disturbance_rate', 1.0),
     'crossing_velocity': SearchRange(1e-3, 1.0),
 }
-# Within reason of the friction: beyond, it can diverge on noise that it was not tuned on.
 _LAW = {
-    'residual': SearchRange(0.01, 10.0),
-    'residual_time': SearchRange(0.01, 10.0),
-    'friction': SearchRange(0.3, 3.0),
+    'residual': SearchRange(1e-3, 10.0),
+    'residual_time': SearchRange(1e-3, 100.0),
+    'friction': SearchRange(0.1, 10.0),
 }
 
 #: The observers of the study in the order of its tables.
@@ -146,7 +145,7 @@ SEARCH: dict[str, StudyObserver] = {
     'kalman': StudyObserver('kalman', {'disturbance_rate': _RATE}, _KALMAN_SWEEP),
     'kalman_adaptive': StudyObserver(
         'kalman_adaptive',
-        {'disturbance_rate': _RATE, 'adaptation_rate': SearchRange(0.3, 100.0)},
+        {'disturbance_rate': _RATE, 'adaptation_rate': SearchRange(0.01, 100.0)},
         _KALMAN_SWEEP,
     ),
     'kalman_scheduled': StudyObserver(

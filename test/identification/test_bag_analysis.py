@@ -11,7 +11,7 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.identification.bag_analysis import analyse_bag, preferred
+from sosml_friction.identification.bag_analysis import analyse_bag, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import FrictionParameters, read_model
@@ -51,10 +51,10 @@ def bag(nominal, tmp_path_factory):
 
 
 def test_the_weak_form_comes_first_then_sosml_then_any():
-    assert preferred(['first_order', 'sosml', 'weak_form']) == 'weak_form'
-    assert preferred(['first_order', 'sosml']) == 'sosml'
-    assert preferred(['kalman', 'first_order']) == 'kalman'
-    assert preferred([]) is None
+    assert preferred_observer(['first_order', 'sosml', 'weak_form']) == 'weak_form'
+    assert preferred_observer(['first_order', 'sosml']) == 'sosml'
+    assert preferred_observer(['kalman', 'first_order']) == 'kalman'
+    assert preferred_observer([]) is None
 
 
 def test_the_weak_form_takes_the_width_of_the_sign_from_the_model(bag):

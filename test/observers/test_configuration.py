@@ -91,7 +91,7 @@ def test_text_that_is_no_configuration_is_refused_in_one_sentence(text):
     ('change', 'words'),
     [
         ({'joints': ('elbow', 'shoulder')}, 'configured for elbow, shoulder where the model has'),
-        ({'gains': {'magic': {}}}, "observer 'magic' is unknown: use first_order, .*, smoother"),
+        ({'gains': {'magic': {}}}, "observer 'magic' is unknown: use quasi_static, .*, smoother"),
         ({'gains': {'first_order': {'cutoff': [40.0]}}}, 'has gains for 1 joints'),
         ({'gains': {}}, 'at least one'),
         ({'effort_hold': ('start',)}, 'one for each of shoulder, elbow'),
