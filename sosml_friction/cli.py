@@ -86,7 +86,8 @@ def fit(
             metavar='auto|segments|samples|weak',
             help='Fit levels of steady windows, or every sample in motion; auto takes segments '
             'where the plateaus reach down to a fifth of the top speed. weak adds a regression on '
-            'position and effort without an observer, which then becomes the model.',
+            'position and effort without an observer, which then becomes the model; its intervals '
+            'of C and S are still too narrow.',
         ),
     ] = 'auto',
     refit_inertia: Annotated[
