@@ -7,11 +7,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import settings
+from scipy.io import loadmat
 
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.study_run import Study, StudySettings, run_study
 
@@ -35,6 +38,21 @@ def data_directory() -> Path:
     if not directory.is_dir():
         pytest.skip(f'no measured data at {directory}: set SOSML_FRICTION_DATA')
     return directory.resolve()
+
+
+@pytest.fixture(scope='session')
+def emps_record(data_directory: Path) -> dict[str, Any]:
+    """Return the variables of the measured EMPS record."""
+    return loadmat(data_directory / 'emps/DATA_EMPS.mat', squeeze_me=True)
+
+
+@pytest.fixture(scope='session')
+def emps_log(emps_record: dict[str, Any]) -> JointLog:
+    """Return it as position and force, without velocity."""
+    q = emps_record['qm'][:, None]
+    effort = float(emps_record['gtau']) * emps_record['vir'][:, None]
+    t_ns = np.round(emps_record['t'] * 1e9).astype(np.int64)
+    return JointLog(('slider',), t_ns, q, np.full_like(q, np.nan), effort)
 
 
 def serial_arm(types: list[str], seed: int = 0) -> str:

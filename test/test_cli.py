@@ -860,3 +860,11 @@ def test_plan_says_when_a_wanted_error_cannot_be_reached_and_what_can(sosml):
 )
 def test_a_plan_that_cannot_be_is_refused(refused, arguments, words):
     assert words in refused('plan', *arguments)
+
+
+@pytest.mark.parametrize('command', ['fit', 'tune'])
+def test_help_names_every_observer(sosml, command):
+    """The names are written out there, so that --help loads nothing."""
+    words = ' '.join(sosml(command, '--help')[1].split())
+    for name in OBSERVERS:
+        assert name in words

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
@@ -95,7 +96,7 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     half = max(1, round(0.5 * settings.window_s / step))
     if len(time) < 8 * half:
         return []
-    quantum, noise = position_noise(q)
+    quantum, noise = signal_noise(q)
     steady = np.zeros(len(time), dtype=bool)
     way = np.zeros(len(time))
     open_ = np.ones(len(time), dtype=bool)
@@ -124,20 +125,6 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     error = np.hypot(quantum / np.sqrt(6.0), np.sqrt(2.0) * noise) / (2 * half * step)
     segments = [_without_ripple(segment, speed, error, settings) for segment in segments]
     return _without_creep(segments, settings)
-
-
-def position_noise(q: FloatArray) -> tuple[float, float]:
-    """Return quantum and white noise (standard deviation) of position [rad or m]."""
-    moved = np.abs(np.diff(q))
-    moved = moved[np.isfinite(moved)]
-    moved = moved[moved > 1e-9 * max(np.ptp(q[np.isfinite(q)]), 1e-300)] if len(moved) else moved
-    # Third differences: motion hardly has any from one sample to the next.
-    third = np.diff(q, 3)
-    third = third[np.isfinite(third)]
-    return (
-        float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
-        1.4826 * float(np.median(np.abs(third))) / np.sqrt(20.0) if len(third) else 0.0,
-    )
 
 
 def _trimmed(

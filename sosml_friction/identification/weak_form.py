@@ -17,12 +17,13 @@ from scipy.stats import t as t_distribution
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.law_fit import LawFit, fit_law, jackknife_errors
-from sosml_friction.identification.segments import Segment, position_noise, unsure_sign
+from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.observers.first_order import FirstOrder
 from sosml_friction.observers.friction_estimator import FrictionEstimator, Stretch
+from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
@@ -134,7 +135,7 @@ class WeakForm:
         # A cubic needs more than four samples.
         self._half = max(2, round(0.5 * self.settings.window_s / self._step))
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
-        self._v_noise = [float(gain) * position_noise(q)[1] for q in log.q.T]
+        self._v_noise = [float(gain) * signal_noise(q)[1] for q in log.q.T]
         log = replace(log, v=self._velocity(log, maximum_gap_s))
         # The estimator makes the intervals; the observer it asks for is not run.
         unused = FirstOrder({'cutoff': [1.0] * robot.n})

@@ -21,6 +21,7 @@ from sosml_friction.observers.configuration import (
 )
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, gains_for_bandwidth, gains_for_conditions
+from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
@@ -100,9 +101,8 @@ def measure_conditions(
     """
     Measure noise, friction and motion in a recording.
 
-    * Position noise: standard deviation of the third difference over sqrt(20), which white noise
-      passes and motion hardly does, robustly (median); at least resolution / sqrt(12) with the
-      smallest step of position as resolution.
+    * Position noise: by third differences, at least resolution / sqrt(12)
+      (:func:`~sosml_friction.observers.signal_noise.signal_noise`).
     * Velocity noise: where the velocity is the least-squares slope of N positions (N = 2 is the
       backward difference), position noise sqrt(12 / (N (N^2 - 1))) / step; otherwise from the
       second difference of the velocity.
@@ -265,21 +265,10 @@ def _median(values: FloatArray) -> float:
     return float(np.median(values)) if len(values) else float('nan')
 
 
-def _robust_noise(x: FloatArray, order: int) -> float:
-    """Return the white noise of a smooth signal from its differences, NaN if there are none."""
-    difference = np.diff(x, n=order)
-    gain = np.sqrt(float({2: 6, 3: 20}[order]))
-    return 1.4826 * _median(np.abs(difference)) / float(gain)
-
-
 def _noise(x: FloatArray, order: int) -> float:
     """Return the noise of a signal, not less than that of its resolution."""
-    steps = np.abs(np.diff(x))
-    # Multiples of a resolution differ by rounding, which is no step.
-    steps = steps[steps > 1e-9 * (1.0 + np.nanmax(np.abs(x), initial=0.0))]
-    resolution = float(np.min(steps)) if len(steps) else 0.0
-    noise = _robust_noise(x, order)
-    return float(max(resolution / np.sqrt(12.0), 0.0 if np.isnan(noise) else noise))
+    quantum, noise = signal_noise(x, order)
+    return float(max(quantum / np.sqrt(12.0), noise))
 
 
 def _velocity_span(log: JointLog, position_noise: FloatArray, step: float) -> int:

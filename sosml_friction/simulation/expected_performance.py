@@ -14,6 +14,7 @@ from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
+from sosml_friction.simulation.study_metrics import SETTLED, settled_after
 
 FloatArray = NDArray[np.float64]
 
@@ -21,9 +22,8 @@ FloatArray = NDArray[np.float64]
 _SEEDS, _MOST_SEEDS, _KNOWN = 6, 32, 0.025
 #: Reversals in a run, of which the first half are for learning, and bounds of their spacing [s].
 _REVERSALS, _LEARNED, _SHORTEST, _LONGEST = 6, 3, 0.4, 3.0
-#: Settled: the mean error stays below this share of the jump. Noise counts late in a way, and all
-#: ends before the next reversal begins.
-_SETTLED, _LATE, _END = 0.1, 0.6, 0.95
+#: Noise counts late in a way, and all ends before the next reversal begins.
+_LATE, _END = 0.6, 0.95
 
 
 @dataclass(frozen=True)
@@ -141,12 +141,8 @@ def _judge(
             ]
         )
         noise[i] = np.sqrt(np.mean(np.var(after[:, :, int(_LATE * length) :], axis=1, ddof=1)))
-        mean = np.abs(after.mean(axis=(0, 1)))
-        if noise[i] > 2.0 * _KNOWN * friction_jump[i] * np.sqrt(after.shape[0] * after.shape[1]):
-            continue
-        outside = np.flatnonzero(~(mean < _SETTLED * friction_jump[i]))
-        if not len(outside):
-            settle[i] = 0.0
-        elif outside[-1] < len(mean) - 1:
-            settle[i] = (outside[-1] + 1) * step
+        means = after.shape[0] * after.shape[1]
+        if noise[i] <= 2.0 * _KNOWN * friction_jump[i] * np.sqrt(means):
+            mean = after.mean(axis=(0, 1))
+            settle[i] = settled_after(mean, SETTLED * friction_jump[i], step)
     return Expectation(noise, settle)

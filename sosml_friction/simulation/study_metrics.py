@@ -127,11 +127,16 @@ def settle_time(
     limit = SETTLED * jump
     if noise / np.sqrt(len(found)) > _HIDDEN * limit:
         return float('nan')
+    return settled_after(mean, limit, dt)
+
+
+def settled_after(error: FloatArray, limit: float, dt: float) -> float:
+    """Return the time after which an error stays below a limit [s], NaN if it does not."""
     # Not "at or above": an error that is not a number has not settled.
-    outside = np.flatnonzero(~(np.abs(mean) < limit))
+    outside = np.flatnonzero(~(np.abs(error) < limit))
     if not len(outside):
         return 0.0
-    return float('nan') if outside[-1] == window - 1 else float((outside[-1] + 1) * dt)
+    return float('nan') if outside[-1] == len(error) - 1 else float((outside[-1] + 1) * dt)
 
 
 def loop_width(time: FloatArray, velocity: FloatArray, error: FloatArray) -> float:

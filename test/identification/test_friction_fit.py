@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from scipy.io import loadmat
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -250,14 +249,8 @@ def test_the_entry_of_a_fit_is_json_without_nan(ladder_fit):
 
 
 @pytest.fixture(scope='module')
-def emps_fits(data_directory):
-    path = data_directory / 'emps/DATA_EMPS.mat'
-    if not path.is_file():
-        pytest.skip(f'no measured data at {path}: set SOSML_FRICTION_DATA')
-    data = loadmat(path, squeeze_me=True)
-    q, effort = data['qm'][:, None], float(data['gtau']) * data['vir'][:, None]
-    t_ns = np.round(data['t'] * 1e9).astype(np.int64)
-    log = JointLog(('slider',), t_ns, q, np.full_like(q, np.nan), effort)
+def emps_fits(emps_log):
+    log = emps_log
     robot = read_model(share_directory() / 'config/emps').make_robot()
     configuration = configuration_for(log, robot)
     estimator = configuration.make_estimator(robot)

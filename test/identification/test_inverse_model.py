@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.io import loadmat
 from scipy.stats import binom
 
 from sosml_friction.bags.joint_log import JointLog
@@ -43,15 +42,8 @@ def slider_log(viscous=(VISCOUS, VISCOUS), bias=BIAS, duration=24.0, noise=0.0, 
 
 
 @pytest.fixture(scope='module')
-def emps(data_directory):
-    path = data_directory / 'emps/DATA_EMPS.mat'
-    if not path.is_file():
-        pytest.skip(f'no measured data at {path}: set SOSML_FRICTION_DATA')
-    data = loadmat(path, squeeze_me=True)
-    q, effort = data['qm'][:, None], float(data['gtau']) * data['vir'][:, None]
-    t_ns = np.round(data['t'] * 1e9).astype(np.int64)
-    log = JointLog(('slider',), t_ns, q, np.full_like(q, np.nan), effort)
-    return fit_inverse_model(log, slider()).joints['slider']
+def emps(emps_log):
+    return fit_inverse_model(emps_log, slider()).joints['slider']
 
 
 def test_emps_gives_the_published_numbers(emps):

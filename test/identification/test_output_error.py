@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.io import loadmat
 
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.output_error import (
@@ -27,11 +26,8 @@ def reference(duration=12.0, h=1e-3):
 
 
 @pytest.fixture(scope='module')
-def emps(data_directory):
-    path = data_directory / 'emps/DATA_EMPS.mat'
-    if not path.is_file():
-        pytest.skip(f'no measured data at {path}: set SOSML_FRICTION_DATA')
-    data = {key: x for key, x in loadmat(path, squeeze_me=True).items() if key[0] != '_'}
+def emps(emps_record):
+    data = emps_record
     # The authors limit the command to 10 V, which this record does not reach.
     controller = CascadeController(float(data['kp']), float(data['kv']), float(data['gtau']), 10.0)
     return data, controller

@@ -1,0 +1,32 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Resolution and white noise of a sampled signal, from its differences."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import comb
+
+
+def signal_noise(x: NDArray[np.float64], order: int = 3) -> tuple[float, float]:
+    """
+    Return the quantum of a signal and the standard deviation of its white noise, in its unit.
+
+    The quantum is the smallest step that is seen; 0 if there is none. The noise is the standard
+    deviation of the difference of ``order``, robustly (median), over sqrt(comb(2 order, order)),
+    which white noise passes and motion hardly does; 0 if there is too little of the signal.
+
+    :param x: (N,); samples that are not finite are left out.
+    """
+    moved = np.abs(np.diff(x))
+    moved = moved[np.isfinite(moved)]
+    # Multiples of a resolution differ by rounding, which is no step.
+    moved = moved[moved > 1e-9 * max(np.ptp(x[np.isfinite(x)]), 1e-300)] if len(moved) else moved
+    difference = np.diff(x, order)
+    difference = difference[np.isfinite(difference)]
+    gain = np.sqrt(float(comb(2 * order, order, exact=True)))
+    return (
+        float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
+        1.4826 * float(np.median(np.abs(difference))) / gain if len(difference) else 0.0,
+    )
