@@ -37,10 +37,11 @@ help:
 	@echo "make install   make the virtual environment $(VENV) (a minute or two, once)"
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
 	echo "make test      run the tests; ARGS='-k name' to choose among them"
-	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds, and the whole"
-	echo "               study of the observers (ten minutes)"
+	echo "make validate  the long statistical runs: friction found in T1, and by the weak form in T1, T2,"
+	echo "               T3, over 40 seeds, and the whole study of the observers (15 minutes)"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
+	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -61,8 +62,10 @@ test: $(STAMP)
 .PHONY: validate
 validate: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
-	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full
-	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/simulation/test_study_targets.py
+	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full SOSML_FRICTION_TRAJECTORIES=full
+	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
+	  test/identification/test_identifiability.py test/simulation/test_study_targets.py \
+	  test/identification/test_emulated_trajectories.py
 
 .PHONY: benchmark
 benchmark: $(STAMP)
@@ -71,6 +74,10 @@ benchmark: $(STAMP)
 .PHONY: robustness
 robustness: $(STAMP)
 	@$(BIN)/python benchmarks/robustness.py
+
+.PHONY: identification
+identification: $(STAMP)
+	@$(BIN)/python benchmarks/identification.py
 
 .PHONY: lint
 lint: $(STAMP)

@@ -11,6 +11,7 @@ remarks always go to stderr.
 from __future__ import annotations
 
 import re
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -26,6 +27,8 @@ from sosml_friction.share import share_directory
 
 _INTERRUPTED = 130
 _MOST_PROCESSES = 1024
+#: What the tool was called with, for the provenance of what it writes.
+_arguments: list[str] = []
 _IMPORT_FORMAT = 'sosml_friction/import/1'
 
 app = typer.Typer(
@@ -83,19 +86,71 @@ def fit(
     method: Annotated[
         str,
         typer.Option(
-            metavar='auto|segments|samples|weak',
-            help='Fit levels of steady windows, or every sample in motion; auto takes segments '
-            'where the plateaus reach down to a fifth of the top speed. weak adds a regression on '
-            'position and effort without an observer, which then becomes the model; its intervals '
-            'of C and S are still too narrow.',
+            metavar='auto|segments|samples|weak|output_error',
+            help='auto: a regression on position and effort without an observer (weak form), '
+            'which becomes the model, and beside it the estimate of each observer, by segments '
+            '(levels of steady windows) where plateaus reach down to a fifth of the top speed, '
+            'else by samples (all in motion); weak: the same. segments, samples: the observers '
+            'alone. output_error adds a simulation fitted to the motion, under the recorded '
+            'controller or by the measured effort.',
         ),
     ] = 'auto',
+    law: Annotated[
+        str,
+        typer.Option(
+            metavar='auto|coulomb_viscous|stribeck',
+            help='Law to fit; auto adds the Stribeck term where the data show it.',
+        ),
+    ] = 'auto',
+    symmetric: Annotated[
+        bool,
+        typer.Option(
+            '--symmetric/--asymmetric', help='Whether friction is the same in both directions.'
+        ),
+    ] = True,
+    alpha: Annotated[
+        float,
+        typer.Option(metavar='1|2', help='Exponent of the speed in the Stribeck term.'),
+    ] = 1.0,
+    zero_band: Annotated[
+        float | None,
+        typer.Option(metavar='SPEED', help='Slower is standstill [rad/s or m/s]; default: 0.001.'),
+    ] = None,
+    window: Annotated[
+        float | None,
+        typer.Option(metavar='S', help='Over what steadiness of speed is judged; default: 0.05.'),
+    ] = None,
+    trim: Annotated[
+        float | None,
+        typer.Option(
+            metavar='S',
+            help='Least that is cut off the beginning of a steady window; default: 0.15.',
+        ),
+    ] = None,
+    role: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar='BAG=ROLE',
+            help="Which of the paper's trajectories a bag is: T1 (speed ladder), T2 (symmetric "
+            'reversals), T3 (slow ladder) or other; repeatable. Default: as recorded, else by '
+            'its motion.',
+        ),
+    ] = None,
+    own_bias: Annotated[
+        bool | None,
+        typer.Option(
+            '--own-bias/--common-bias',
+            help='Whether each bag has a bias of its own in the joint fit; default: where the '
+            'bags differ in it.',
+        ),
+    ] = None,
     refit_inertia: Annotated[
         bool,
         typer.Option(
             '--refit-inertia',
-            help='Fit inertia too, by the inverse model, and with --method weak by the weak form. '
-            'It is reported; the model keeps its own.',
+            help='Fit inertia too, by the inverse model and by the weak form. It is reported; the '
+            'model keeps its own. Where the bag holds its controller, the closed loop is '
+            'simulated with what was found.',
         ),
     ] = False,
     bandwidth: Annotated[
@@ -117,7 +172,8 @@ def fit(
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar='DIR', help='Where to write; default: <name of the bag>_fit in this folder.'
+            metavar='DIR',
+            help='Where to write; default: <name of the first bag>_fit in this folder.',
         ),
     ] = None,
     truth: Annotated[
@@ -127,69 +183,123 @@ def fit(
     json: JsonOption = False,
 ) -> None:
     """
-    Fit the friction of every joint of a recording.
+    Fit the friction of every joint of one or several recordings.
 
-    Runs the observers over the bag, fits the Stribeck law to what they say, prints the parameters
-    with their standard errors, and writes a model folder (robot.urdf, model.yaml) with report.html
-    and fit.json. An earlier fit in the same place is replaced, anything else is not touched.
+    Runs the observers over the bags, fits the Stribeck law to what they say, prints the parameters
+    with their standard errors, and writes a model folder (robot.urdf, model.yaml) with
+    report.html, fit.json and segments.csv. An earlier fit in the same place is replaced, anything
+    else is not touched.
+
+    Several bags of the same robot are fitted each alone, then together: by the paper's rule (C and
+    B from T1 and T3, S and v_s from T2, the bias from T3) and by one fit to all of them, and it is
+    said which to prefer and in what the bags disagree.
 
     Exit code 1 if a joint that reports effort could not be fitted.
 
-    Example: sosml fit recording --model config/exoskeleton --out shoulder_fit
+    Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
     """
-    if len(bags) != 1:
-        raise ConfigurationError(
-            f'{len(bags)} bags are given ({", ".join(map(str, bags))}): fit takes one at a time'
-        )
-    bag = bags[0]
     from sosml_friction.identification.bag_analysis import analyse_bag
+    from sosml_friction.identification.bags_analysis import analyse_bags
     from sosml_friction.identification.friction_fit import FitSettings
+    from sosml_friction.identification.law_form import LawForm
+    from sosml_friction.identification.segments import SegmentSettings
     from sosml_friction.model.model_folder import read_model
     from sosml_friction.observers.configuration import OBSERVERS
+    from sosml_friction.report.consolidation_view import bags_table
     from sosml_friction.report.gain_proposal import parse_effort_hold
     from sosml_friction.report.inverse_view import inverse_table
     from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
-    from sosml_friction.report.results import check_destination, fit_document, write_results
+    from sosml_friction.report.results import (
+        bags_document,
+        check_destination,
+        fit_document,
+        write_bags_results,
+        write_results,
+    )
+    from sosml_friction.report.simulation_text import simulation_lines
     from sosml_friction.report.tables import parameter_table, print_table
 
-    folder = check_destination(out if out is not None else Path(f'{_bag_name(bag)}_fit'))
-    settings = FitSettings(method=method, refit_inertia=refit_inertia)
-    known = None if truth is None else read_model(truth)
-    with progress(f'reading and fitting {bag}') as step:
-        names = _joint_names(bag, namespace) if effort_hold else ()
-        holds = parse_effort_hold(effort_hold or [], names)
-        analysis = analyse_bag(
-            bag, model, urdf, settings, bandwidth, namespace, _names(observers), holds
+    several = len(bags) > 1
+    if not several and (role or own_bias is not None):
+        raise ConfigurationError(
+            f'{"--role" if role else "--own-bias"} says how several bags are put together, and '
+            'one is given: give the others too, or leave it out'
         )
-        document = fit_document(analysis, known)
-        step('drawing the report')
-        write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
+    given = {'zero_band': zero_band, 'window_s': window, 'trim_s': trim}
+    settings = FitSettings(
+        method=method,
+        segments=SegmentSettings(**{k: v for k, v in given.items() if v is not None}),
+        refit_inertia=refit_inertia,
+        form=LawForm(law, symmetric, alpha),
+    )
+    folder = check_destination(out if out is not None else Path(f'{_bag_name(bags[0])}_fit'))
+    known = None if truth is None else read_model(truth)
+    with progress(f'reading and fitting {bags[0]}') as step:
+        names = _joint_names(bags[0], namespace) if effort_hold else ()
+        holds = parse_effort_hold(effort_hold or [], names)
+        chosen = _names(observers)
+        if several:
+            together = analyse_bags(
+                bags, model, urdf, settings, bandwidth, namespace, chosen, holds, role or (),
+                own_bias, _command_line(), step,
+            )  # fmt: skip
+            analyses = list(together.bags.values())
+            document = bags_document(together, known)
+            step('drawing the report')
+            write_bags_results(folder, together, known, None, lambda what: step(f'drawing {what}'))
+            table = bags_table(together, known)
+            failed = list(together.consolidation.unavailable)
+            failed += [
+                name
+                for name, joint in together.model.joints.items()
+                if joint.friction is None and name in together.consolidation.joints
+            ]
+        else:
+            analysis = analyse_bag(
+                bags[0], model, urdf, settings, bandwidth, namespace, chosen, holds, step,
+                command=_command_line(),
+            )  # fmt: skip
+            analyses = [analysis]
+            document = fit_document(analysis, known)
+            step('drawing the report')
+            write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
+            table = parameter_table(analysis, known)
+            failed = [j for j in analysis.fit.unavailable if j not in analysis.fit.joints]
+            failed += list(analysis.unmodelled)
     if json:
         typer.echo(to_json({**document, 'output': str(folder)}))
     else:
-        print_table(parameter_table(analysis, known))
-        if analysis.inverse is not None:
-            print_table(inverse_table(analysis, analysis.inverse))
-        typer.echo(f'Model, report.html and fit.json are in {folder}')
-    if not json and not effort_hold and not _says_effort_hold(bag, namespace):
-        typer.echo(
-            'The bag does not say where in an interval its effort holds, so it was taken for a '
-            'command (start). A measured current\nholds until its sample (--effort-hold end), and '
-            'a period of delay reads as viscous friction.'
-        )
-    carrying = [name for name in analysis.configuration.gains if OBSERVERS[name].carries_law]
+        print_table(table)
+        for bag, one in zip(bags, analyses, strict=True):
+            if one.inverse is not None:
+                if several:
+                    typer.echo(f'{bag}:')
+                print_table(inverse_table(one, one.inverse))
+            for line in simulation_lines(one):
+                typer.echo(line)
+        typer.echo(f'Model, report.html, fit.json and segments.csv are in {folder}')
+    if not json and not effort_hold:
+        silent = [str(bag) for bag in bags if not _says_effort_hold(bag, namespace)]
+        if silent:
+            which = 'bag' if not several else f'recording ({", ".join(silent)})'
+            typer.echo(
+                f'The {which} does not say where in an interval its effort holds, so it was taken '
+                'for a command (start). A measured current\nholds until its sample (--effort-hold '
+                'end), and a period of delay reads as viscous friction.'
+            )
+    for bag, one in zip(bags, analyses, strict=True):
+        _remark_on(bag, one, several)
+    carrying = dict.fromkeys(
+        name for one in analyses for name in one.configuration.gains if OBSERVERS[name].carries_law
+    )
     if carrying:
         _remark(
             f'{", ".join(carrying)} has a friction law inside: a law fitted to its estimate is '
             'that one again, and no evidence'
         )
-    if analysis.model.provenance.get('recovered'):
-        _remark(f'{bag} is cut off or damaged: only its readable part was used')
-    if any(
-        joint not in analysis.fit.joints and _has_effort(analysis, joint)
-        for joint in analysis.fit.unavailable
-    ):
+    refused = any(one.data_checks is not None and one.data_checks.refused for one in analyses)
+    if refused or any(_has_effort(one, joint) for one in analyses for joint in failed):
         raise typer.Exit(1)
 
 
@@ -681,6 +791,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     :param arguments: the command line without the name of the program; sys.argv's if None.
     """
+    _arguments[:] = sys.argv[1:] if arguments is None else arguments
     try:
         # Not standalone: usage errors come back, to be told in one sentence like all others.
         result = app(args=arguments, prog_name='sosml', standalone_mode=False)
@@ -736,6 +847,23 @@ def _joint_names(bag: Path, namespace: str | None) -> tuple[str, ...]:
     from sosml_friction.bags.bag import Bag
 
     return Bag.open(bag, namespace).joint_log().names
+
+
+def _remark_on(bag: Path, analysis: Any, several: bool) -> None:
+    """Tell on stderr what is wrong with a recording."""
+    begin = f'{bag}: ' if several else ''
+    if analysis.model.provenance.get('recovered'):
+        _remark(f'{bag} is cut off or damaged: only its readable part was used')
+    if analysis.data_checks is not None:
+        for sentence in analysis.data_checks.sentences:
+            _remark(f'{begin}{sentence}')
+    if not several:
+        for joint, reason in analysis.unmodelled.items():
+            _remark(f'{joint} has no friction in the model: {reason}')
+
+
+def _command_line() -> str:
+    return shlex.join(['sosml', *_arguments])
 
 
 def _has_effort(analysis: Any, joint: str) -> bool:

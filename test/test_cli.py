@@ -178,7 +178,7 @@ def test_fit_prints_the_refitted_inertia(sosml, slider_bag):
     row = next(line.split() for line in out.splitlines() if ' inertia ' in line)
     assert row[:4] == ['slider', 'symmetric', 'inertia', 'kg']
     assert float(row[4]) == pytest.approx(95.1089, rel=0.02)
-    assert 'weak form' not in out
+    assert 'slider, weak form: inertia' in out
 
 
 def test_fit_with_a_truth_shows_it(sosml, slider_bag, slider_fit, tmp_path):
@@ -212,17 +212,37 @@ def test_emps_from_the_file_to_the_published_friction(sosml, data_directory):
     assert 'emps.yaml' in err
     imported = checked(out, 'import')
     assert imported['joint_states']['samples'] == 24841
-    code, out, err = sosml('fit', imported['bag'], '--refit-inertia', '--json')
+    options = ('--refit-inertia', '--method', 'output_error', '--json')
+    code, out, err = sosml('fit', imported['bag'], *options)
     assert (code, err) == (0, '')
     document = checked(out, 'fit')
     inverse = document['inverse_model']['joints']['slider']
-    mass = inverse['symmetric']['parameters']['inertia']['value']
-    assert mass == pytest.approx(95.109, abs=0.1)
+    # Published: A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", 2019.
+    published = {
+        'symmetric': {
+            'inertia': (95.109, 0.1),
+            'viscous': (203.5, 0.5),
+            'coulomb': (20.39, 0.05),
+            'bias': (-3.165, 0.02),
+        },
+        'asymmetric': {'viscous_positive': (166.7, 0.5), 'viscous_negative': (240.4, 0.5)},
+    }
+    for form, numbers in published.items():
+        for name, (value, tolerance) in numbers.items():
+            found = inverse[form]['parameters'][name]['value']
+            assert found == pytest.approx(value, abs=tolerance), (form, name)
     assert inverse['symmetric']['relative_error'] == pytest.approx(4.08, abs=0.05)
+    assert inverse['asymmetric']['relative_error'] == pytest.approx(3.11, abs=0.06)
+    closed_loop = document['output_error']['closed_loop']['slider']
+    assert closed_loop['position_error'] <= 0.0138
+    assert closed_loop['effort_error'] <= 5.85
+    simulated = document['output_error']['joints']['slider']
+    assert simulated['mode'] == 'controller'
+    assert simulated['position_error'] <= 0.0138
     fits = document['joints']['slider']
-    assert set(fits) == {'first_order', 'sosml'}
-    for fit in fits.values():
-        parameters = fit['parameters']
+    assert set(fits) == {'first_order', 'sosml', 'weak_form', 'output_error'}
+    for observer in ('first_order', 'sosml', 'output_error'):
+        parameters = fits[observer]['parameters']
         assert parameters['coulomb']['value'] == pytest.approx(20.3935, rel=0.03)
         assert parameters['viscous']['value'] == pytest.approx(203.5034, rel=0.03)
 
@@ -411,7 +431,7 @@ def test_a_place_with_something_else_is_refused(refused, slider_bag, tmp_path):
     ('arguments', 'words'),
     [
         (['fit'], "missing argument 'BAG'"),
-        (['fit', 'one', 'two'], 'one at a time'),
+        (['fit', 'one', 'two'], 'one does not exist'),
         (['fit', 'bag', '--bandwith', '3'], '--bandwith'),
         (['fit', 'bag', '--bandwidth', 'fast'], '--bandwidth'),
         (['fit', 'bag', '--method', 'guess'], 'auto, segments, samples'),
@@ -436,7 +456,7 @@ def test_ctrl_c_ends_with_130_and_nothing_half_written(
     from sosml_friction.identification import bag_analysis
     from sosml_friction.report import results
 
-    def interrupt(*_):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(bag_analysis if stage == 'analyse_bag' else results, stage, interrupt)
@@ -638,7 +658,7 @@ def test_tune_refuses_a_bag_without_effort(refused, tmp_path_factory):
 def test_fit_runs_the_observers_that_are_named(sosml, encoder_bag):
     _, out, _ = sosml('fit', encoder_bag, '--observers', 'kalman,smoother', '--json')
     fits = checked(out, 'fit')['joints']['slider']
-    assert set(fits) == {'kalman', 'smoother'}
+    assert set(fits) == {'kalman', 'smoother', 'weak_form'}
     for fit in fits.values():
         assert fit['parameters']['coulomb']['value'] == pytest.approx(COULOMB, rel=0.03)
 
@@ -651,7 +671,7 @@ def test_the_observer_that_makes_the_model_is_the_one_that_is_shown(sosml, encod
         ('kalman_stribeck,quasi_static', 'quasi_static'),
         ('kalman,sosml', 'sosml'),
     ):
-        arguments = ('--observers', names, '--out', 'chosen', '--json')
+        arguments = ('--observers', names, '--method', 'samples', '--out', 'chosen', '--json')
         _, out, err = sosml('fit', encoder_bag, *arguments)
         fits = checked(out, 'fit')
         assert fits['model'] == {'slider': chosen}

@@ -221,6 +221,20 @@ class Bag:
             estimates[observer] = FrictionEstimate(t_ns, names, tau_f)
         return estimates
 
+    def reference(self) -> tuple[NDArray[np.int64], tuple[str, ...], FloatArray] | None:
+        """
+        Return stamps (N,), joints and wanted positions (N, n), None if none are recorded.
+
+        They are the JointState messages of ``controller_reference``.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
+        """
+        topic = self._find('controller_reference')
+        if topic is None:
+            return None
+        t_ns, names, (q,) = self._joint_states(topic, ('position',))
+        return t_ns, names, q
+
     def text(self, topic_suffix: str) -> str | None:
         """
         Return the last text on a String topic such as robot_description, or None.

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import tempfile
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.joint_log import FloatArray, JointLog
-from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.joint_log_bag import CONTROLLER_TAG, write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
@@ -33,9 +34,9 @@ def import_recording(source: str | Path, mapping: str | Path, destination: str |
     Write the recording ``source`` as the bag ``destination`` and return its path.
 
     The bag holds joint_states (SI units; a quantity no joint has stays an empty array; NaN stays
-    NaN), joint_temperatures where mapped, and the robot's and model's description where the
-    mapping names their files. The stamp is the start time (0 unless given) plus the time in the
-    file. If anything is wrong, nothing is written.
+    NaN), joint_temperatures and controller_reference where mapped, and the robot's and model's
+    description where the mapping names their files. The stamp is the start time (0 unless given)
+    plus the time in the file. If anything is wrong, nothing is written.
 
     :raises ConfigurationError: if the mapping is wrong (see :mod:`sosml_friction.bags.mapping`)
         or a joint is not in its URDF.
@@ -49,6 +50,7 @@ def import_recording(source: str | Path, mapping: str | Path, destination: str |
             f'{destination} exists and is not overwritten: choose another name or remove it'
         )
     log = read_recording(source, plan)
+    reference = read_reference(source, plan, len(log))
     robot_description = None if plan.urdf is None else _robot_description(plan.urdf, plan)
     model_description = None if plan.model is None else _text(plan.model)
     # Made beside its place and moved there whole, so that no half of a bag is ever found.
@@ -63,7 +65,7 @@ def import_recording(source: str | Path, mapping: str | Path, destination: str |
         ) from error
     try:
         made = write_joint_log(
-            log, workshop / destination.name, robot_description, model_description
+            log, workshop / destination.name, robot_description, model_description, reference
         )
         destination.parent.mkdir(parents=True, exist_ok=True)
         os.rename(made, destination)
@@ -112,8 +114,42 @@ def read_recording(source: str | Path, plan: ImportMapping) -> JointLog:
         arrays['velocity'],
         arrays['effort'],
         arrays['temperature'] if has_temperature else None,
-        dict(plan.tags),
+        {**plan.tags, **_controller_tags(data, plan)},
     )
+
+
+def read_reference(source: str | Path, plan: ImportMapping, count: int) -> FloatArray | None:
+    """
+    Return the wanted positions of the controllers in a mapping (N, n), None if it has none.
+
+    :raises DataError: if there are not as many as samples.
+    """
+    if not plan.controllers:
+        return None
+    data = DataFile(source, plan.rows, plan.columns)
+    reference = np.full((count, len(plan.joints)), np.nan)
+    for j, name in enumerate(plan.joints):
+        if name not in plan.controllers:
+            continue
+        signal = plan.controllers[name].reference
+        values = _values(data, signal)
+        if len(values) != count:
+            raise DataError(
+                f'{data.path} has {count} samples of time and {len(values)} of the reference of '
+                f'{name} ({signal.series.variable!r}): they must be as many'
+            )
+        reference[:, j] = values
+    return reference
+
+
+def _controller_tags(data: DataFile, plan: ImportMapping) -> dict[str, str]:
+    """Return the gains of each controller as a tag, ``controller.<joint>``, JSON."""
+    return {
+        f'{CONTROLLER_TAG}{name}': json.dumps(
+            {key: _one_number(data, value) for key, value in loop.gains.items()}
+        )
+        for name, loop in plan.controllers.items()
+    }
 
 
 def _series(data: DataFile, series: Series) -> NDArray[Any]:

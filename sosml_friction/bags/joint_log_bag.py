@@ -14,12 +14,16 @@ from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError
 
+#: Tags that begin so hold the gains of a joint's controller, JSON.
+CONTROLLER_TAG = 'controller.'
+
 
 def write_joint_log(
     log: JointLog,
     folder: str | Path,
     robot_description: str | None = None,
     model_description: str | None = None,
+    reference: FloatArray | None = None,
 ) -> Path:
     """
     Record ``log`` in the bag ``folder``, with the robot's URDF and model text where given.
@@ -28,6 +32,7 @@ def write_joint_log(
     temperature is written when it changes. Log time is the stamp. ``Bag.open(folder).joint_log()``
     gives the same log back, bit by bit.
 
+    :param reference: wanted positions (N, n) [rad or m], recorded as ``controller_reference``.
     :raises BagError: if the folder exists or cannot be written, or a stamp does not fit the
         message (0 to 2^31 s).
     """
@@ -53,6 +58,8 @@ def write_joint_log(
                 recorder.add_topic(topic, 'std_msgs/msg/String')
                 recorder.write(topic, serialize(text), stamps[0])
         recorder.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
+        if reference is not None:
+            recorder.add_topic('/controller_reference', 'sensor_msgs/msg/JointState')
         if temperatures:
             recorder.add_topic('/joint_temperatures', 'sensor_msgs/msg/Temperature')
         for k, t_ns in enumerate(stamps):
@@ -65,6 +72,9 @@ def write_joint_log(
                 recorder.write('/joint_temperatures', serialize(temperature), t_ns)
             values = ([] if quantity is None else quantity[k] for quantity in quantities)
             recorder.write('/joint_states', serialize_joint_state(t_ns, log.names, *values), t_ns)
+            if reference is not None:
+                wanted = serialize_joint_state(t_ns, log.names, reference[k].tolist(), [], [])
+                recorder.write('/controller_reference', wanted, t_ns)
     return Path(folder)
 
 

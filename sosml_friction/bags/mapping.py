@@ -13,6 +13,12 @@ The mapping file of an import: which variable is what, in which unit.
         velocity: {variable: dq, unit: m/s}            # optional
         effort: {variable: vir, unit: V, scale: gtau}  # optional; gtau: a variable of the file
         temperature: {variable: temp, unit: degC}      # optional
+        controller:                                    # optional: a position loop about a
+          reference: {variable: qg, unit: m}           # velocity loop,
+          kp: kp                                       # effort = scale clip(
+          kv: kv                                       #   kp kv (reference - q) - kv v,
+          scale: gtau                                  #   -limit, limit)
+          limit: 10.0
     urdf: robot.urdf                  # optional, relative to the mapping file
     model: model.yaml                 # optional, relative to the mapping file
     tags: {worn: 'no'}                # optional conditions
@@ -20,7 +26,8 @@ The mapping file of an import: which variable is what, in which unit.
 
 Each quantity is ``value = variable * unit * scale + offset`` in SI units (rad, m, Nm, N, degC).
 ``column`` or ``row`` (counted from 0) picks a series out of a table. ``scale`` and ``offset`` are
-numbers, or names of variables that hold one number. An effort given in A, mA, V, mV or counts has
+numbers, or names of variables that hold one number, as are ``kp``, ``kv``, ``scale`` and ``limit``
+of a controller (scale 1 and no limit unless given). An effort given in A, mA, V, mV or counts has
 no torque until ``scale`` says how many Nm (or N) one of that unit makes, so it must be given; a
 position in counts needs ``counts_per_unit`` (counts per rad or per m) or ``counts_per_turn``.
 """
@@ -72,6 +79,8 @@ _TOP_KEYS = (
 )  # fmt: skip
 _SERIES_KEYS = ('variable', 'column', 'row')
 _SIGNAL_KEYS = (*_SERIES_KEYS, 'unit', 'scale', 'offset')
+_CONTROLLER = 'controller'
+_GAINS = ('kp', 'kv', 'scale', 'limit')
 _COUNT_KEYS = ('counts_per_unit', 'counts_per_turn')
 
 
@@ -101,6 +110,19 @@ class Signal:
 
 
 @dataclass(frozen=True)
+class ControllerSource:
+    """
+    Say where the wanted position of a joint and the gains of its controller come from.
+
+    ``gains``: ``kp``, ``kv``, and ``scale`` and ``limit`` where given; numbers, or the names of
+    variables that hold one.
+    """
+
+    reference: Signal
+    gains: Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
 class ImportMapping:
     """
     Hold a checked mapping file.
@@ -121,6 +143,7 @@ class ImportMapping:
     tags: Mapping[str, str] = field(default_factory=dict)
     rows: tuple[str, ...] | None = None
     columns: tuple[str, ...] | None = None
+    controllers: Mapping[str, ControllerSource] = field(default_factory=dict)
 
 
 class _Reader:
@@ -229,6 +252,16 @@ class _Reader:
         scale = self.factor(value.get('scale', 1.0), f'{where}.scale')
         return Signal(self.series(value, where), unit, factor, scale, offset)
 
+    def controller(self, value: Any, where: str) -> ControllerSource:
+        """Return a checked controller of a joint."""
+        value = self.table(value, where, ('reference', *_GAINS))
+        for key in ('reference', 'kp', 'kv'):
+            if key not in value:
+                raise self.error(where, f'has no {key}: the loop cannot be simulated without it')
+        gains = {key: self.factor(value[key], f'{where}.{key}') for key in _GAINS if key in value}
+        reference = self.signal(value['reference'], f'{where}.reference', 'position')
+        return ControllerSource(reference, gains)
+
     def file(self, value: Any, where: str) -> Path:
         path = self.path.parent / self.text(value, where)
         if not path.is_file():
@@ -274,9 +307,10 @@ def read_mapping(path: str | Path) -> ImportMapping:
     start_time = content.get('start_time', 0)
     read.number(start_time, 'start_time')
     joints: dict[str, dict[str, Signal]] = {}
+    controllers: dict[str, ControllerSource] = {}
     for joint, value in read.table(content['joints'], 'joints').items():
         where = f'joints.{joint}'
-        quantities = read.table(value, where, tuple(UNITS))
+        quantities = read.table(value, where, (*UNITS, _CONTROLLER))
         if 'position' not in quantities:
             raise read.error(where, 'has no position: a joint needs at least that')
         joints[joint] = {
@@ -285,6 +319,10 @@ def read_mapping(path: str | Path) -> ImportMapping:
             if quantity in quantities
         }
         units = [signal.unit for signal in joints[joint].values()]
+        if _CONTROLLER in quantities:
+            loop = read.controller(quantities[_CONTROLLER], f'{where}.{_CONTROLLER}')
+            controllers[joint] = loop
+            units.append(loop.reference.unit)
         angular = [unit for unit in units if unit in ANGULAR_UNITS]
         linear = [unit for unit in units if unit in LINEAR_UNITS]
         if angular and linear:
@@ -309,4 +347,5 @@ def read_mapping(path: str | Path) -> ImportMapping:
         tags={k: str(v) for k, v in read.table(tags, 'tags').items()} if tags else {},
         rows=read.names(content['rows'], 'rows') if 'rows' in content else None,
         columns=read.names(content['columns'], 'columns') if 'columns' in content else None,
+        controllers=controllers,
     )

@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.friction_fit import (
     WEAK_FORM,
     FitSettings,
@@ -26,6 +27,18 @@ from sosml_friction.identification.friction_fit import (
     fit_friction,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.output_error import OutputErrorFit
+from sosml_friction.identification.output_error_fits import (
+    OUTPUT_ERROR,
+    ControlledJoint,
+    OutputErrorFits,
+    closed_loop_checks,
+    first_guess,
+    fit_controlled,
+    is_alone,
+    recorded_controllers,
+)
+from sosml_friction.identification.output_error_windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.friction_laws import FRICTION_LAWS
 from sosml_friction.model.model_folder import (
@@ -65,6 +78,18 @@ class BagAnalysis:
     fit: FrictionFit
     model: RobotModelFile
     inverse: InverseFits | None = None
+    data_checks: DataChecks | None = None
+    output_error: OutputErrorFits | None = None
+
+    @property
+    def unmodelled(self) -> dict[str, str]:
+        """Return why a joint that was fitted has no friction in the model, sentence parts."""
+        return {
+            name: unusable_reason(self.fit.joints[name][observer].fit.parameters)
+            for name, joint in self.model.joints.items()
+            if joint.friction is None
+            and (observer := preferred_observer(self.fit.joints.get(name, {}))) is not None
+        }
 
 
 @dataclass(frozen=True)
@@ -86,6 +111,9 @@ def analyse_bag(
     namespace: str | None = None,
     observers: Sequence[str] | None = None,
     effort_hold: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+    require: bool = True,
+    command: str = '',
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -100,13 +128,18 @@ def analyse_bag(
     :param observers: which to run instead of the bag's, with gains from the noise, friction and
         motion measured in it, or for ``bandwidth`` where that is given.
     :param effort_hold: by joint, where in an interval its effort holds; others as in the bag.
+    :param progress: called with each step that begins, in words.
+    :param require: whether to refuse a bag of which no joint can be fitted alone.
+    :param command: the command line that asked for it, for the provenance.
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, joints disagree, or an observer is
         unknown or has no gains by bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
     """
+    progress('reading the bag')
     recorded = read_recorded_robot(path, model, urdf, namespace)
-    bag, log, nominal, robot = recorded.bag, recorded.log, recorded.nominal, recorded.robot
+    bag, nominal, robot = recorded.bag, recorded.nominal, recorded.robot
+    log, checks = check_data(recorded.log, robot, bag.recovery)
     text = bag.text('observer_configuration')
     if text is not None and bandwidth is None and observers is None:
         configuration = parse_configuration(text, f'observer_configuration of {path}')
@@ -117,29 +150,44 @@ def analyse_bag(
         holds = effort_holds(recorded, effort_hold or {}, path)
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     estimator = configuration.make_estimator(robot)
+    progress('running the observers over the bag')
     estimates = estimator.batch(log)
+    progress('fitting')
     settings = settings or FitSettings()
-    fit = fit_friction(log, estimates, robot, estimator.observers, settings)
-    if settings.method == 'weak':
-        v0 = [
-            joint.friction.smoothing_velocity if joint.friction else 0.0
-            for joint in nominal.joints.values()
-        ]
+    fit = fit_friction(log, estimates, robot, estimator.observers, settings, require)
+    if settings.method in ('auto', 'weak', OUTPUT_ERROR):
         form = WeakForm(
             log,
             robot,
             list(configuration.effort_hold) or 'start',
             WeakSettings(
-                zero_band=settings.segments.zero_band, refit_inertia=settings.refit_inertia
+                zero_band=settings.segments.zero_band,
+                refit_inertia=settings.refit_inertia,
+                form=settings.form,
             ),
             configuration.maximum_gap_s,
         )
-        fit, tau_f = with_weak_form(fit, form, v0)
+        fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
+    fit = replace(fit, unavailable={**fit.unavailable, **checks.refused})
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
-    provenance = _provenance(Path(path), bag, log, configuration, fit)
+    widths = {
+        name: joint.friction.smoothing_velocity if joint.friction else 0.0
+        for name, joint in nominal.joints.items()
+    }
+    fit, output_error = with_output_error(
+        fit, recorded_controllers(bag, log), log, robot, inverse, widths,
+        settings.method == OUTPUT_ERROR, list(configuration.effort_hold) or 'start',
+    )  # fmt: skip
+    if output_error is not None and output_error.joints:
+        estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
+    provenance = {
+        **_provenance(Path(path), bag, log, configuration, fit),
+        'settings': stated_settings(settings),
+        'command': command,
+    }
     fitted = _with_friction(nominal, fit, provenance)
-    return BagAnalysis(log, estimates, configuration, fit, fitted, inverse)
+    return BagAnalysis(log, estimates, configuration, fit, fitted, inverse, checks, output_error)
 
 
 def read_recorded_robot(
@@ -157,14 +205,26 @@ def read_recorded_robot(
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
+    nominal = read_nominal(bag, path, model, urdf)
+    robot = nominal.make_robot()
+    log = log.select(robot.names)
+    log.require_effort()
+    return RecordedRobot(bag, log, nominal, robot)
+
+
+def read_nominal(
+    bag: Bag, path: str | Path, model: str | Path | None, urdf: str | Path | None
+) -> RobotModelFile:
+    """
+    Return the robot in a bag, with its URDF; parameters as for :func:`analyse_bag`.
+
+    :raises ConfigurationError: if no model or URDF is known.
+    """
     nominal = _model_of(bag, path, model)
     document = _urdf_of(bag, urdf) or nominal.urdf
     if document is None:
         raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
-    robot = nominal.make_robot(document)
-    log = log.select(robot.names)
-    log.require_effort()
-    return RecordedRobot(bag, log, replace(nominal, urdf=document), robot)
+    return replace(nominal, urdf=document)
 
 
 def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:
@@ -188,29 +248,29 @@ def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
         raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
 
 
-def with_weak_form(
-    fit: FrictionFit, form: WeakForm, smoothing_velocity: Sequence[float]
-) -> tuple[FrictionFit, FloatArray]:
+def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, FloatArray]:
     """
     Return the fits with those of the weak form beside them, and its means of friction (N, n).
 
     A joint that it cannot fit keeps what it had, with the reason under ``unavailable``.
-
-    :param smoothing_velocity: v0 of each joint, 0 where it is not known [rad/s or m/s].
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    rows = {name: dict(its_rows) for name, its_rows in fit.rows.items()}
     unavailable = dict(fit.unavailable)
     names = form.robot.names
     tau_f = np.full((len(form.time), len(names)), np.nan)
     for i, name in enumerate(names):
-        if name not in joints:
+        if name not in rows:
             continue
-        segments = next(iter(joints[name].values())).segments
         try:
-            weak = form.fit(i, smoothing_velocity[i])
+            rows[name][WEAK_FORM] = form.rows(i)
+            weak = form.fit(i)
         except DataError as error:
             unavailable[name] = f'the weak form has no fit: {error}'
             continue
+        if name not in joints:
+            continue
+        segments = next(iter(joints[name].values())).segments
         tau_f[:, i] = weak.tau_f
         joints[name][WEAK_FORM] = JointFit(
             name,
@@ -222,7 +282,71 @@ def with_weak_form(
             weak.levels(segments),
             weak.inertia,
         )
-    return FrictionFit(joints, fit.alternatives, unavailable), tau_f
+    return FrictionFit(joints, fit.alternatives, unavailable, rows), tau_f
+
+
+def with_output_error(
+    fit: FrictionFit,
+    controlled: Mapping[str, ControlledJoint],
+    log: JointLog,
+    robot: Robot,
+    inverse: InverseFits | None,
+    smoothing_velocity: Mapping[str, float],
+    wanted: bool,
+    effort_hold: Sequence[str] | str = 'start',
+) -> tuple[FrictionFit, OutputErrorFits | None]:
+    """
+    Return the fits with those of output error beside them, and what simulation says of all.
+
+    With the recorded controller where there is one, else with the measured effort, window by
+    window. None where nothing was asked for.
+
+    :param wanted: whether to fit; else only the closed loop is simulated with what ``inverse``
+        found, where the controller is known.
+    """
+    checks = (
+        {}
+        if inverse is None
+        else closed_loop_checks(log, robot, controlled, inverse, smoothing_velocity)
+    )
+    if not wanted:
+        return fit, OutputErrorFits(closed_loop=checks) if checks else None
+    joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    found: dict[str, OutputErrorFit] = {}
+    modes: dict[str, str] = {}
+    unavailable: dict[str, str] = {}
+    for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
+        if name not in joints:
+            unavailable[name] = fit.unavailable.get(name, 'it has no fit to begin with')
+            continue
+        first = next(iter(joints[name].values()))
+        known = [one.fit.parameters for one in joints[name].values()]
+        start = first_guess(
+            robot, i, next((p for p in known if np.isfinite(p['coulomb'].value)), None)
+        )
+        width = smoothing_velocity[name]
+        try:
+            if name in controlled and is_alone(robot, log):
+                modes[name] = 'controller'
+                found[name] = fit_controlled(log, robot, name, controlled[name], start, width)
+            else:
+                modes[name] = 'measured_effort'
+                found[name] = fit_windows(log, robot, i, start, width, effort_hold)
+        except DataError as error:
+            unavailable[name] = str(error)
+            continue
+        joints[name][OUTPUT_ERROR] = JointFit(
+            name,
+            OUTPUT_ERROR,
+            OUTPUT_ERROR,
+            unit,
+            found[name].law_fit(unit),
+            first.segments,
+            np.full(len(first.segments), np.nan),
+            found[name].parameters.get('inertia'),
+        )
+    result = OutputErrorFits(found, modes, unavailable, checks)
+    return replace(fit, joints=joints), result
 
 
 def effort_holds(
@@ -256,8 +380,42 @@ def preferred_observer(fits: Iterable[str]) -> str | None:
     for name in PREFERRED:
         if name in known:
             return name
-    free = [name for name in known if not OBSERVERS[name].carries_law]
+    free = [name for name in known if name in OBSERVERS and not OBSERVERS[name].carries_law]
     return next(iter(free or known), None)
+
+
+def friction_of(
+    law: str, parameters: Mapping[str, Parameter], smoothing_velocity: float
+) -> FrictionParameters | None:
+    """
+    Return what a model holds of a fitted law: without Stribeck term where it is not a number.
+
+    None where what is left is no number either: a model must not be made of it.
+
+    :param smoothing_velocity: v0 of the sign; plateaus say nothing of it, 0 is the law as fitted.
+    """
+    plain = 'coulomb_viscous_asymmetric' if law.endswith('_asymmetric') else 'coulomb_viscous'
+    for name in (law, plain):
+        own = {key: parameters.get(key) for key in FRICTION_LAWS[name].parameter_names}
+        known = {key: p for key, p in own.items() if p is not None and np.isfinite(p.value)}
+        if len(known) == len(own):
+            return FrictionParameters(name, smoothing_velocity, known)
+    return None
+
+
+def unusable_reason(parameters: Mapping[str, Parameter]) -> str:
+    """Return why :func:`friction_of` has nothing, as part of a sentence."""
+    for name in ('coulomb', 'viscous', 'bias'):
+        p = parameters.get(name)
+        if p is not None and not np.isfinite(p.value):
+            reason = f'{name} is not identifiable' + (f': {p.reason}' if p.reason else '')
+            return f'{reason}; {p.experiment}' if p.experiment else reason
+    return 'its law has no numbers'
+
+
+def stated_settings(settings: FitSettings) -> dict[str, Any]:
+    """Return settings as plain values, for the provenance."""
+    return asdict(settings)
 
 
 def _with_friction(
@@ -271,10 +429,7 @@ def _with_friction(
             joints[name] = replace(joint, friction=None)
             continue
         law = fits[observer].fit
-        names = FRICTION_LAWS[law.law].parameter_names
-        parameters: dict[str, Parameter] = {key: law.parameters[key] for key in names}
-        # Plateaus say nothing of the sign's width: 0 is the law as fitted.
-        friction = FrictionParameters(law.law, law.smoothing_velocity, parameters)
+        friction = friction_of(law.law, law.parameters, law.smoothing_velocity)
         joints[name] = replace(joint, friction=friction)
     return RobotModelFile(nominal.name, joints, nominal.urdf, provenance)
 

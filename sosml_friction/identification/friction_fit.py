@@ -14,7 +14,9 @@ from scipy.signal import lfilter
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.law_fit import LawFit, fit_law
+from sosml_friction.identification.law_fit import LawFit
+from sosml_friction.identification.law_form import LawForm
+from sosml_friction.identification.law_rows import LawRows
 from sosml_friction.identification.segments import (
     Segment,
     SegmentSettings,
@@ -23,12 +25,14 @@ from sosml_friction.identification.segments import (
     segment_levels,
     unsure_sign,
 )
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.friction_laws import FRICTION_LAWS
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
 
 FloatArray = NDArray[np.float64]
-METHODS = ('auto', 'segments', 'samples', 'weak')
+METHODS = ('auto', 'segments', 'samples', 'weak', 'output_error')
 #: What stands for the observer in a fit that uses none.
 WEAK_FORM = 'weak_form'
 
@@ -36,6 +40,9 @@ WEAK_FORM = 'weak_form'
 REACH = 0.2
 #: Share of an unknown sign that may be left in a sample of the observer's output.
 _BLUR = 0.2
+#: Largest change of velocity within its own window, as a share of v_s, that leaves the knee sharp.
+_BLURRED = 0.25
+_KNEE = ('stribeck', 'stribeck_velocity')
 
 
 @dataclass(frozen=True)
@@ -49,16 +56,20 @@ class FitSettings:
       against the speed of the window's position difference;
     * ``samples``: every sample in motion, the law passed through the observer's own lag before it
       is compared, so that transients count without their lag counting as friction;
-    * ``auto``: ``segments`` where the plateaus reach down to a fifth of the top speed, else
-      ``samples``: a Coulomb level extrapolated from fast plateaus is not a measurement. Where
-      the method so chosen finds too little, the other;
-    * ``weak``: as ``auto``, and beside it the regression on position and effort of
-      :mod:`~sosml_friction.identification.weak_form`, without an observer.
+    * ``auto``: the regression on position and effort of
+      :mod:`~sosml_friction.identification.weak_form`, without an observer, which becomes the
+      model; beside it each observer by ``segments`` where the plateaus reach down to a fifth of
+      the top speed, else by ``samples``: a Coulomb level extrapolated from fast plateaus is not a
+      measurement. Where the method so chosen finds too little, the other;
+    * ``weak``: the same as ``auto``;
+    * ``output_error``: as ``auto``, and beside it forward simulation until the joint moves as it
+      was measured, by :mod:`~sosml_friction.identification.output_error_fits`.
 
     ``refit_inertia``: whether inertia is fitted too, by the weak form where it is asked for and by
     :mod:`~sosml_friction.identification.inverse_model` in any case.
 
-    ``segments.trim_s`` is lengthened to what the slowest observer needs to settle to 1 %.
+    ``form`` says which law, for every observer and the weak form. ``segments.trim_s`` is
+    lengthened to what the slowest observer needs to settle to 1 %.
     """
 
     method: str = 'auto'
@@ -66,6 +77,7 @@ class FitSettings:
     #: Samples closer than this are taken to share their noise [s].
     cluster_s: float = 0.5
     refit_inertia: bool = False
+    form: LawForm = field(default_factory=LawForm)
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -100,6 +112,9 @@ class JointFit:
             'parameters': {
                 name: parameter.to_dict() for name, parameter in self.fit.parameters.items()
             },
+            'derived': {name: each.to_dict() for name, each in self.fit.derived.items()},
+            'checks': [check.to_dict() for check in self.fit.checks],
+            'smoothing_velocity': self.fit.smoothing_velocity,
             'relative_error': self.fit.relative_error,
             'residual_std': self.fit.residual_std,
             'residual_unit': self.unit,
@@ -118,11 +133,14 @@ class FrictionFit:
 
     ``joints[joint][observer]`` is the fit to use; ``alternatives[joint][observer]`` the other
     method's, where it could be computed. ``unavailable[joint]`` says why a joint has none.
+    ``rows[joint][observer]`` is what the fit to use was made to, or would have been: several
+    recordings may know together what one does not.
     """
 
     joints: Mapping[str, Mapping[str, JointFit]]
     alternatives: Mapping[str, Mapping[str, JointFit]]
     unavailable: Mapping[str, str]
+    rows: Mapping[str, Mapping[str, LawRows]] = field(default_factory=dict)
 
 
 def fit_friction(
@@ -131,6 +149,8 @@ def fit_friction(
     robot: Robot,
     observers: Mapping[str, Observer],
     settings: FitSettings | None = None,
+    require: bool = True,
+    alternatives: bool = True,
 ) -> FrictionFit:
     """
     Fit every joint and observer.
@@ -138,6 +158,8 @@ def fit_friction(
     :param log: the recording; its joints include the robot's.
     :param estimates: tau_f per observer (N, n) in the robot's joint order, on the log's stamps.
     :param observers: the observers that made them, for their lag.
+    :param require: whether to refuse a recording of which no joint can be fitted alone.
+    :param alternatives: whether to make the other method's fit where the first one's succeeds.
     :raises DataError: if no joint can be fitted; the sentence names each reason.
     """
     settings = settings or FitSettings()
@@ -148,28 +170,34 @@ def fit_friction(
             'motion'
         )
     joints: dict[str, dict[str, JointFit]] = {}
-    alternatives: dict[str, dict[str, JointFit]] = {}
+    others: dict[str, dict[str, JointFit]] = {}
     unavailable: dict[str, str] = {}
+    rows: dict[str, dict[str, LawRows]] = {}
     for i, name in enumerate(robot.names):
         if not np.isfinite(log.tau[:, i]).any():
             unavailable[name] = 'its actuator reports no effort'
             continue
         task = _JointTask(log, i, robot, list(observers.values()), settings)
         for observer, tau_f in estimates.items():
+            lag_of = observers[observer]
             try:
-                chosen, other = task.fit(observer, tau_f[:, i], observers[observer])
+                chosen, other = task.fit(observer, tau_f[:, i], lag_of, alternatives)
             except DataError as error:
                 unavailable[name] = str(error)
+                found = task.best_rows(tau_f[:, i], lag_of)
+                if found is not None:
+                    rows.setdefault(name, {})[observer] = found
                 continue
+            rows.setdefault(name, {})[observer] = task.rows(chosen.method, tau_f[:, i], lag_of)
             joints.setdefault(name, {})[observer] = chosen
             if other is not None:
-                alternatives.setdefault(name, {})[observer] = other
+                others.setdefault(name, {})[observer] = other
         if name in joints:
             unavailable.pop(name, None)
-    if not joints:
+    if require and not joints:
         reasons = '; '.join(f'{name}: {reason}' for name, reason in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
-    return FrictionFit(joints, alternatives, unavailable)
+    return FrictionFit(joints, others, unavailable, rows)
 
 
 class _JointTask:
@@ -200,38 +228,119 @@ class _JointTask:
         return int(np.ceil(np.log(rest) / np.log(slowest))) if 0.0 < slowest < 1.0 else 0
 
     def fit(
-        self, observer: str, tau_f: FloatArray, lag_of: Observer
+        self, observer: str, tau_f: FloatArray, lag_of: Observer, both: bool = True
     ) -> tuple[JointFit, JointFit | None]:
-        order = ('segments', 'samples')
-        if self.settings.method == 'samples' or (
-            self.settings.method in ('auto', 'weak') and not self._reaches_down()
-        ):
-            order = ('samples', 'segments')
+        order = self._order()
         fits = []
         for method in order:
             try:
                 fits.append(self._fit_by(method, observer, tau_f, lag_of))
             except DataError:
-                chooses = self.settings.method in ('auto', 'weak')
+                chooses = self.settings.method not in ('segments', 'samples')
                 if not fits and (method == order[1] or not chooses):
                     raise
+            if fits and not both:
+                break
         return fits[0], fits[1] if len(fits) > 1 else None
+
+    def _order(self) -> tuple[str, str]:
+        """Return the two methods, the one to use first."""
+        if self.settings.method == 'samples' or (
+            self.settings.method not in ('segments', 'samples') and not self._reaches_down()
+        ):
+            return 'samples', 'segments'
+        return 'segments', 'samples'
+
+    def best_rows(self, tau_f: FloatArray, lag_of: Observer) -> LawRows | None:
+        """Return the rows of the first method that has any, though they do not make a fit."""
+        for method in self._order():
+            try:
+                rows = self.rows(method, tau_f, lag_of)
+            except DataError:
+                continue
+            if (rows.keep & np.isfinite(rows.y)).any():
+                return rows
+        return None
 
     def _reaches_down(self) -> bool:
         speeds = [abs(segment.velocity) for segment in self.segments if not segment.rejected]
         return bool(speeds) and min(speeds) <= REACH * max(speeds)
 
     def _fit_by(self, method: str, observer: str, tau_f: FloatArray, lag_of: Observer) -> JointFit:
-        levels = segment_levels(self.segments, tau_f)
-        if method == 'segments':
-            used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
-            v = np.array([segment.velocity for segment in self.segments])
-            fit = fit_law(v, levels, np.arange(len(v)), self.unit, keep=used)
-        else:
-            fit = self._fit_samples(tau_f, lag_of)
+        levels = self._levels(tau_f, lag_of)
+        fit = self.rows(method, tau_f, lag_of).fit(self.unit)
+        if method == 'samples':
+            fit = self._without_blurred_knee(fit)
         return JointFit(self.name, observer, method, self.unit, fit, self.segments, levels)
 
-    def _fit_samples(self, tau_f: FloatArray, lag_of: Observer) -> LawFit:
+    def _without_blurred_knee(self, fit: LawFit) -> LawFit:
+        """
+        Return the fit, its S and v_s as ranges where the velocity is too coarse to tell them.
+
+        The velocity of a sample is a mean over ``window_s``. Where it changes by more than a
+        quarter of v_s within that, at most of the samples near the knee, the knee that is seen is
+        a blur.
+        """
+        if 'stribeck' not in fit.law:
+            return fit
+        v_s = fit.parameters['stribeck_velocity']
+        window = 2 * self.half * self.step
+        change = np.abs(centred_difference(self.time, self.v, self.half)) * window
+        near = np.isfinite(change) & (np.abs(self.v) < 3.0 * v_s.value)
+        near &= np.abs(self.v) > self.settings.segments.zero_band
+        typical = float(np.median(change[near])) if near.any() else np.inf
+        if typical <= _BLURRED * v_s.value:
+            return fit
+        speed = unit_of('velocity', self.unit)
+        reason = (
+            f'near the knee the velocity changes by {typical:.2g} {speed} within the '
+            f'{window:.2g} s over which it is measured'
+        )
+        experiment = (
+            f'record T3, a slow ladder with plateaus from {v_s.value / 3.0:.1g} {speed}, or use '
+            'the weak form'
+        )
+        parameters = dict(fit.parameters)
+        for name in ('stribeck', 'stribeck_velocity'):
+            parameters[name] = Parameter(
+                np.nan,
+                parameters[name].unit,
+                interval=(0.0, np.inf),
+                flags=(NOT_IDENTIFIABLE,),
+                reason=reason,
+                experiment=experiment,
+            )
+        law = self.settings.form.identifier(False)
+        names = FRICTION_LAWS[law].parameter_names
+        kept = {n: x for n, x in parameters.items() if n in names or n in _KNEE}
+        return replace(fit, law=law, parameters=kept)
+
+    def _levels(self, tau_f: FloatArray, lag_of: Observer) -> FloatArray:
+        """Return the levels of the segments, without what an observer says that just started."""
+        index = np.arange(len(tau_f))
+        since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
+        settling = since <= self._memory(lag_of, 0.01)
+        return segment_levels(self.segments, np.where(settling, np.nan, tau_f))
+
+    def rows(self, method: str, tau_f: FloatArray, lag_of: Observer) -> LawRows:
+        """
+        Return what the fit of ``method``, ``segments`` or ``samples``, is made to.
+
+        :raises DataError: if the observer gave no estimate.
+        """
+        if method == 'segments':
+            used = np.array([not segment.rejected for segment in self.segments], dtype=bool)
+            v = np.array([segment.velocity for segment in self.segments], dtype=float)
+            levels = self._levels(tau_f, lag_of)
+            return LawRows(
+                v,
+                levels,
+                np.arange(len(v)),
+                used,
+                v,
+                lambda column: column,
+                form=self.settings.form,
+            )
         unknown = ~np.isfinite(tau_f) | ~np.isfinite(self.v)
         if unknown.all():
             raise DataError(
@@ -249,14 +358,11 @@ class _JointTask:
         passed_on = np.abs(lfilter(b, a, unsure_sign(v, zero_band, self.half).astype(float)))
         moving = (np.abs(v) > zero_band) & (passed_on < _BLUR)
         clusters = (self.time / self.settings.cluster_s).astype(np.int64)
-        return fit_law(
-            self.v,
-            tau_f,
-            clusters,
-            self.unit,
+
+        def lag(column: FloatArray) -> FloatArray:
             # The disturbance of a step is the mean over its interval, not its value at the end.
-            lag=lambda column: lfilter(
-                b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))
-            ),
-            keep=settled & moving,
+            return lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1])))
+
+        return LawRows(
+            self.v, tau_f, clusters, settled & moving, self.v, lag, form=self.settings.form
         )

@@ -14,9 +14,9 @@ from scipy.optimize import least_squares
 from scipy.stats import t as t_distribution
 
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.law_fit import jackknife_errors
+from sosml_friction.identification.law_fit import LawFit, jackknife_errors
 from sosml_friction.model.friction_law import unit_of
-from sosml_friction.model.parameter import AT_BOUND, Parameter
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 
 FloatArray = NDArray[np.float64]
 
@@ -66,13 +66,51 @@ class OutputErrorFit:
     """
     Hold the fit of one joint.
 
-    ``position_error`` and ``effort_error`` [%] are 100 |simulated - measured| / |measured|.
+    ``position_error`` and ``effort_error`` [%] are 100 |simulated - measured| / |measured|; effort
+    that drives the simulation has none, NaN. ``residual_std`` [rad or m] is of the position, over
+    ``samples`` in ``clusters`` independent pieces; ``smoothing_velocity`` is what was simulated.
     """
 
     parameters: Mapping[str, Parameter]
     position_error: float
     effort_error: float
     simulated: Simulated
+    residual_std: float
+    samples: int
+    clusters: int
+    smoothing_velocity: float
+
+    def law_fit(self, effort_unit: str) -> LawFit:
+        """
+        Return friction as other fits hold it, without inertia.
+
+        ``relative_error`` is of the position [%]; the residual is one of position, so that
+        ``residual_std`` [Nm or N] is not known.
+        """
+        names = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
+        S = self.parameters.get('stribeck')
+        law = 'stribeck' if S is not None and np.isfinite(S.value) else 'coulomb_viscous'
+        parameters = {
+            name: self.parameters.get(
+                name,
+                Parameter(
+                    np.nan,
+                    unit_of(name, effort_unit),
+                    flags=(NOT_IDENTIFIABLE,),
+                    reason='the simulation has Coulomb and viscous friction only',
+                ),
+            )
+            for name in names
+        }
+        return LawFit(
+            law,
+            parameters,
+            np.nan,
+            self.position_error,
+            self.samples,
+            self.clusters,
+            self.smoothing_velocity,
+        )
 
 
 def simulate_closed_loop(
@@ -198,7 +236,16 @@ def fit_output_error(
         interval = (float(value - half), float(value + half)) if known else None
         flags = () if known else (AT_BOUND,)
         parameters[name] = Parameter(float(value), unit, float(error), interval, flags)
-    return OutputErrorFit(parameters, _percent(run.q, q), _percent(run.effort, effort), run)
+    return OutputErrorFit(
+        parameters,
+        _percent(run.q, q),
+        _percent(run.effort, effort),
+        run,
+        float(np.std(run.q - q)),
+        len(q),
+        int(groups.max()) + 1,
+        smoothing_velocity,
+    )
 
 
 def _groups(time: FloatArray, cluster_s: float) -> NDArray[np.int64]:

@@ -33,7 +33,9 @@ class SegmentSettings:
     the resolution of position asks for it), changes by less than ``relative_change`` of itself per
     second beyond what resolution and noise of position can make, and is above ``zero_band``
     [rad/s or m/s]. A run of steady samples is cut by ``trim_s`` at its beginning, where the
-    observer still settles, and by ``window_s`` at its end; it is used if ``minimum_s`` is left and
+    observer still settles (``short_trim`` times that where the joint moves in one direction for
+    less than ``short_s``: it begins with a reversal, which an observer takes longest to settle
+    after), and by ``window_s`` at its end; it is used if ``minimum_s`` is left and
     the speeds of its three thirds differ by less than ``total_change`` of the whole's.
 
     Two more reasons reject a window, because friction is bent near standstill and a mean over a
@@ -46,6 +48,8 @@ class SegmentSettings:
     relative_change: float = 0.5
     zero_band: float = 1e-3
     trim_s: float = 0.15
+    short_s: float = 1.0
+    short_trim: float = 1.5
     minimum_s: float = 0.15
     total_change: float = 0.2
     largest_ripple: float = 0.08
@@ -118,13 +122,28 @@ def find_segments(time: FloatArray, q: FloatArray, settings: SegmentSettings) ->
     steady[1:] &= (np.diff(time) <= settings.window_s) & (np.diff(time) > 0.0)
     breaks = np.flatnonzero((np.diff(steady.astype(int)) != 0) | (np.diff(way) != 0)) + 1
     segments = []
+    speed = centred_difference(time, q, half)
+    direction = np.sign(np.where(np.abs(speed) > settings.zero_band, speed, 0.0))
     for run in np.split(np.arange(len(time)), breaks):
         if steady[run[0]] and time[run[-1]] - time[run[0]] >= settings.window_s:
-            segments.append(_trimmed(time, q, run, settings, quantum + 4.0 * noise))
-    speed = centred_difference(time, q, half)
+            way_s = _half_cycle(time, direction, int(run[len(run) // 2]))
+            longer = settings.short_trim if way_s < settings.short_s else 1.0
+            trim = longer * settings.trim_s
+            segments.append(
+                _trimmed(time, q, run, replace(settings, trim_s=trim), quantum + 4.0 * noise)
+            )
     error = np.hypot(quantum / np.sqrt(6.0), np.sqrt(2.0) * noise) / (2 * half * step)
     segments = [_without_ripple(segment, speed, error, settings) for segment in segments]
     return _without_creep(segments, settings)
+
+
+def _half_cycle(time: FloatArray, direction: FloatArray, k: int) -> float:
+    """Return for how long the joint moves in the direction that it has at sample k [s]."""
+    other = np.flatnonzero(direction == -direction[k])
+    before, after = other[other < k], other[other > k]
+    begin = time[before[-1]] if len(before) else -np.inf
+    end = time[after[0]] if len(after) else np.inf
+    return float(end - begin)
 
 
 def _trimmed(

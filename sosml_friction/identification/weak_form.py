@@ -4,26 +4,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.sparse import csr_array
-from scipy.stats import t as t_distribution
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.law_fit import LawFit, fit_law, jackknife_errors
+from sosml_friction.identification.law_fit import LawFit
+from sosml_friction.identification.law_form import LawForm
+from sosml_friction.identification.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.observers.first_order import FirstOrder
 from sosml_friction.observers.friction_estimator import FrictionEstimator, Stretch
-from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
@@ -34,9 +33,13 @@ _PIECES = 4
 _FEWEST_SAMPLES = 20
 #: Degree of the polynomial whose slope is the velocity.
 _DEGREE = 3
-#: Largest share of standstill in a test function.
-_REST = 0.5
-_LEVEL = 0.95
+#: Speeds below so many standard deviations of their noise are standstill; faster than the
+#: other, noise does not bend the law.
+_NOISES, _STRAIGHT = 5.0, 40.0
+#: Largest share of the slowest speed that is left out as standstill.
+_STANDSTILL = 0.8
+#: Third differences so many times as large as nine tenths of them are errors.
+_GROSS = 3.0
 
 
 @dataclass(frozen=True)
@@ -51,11 +54,12 @@ class WeakSettings:
     law's sign is not smooth. ``refit_inertia``: whether the joint's inertia is fitted too.
     """
 
-    support_s: float = 0.2
+    support_s: float = 0.1
     window_s: float = 0.12
     cluster_s: float = 1.0
     zero_band: float = 1e-3
     refit_inertia: bool = False
+    form: LawForm = field(default_factory=LawForm)
 
     def __post_init__(self) -> None:
         for name in ('support_s', 'window_s', 'cluster_s', 'zero_band'):
@@ -135,7 +139,7 @@ class WeakForm:
         # A cubic needs more than four samples.
         self._half = max(2, round(0.5 * self.settings.window_s / self._step))
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
-        self._v_noise = [float(gain) * signal_noise(q)[1] for q in log.q.T]
+        self._v_noise = [float(gain) * _position_noise(q) for q in log.q.T]
         log = replace(log, v=self._velocity(log, maximum_gap_s))
         # The estimator makes the intervals; the observer it asks for is not run.
         unused = FirstOrder({'cutoff': [1.0] * robot.n})
@@ -167,14 +171,38 @@ class WeakForm:
                 v[run] = rise / span[:, None]
         return v
 
-    def fit(self, i: int, smoothing_velocity: float = 0.0) -> WeakFit:
+    def fit(self, i: int, smoothing_velocity: float | None = None) -> WeakFit:
         """
         Fit the law to joint ``i``; see :func:`~sosml_friction.identification.law_fit.fit_law`.
 
-        :param smoothing_velocity: v0 of the law's sign, known [rad/s or m/s]: then reversals take
-            part. With 0 test functions across a reversal or standstill do not: on which side of
-            it a sample is, is not known.
+        A test function takes part if it touches no speed below v0, ``zero_band`` and five times
+        the noise of velocity, and no reversal: there the sign is so steep that noise and
+        smoothing of velocity make of it what friction is not.
+
+        :param smoothing_velocity: v0 of the law's sign, known [rad/s or m/s], 0 for the sign
+            itself; None where it is to be found.
         :raises DataError: if the recording is too short, or has no effort or no motion to fit.
+        """
+        rows = self.rows(i, smoothing_velocity)
+        means = rows.y
+        if rows.extra is not None:
+            means = means - rows.extra[:, 0]
+        pieces = [piece for piece in self._pieces if piece.count]
+        middle = np.concatenate([piece.middle for piece in pieces])
+        tau_f = np.full(len(self.time), np.nan)
+        for piece in pieces:
+            inside = piece.covers(self.time)
+            tau_f[inside] = np.interp(self.time[inside], piece.middle, piece.friction(i))
+        fit = rows.fit(self.robot.effort_units[i])
+        inertia = self._inertia(fit.extra[0]) if fit.extra else None
+        return WeakFit(fit, inertia, middle, means, self._support, tau_f)
+
+    def rows(self, i: int, smoothing_velocity: float | None = None) -> LawRows:
+        """
+        Return the regression of joint ``i``; parameters and errors as for :meth:`fit`.
+
+        Its velocities are those of the recording, and of the slow ones again less and more a
+        standard deviation of their noise times sqrt(3), from which ``lag`` makes unbiased means.
         """
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
@@ -193,35 +221,51 @@ class WeakForm:
             parts = np.split(column, ends)
             return np.concatenate([p.tests @ c for p, c in zip(pieces, parts, strict=True)])
 
-        if smoothing_velocity > 0.0:
-            keep = means((np.abs(v) < smoothing_velocity).astype(float)) < _REST
-        else:
-            still = np.abs(v) <= self.settings.zero_band
-            unsure = [
-                unsure_sign(x, self.settings.zero_band, self._half) for x in np.split(v, ends)
-            ]
-            keep = means((still | np.concatenate(unsure)).astype(float)) == 0.0
-        tau_f = np.full(len(self.time), np.nan)
-        for piece in pieces:
-            inside = piece.covers(self.time)
-            tau_f[inside] = np.interp(self.time[inside], piece.middle, piece.friction(i))
-        measured = (middle, y, self._support, tau_f)
-        clusters = (middle / self.settings.cluster_s).astype(np.int64)
-        unit = self.robot.effort_units[i]
+        extra = None
+        if self.settings.refit_inertia:
+            extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
+            y = y + extra[:, 0]
         # The mean of f(v + noise) is f + variance f'' / 2: the second difference takes that off.
+        # Faster than this the law is next to straight over the noise.
         off = np.sqrt(3.0) * self._v_noise[i]
-        around = np.concatenate([v - off, v, v + off])
+        slow = np.flatnonzero(np.abs(v) < _STRAIGHT * self._v_noise[i])
+        around = np.concatenate([v, v[slow] - off, v[slow] + off])
 
         def unbiased(column: FloatArray) -> FloatArray:
-            below, at, above = np.split(column, 3)
-            return means(at + (2.0 * at - below - above) / 6.0)
+            at = column[: len(v)].copy()
+            below, above = np.split(column[len(v) :], 2)
+            at[slow] += (2.0 * at[slow] - below - above) / 6.0
+            return means(at)
 
-        regression = _Regression(around, clusters, unit, unbiased, keep & np.isfinite(y))
-        if not self.settings.refit_inertia:
-            return WeakFit(regression.fit(y, smoothing_velocity), None, *measured)
-        inertial = np.concatenate([piece.inertial(i) for piece in pieces])
-        fit, factor = regression.fit_with(y + inertial, inertial, smoothing_velocity)
-        return WeakFit(fit, self._inertia(factor), *measured)
+        def beyond(zero_band: float) -> LawRows:
+            still = np.abs(v) <= zero_band
+            unsure = [unsure_sign(x, zero_band, self._half) for x in np.split(v, ends)]
+            keep = means((still | np.concatenate(unsure)).astype(float)) == 0.0
+            known = keep & np.isfinite(y)
+            if extra is not None and not float(np.sum(extra[known] ** 2)) > 0.0:
+                raise DataError('the joint did not accelerate: its inertia cannot be fitted')
+            return LawRows(
+                around,
+                y,
+                (middle / self.settings.cluster_s).astype(np.int64),
+                known,
+                means(v),
+                unbiased,
+                smoothing_velocity or 0.0,
+                smoothing_velocity is None,
+                self.settings.form,
+                extra,
+            )
+
+        zero_band = max(self.settings.zero_band, _NOISES * self._v_noise[i])
+        v0 = smoothing_velocity
+        if v0 is None:
+            first = beyond(zero_band)
+            # What is slow enough to be called standstill is not the slowest that was recorded.
+            speeds = np.abs(first.mean_v[first.keep])
+            slowest = float(np.quantile(speeds, 0.02)) if len(speeds) else 0.0
+            v0 = min(first.smoothing(), _STANDSTILL * slowest)
+        return beyond(max(zero_band, v0))
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:
@@ -280,6 +324,23 @@ class _Piece:
         return (time >= self.middle[0]) & (time <= self.middle[-1])
 
 
+def _position_noise(q: FloatArray) -> float:
+    """
+    Return the standard deviation of the white noise of a position, rounding included.
+
+    From its third difference, without gross errors. A median would be a multiple of what a
+    rounded position can be.
+    """
+    difference = np.diff(q, 3)
+    difference = difference[np.isfinite(difference)]
+    if not len(difference):
+        return 0.0
+    size = np.abs(difference)
+    size = size[size <= _GROSS * np.quantile(size, 0.9)]
+    # The sum of the squares of 1, 3, 3, 1.
+    return float(np.sqrt(np.mean(size**2) / 20.0))
+
+
 def _tests(
     starts: FloatArray, support: float, middle: FloatArray, h: FloatArray
 ) -> tuple[csr_array, csr_array]:
@@ -308,78 +369,3 @@ def _tests(
         csr_array((np.concatenate(weights), index, bounds), shape=shape),
         csr_array((np.concatenate(slopes), index, bounds), shape=shape),
     )
-
-
-class _Regression:
-    """Fit the law to means, alone or with another column."""
-
-    def __init__(
-        self,
-        v: FloatArray,
-        clusters: NDArray[np.int64],
-        unit: str,
-        means: Callable[[FloatArray], FloatArray],
-        keep: NDArray[np.bool_],
-    ) -> None:
-        self.v, self.clusters, self.unit, self.means, self.keep = v, clusters, unit, means, keep
-
-    def fit(
-        self,
-        y: FloatArray,
-        smoothing_velocity: float,
-        project: Callable[[FloatArray], FloatArray] = lambda column: column,
-    ) -> LawFit:
-        return fit_law(
-            self.v,
-            project(y),
-            self.clusters,
-            self.unit,
-            lag=lambda column: project(self.means(column)),
-            keep=self.keep,
-            smoothing_velocity=smoothing_velocity,
-            mean_v=self.means(self.v),
-        )
-
-    def fit_with(
-        self, y: FloatArray, extra: FloatArray, smoothing_velocity: float
-    ) -> tuple[LawFit, Parameter]:
-        """Return the law and the factor of ``extra`` (K,), fitted together."""
-        z = np.where(self.keep, extra, 0.0)
-        size = float(z @ z)
-        if not size > 0.0:
-            raise DataError('the joint did not accelerate: its inertia cannot be fitted')
-
-        # Frisch-Waugh: what is left of y and of all columns beside z gives the same friction.
-        def project(column: FloatArray) -> FloatArray:
-            column = np.where(self.keep, column, 0.0)
-            return np.array(column - z * (z @ column) / size)
-
-        fit = self.fit(y, smoothing_velocity, project)
-        v, parameters = self.v, fit.parameters
-        sign = smooth_sign(v, smoothing_velocity)
-        shapes = [sign, v, np.ones_like(v)]
-        values = [parameters[name].value for name in ('coulomb', 'viscous', 'bias')]
-        if fit.law == 'stribeck':
-            v_s, S = parameters['stribeck_velocity'].value, parameters['stribeck'].value
-            fade = sign * np.exp(-np.abs(v) / v_s)
-            shapes += [fade, fade * np.abs(v) * S / v_s**2]
-            values += [S, 0.0]
-        X = np.column_stack([self.means(shape) for shape in shapes])[self.keep]
-        rest = y[self.keep] - X @ np.array(values)
-        z = z[self.keep]
-        factor = float(z @ rest) / size
-        X = np.column_stack([X, z])
-        norms = np.linalg.norm(X, axis=0)
-        _, groups = np.unique(self.clusters[self.keep], return_inverse=True)
-        errors = jackknife_errors(X / norms, rest - factor * z, groups) / norms
-        error = float(errors[-1])
-        freedom = max(fit.clusters - X.shape[1], 1)
-        half = error * float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom))
-        known = factor - half > 0.0
-        return fit, Parameter(
-            factor if known else np.nan,
-            '1',
-            error if known else np.nan,
-            (max(factor - half, 0.0), max(factor + half, 0.0)),
-            () if known else (NOT_IDENTIFIABLE,),
-        )

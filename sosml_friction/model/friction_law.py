@@ -59,7 +59,7 @@ def unit_of(name: str, effort_unit: str) -> str:
     :param effort_unit: ``Nm`` for a revolute joint, ``N`` for a prismatic one.
     """
     length = 'rad' if effort_unit == 'Nm' else 'm'
-    if name == 'viscous':
+    if name.startswith('viscous'):
         return f'{effort_unit} s/{length}'
     if name.endswith('velocity'):
         return f'{length}/s'

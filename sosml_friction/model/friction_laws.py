@@ -8,11 +8,23 @@ from collections.abc import Mapping
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.coulomb_viscous import CoulombViscous
+from sosml_friction.model.coulomb_viscous_asymmetric import CoulombViscousAsymmetric
 from sosml_friction.model.friction_law import FrictionLaw
 from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.stribeck_asymmetric import StribeckAsymmetric
+from sosml_friction.model.stribeck_gaussian import StribeckGaussian
+from sosml_friction.model.stribeck_gaussian_asymmetric import StribeckGaussianAsymmetric
 
 FRICTION_LAWS: dict[str, type[FrictionLaw]] = {
-    law.identifier: law for law in (CoulombViscous, Stribeck)
+    law.identifier: law
+    for law in (
+        CoulombViscous,
+        Stribeck,
+        StribeckGaussian,
+        CoulombViscousAsymmetric,
+        StribeckAsymmetric,
+        StribeckGaussianAsymmetric,
+    )
 }
 
 

@@ -20,7 +20,10 @@ class Parameter:
     Hold one parameter of a model.
 
     ``std_error`` is NaN where it is not known; ``interval`` is the 95 % confidence interval, given
-    where it is not value +- t * std_error; ``flags`` say why the value must not be used blindly.
+    where it is not value +- t * std_error, its ends infinite where it is open; ``flags`` say that
+    the value must not be used blindly, ``reason`` why, and ``experiment`` what to record to mend
+    it, both as parts of a sentence without its full stop, empty where there is nothing to say. A
+    parameter that is not identifiable has the value NaN: it is a range, never a number.
     """
 
     value: float
@@ -28,6 +31,8 @@ class Parameter:
     std_error: float = math.nan
     interval: tuple[float, float] | None = None
     flags: tuple[str, ...] = ()
+    reason: str = ''
+    experiment: str = ''
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings, unknown as None, ready for YAML or JSON."""
@@ -39,6 +44,9 @@ class Parameter:
         }
         if self.interval is not None:
             result['interval'] = [_finite(bound) for bound in self.interval]
+        for name in ('reason', 'experiment'):
+            if getattr(self, name):
+                result[name] = getattr(self, name)
         return result
 
     @classmethod
@@ -61,6 +69,8 @@ class Parameter:
                 if interval is None
                 else (_number(interval[0]), _number(interval[1])),
                 flags=tuple(flags),
+                reason=str(data.get('reason', '')),
+                experiment=str(data.get('experiment', '')),
             )
         except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
             raise ConfigurationError(

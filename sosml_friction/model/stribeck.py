@@ -17,13 +17,14 @@ from sosml_friction.model.smooth_sign import smooth_sign
 
 class Stribeck(FrictionLaw):
     """
-    tau_f = s(v) (C + S exp(-|v| / v_s)) + B v + bias.
+    tau_f = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias.
 
     S = ``stribeck`` adds to C near standstill (breakaway C + S), v_s = ``stribeck_velocity`` > 0;
     the exponent alpha of equation (10) is 1: plateau data cannot separate it from S and v_s.
     """
 
     identifier: ClassVar[str] = 'stribeck'
+    alpha: ClassVar[float] = 1.0
     parameter_names: ClassVar[tuple[str, ...]] = (
         'coulomb',
         'viscous',
@@ -43,5 +44,6 @@ class Stribeck(FrictionLaw):
         """Return tau_f at velocity ``v``."""
         v = np.asarray(v, dtype=float)
         p = self.parameters
-        level = p['coulomb'] + p['stribeck'] * np.exp(-np.abs(v) / p['stribeck_velocity'])
+        fade = np.exp(-((np.abs(v) / p['stribeck_velocity']) ** self.alpha))
+        level = p['coulomb'] + p['stribeck'] * fade
         return level * smooth_sign(v, self.smoothing_velocity) + p['viscous'] * v + p['bias']

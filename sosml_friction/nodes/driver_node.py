@@ -36,6 +36,7 @@ from sosml_friction.exceptions import (
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
@@ -515,9 +516,19 @@ def make_driver_node() -> DriverNode:
     return node
 
 
+HELP = NodeHelp(
+    'driver_node',
+    'Drives the joints over CAN and publishes what they do: joint_states (rad, rad/s, Nm), '
+    'joint_temperatures, robot_description. No motor gets torque before ~/enable; ~/stop ends it. '
+    'A lifecycle node that configures and activates itself unless it is told not to.',
+    '--ros-args --params-file config/exoskeleton.yaml',
+    PARAMETERS,
+)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node as a program; return its exit code."""
-    return run_node(make_driver_node, args)
+    return run_node(make_driver_node, args, HELP)
 
 
 if __name__ == '__main__':

@@ -29,6 +29,7 @@ from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status
 from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.run import run_node
@@ -233,9 +234,18 @@ def make_emulator_node() -> EmulatorNode:
     return EmulatorNode()
 
 
+HELP = NodeHelp(
+    'emulator_node',
+    'Answers CAN frames as the actuators of the exoskeleton would, over a simulated arm with '
+    'friction: for trying the driver without hardware.',
+    '--ros-args --params-file config/exoskeleton.yaml',
+    PARAMETERS,
+)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node as a program; return its exit code."""
-    return run_node(make_emulator_node, args)
+    return run_node(make_emulator_node, args, HELP)
 
 
 if __name__ == '__main__':

@@ -5,18 +5,21 @@ identifier_node: run a trajectory, record it, fit friction when it ends.
 
 A run goes through the phases ``starting`` (the observers are reset and the recording begins at
 their first sample, so that a replay of the bag gives the same estimates), ``moving``, ``fitting``
-(in a thread: messages are still taken), ``done`` or ``failed``. Its folder holds the bag, the
-model folder with ``report.html`` and ``fit.json``, and ``parameters.yaml``, which gives that model
-to any node with ``--params-file``.
+(in a thread: messages are still taken), ``done`` or ``failed``; ``/diagnostics`` has the phase,
+how far the motion is and what the fit is at. Its folder holds the bag, the model folder with
+``report.html`` and ``fit.json``, as ``sosml fit`` writes them, and ``parameters.yaml``, which
+gives that model to any node with ``--params-file``. The bag says in its tags (rosbag2's custom
+data) which trajectory it is: ``trajectory`` by name, ``trajectory_label`` (T1, T2, T3) and
+``trajectory_options`` as JSON.
 """
 
 from __future__ import annotations
 
+import json
 import struct
 import sys
-import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from functools import partial
@@ -24,7 +27,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
@@ -40,7 +42,7 @@ from sosml_friction.exceptions import (
     ConfigurationError,
     SosmlFrictionError,
 )
-from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
 from sosml_friction.identification.motion import check_limits
 from sosml_friction.identification.trajectories import (
@@ -54,12 +56,13 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.trajectory import Trajectory
 from sosml_friction.nodes.diagnostics import ERROR, OK, make_array, make_status
+from sosml_friction.nodes.fit_job import FitJob
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
 from sosml_friction.observers.configuration import parse_configuration
-from sosml_friction.report.results import write_results
 from sosml_friction.share import share_directory
 
 #: Options of the first trajectory have no prefix.
@@ -202,8 +205,8 @@ class IdentifierNode(ProgramNode):
         self._last_state_at = 0.0
         self._run: _Run | None = None
         self._phase_since = time.monotonic()
-        self._worker: threading.Thread | None = None
-        self._outcome: BagAnalysis | Exception | None = None
+        self._job: FitJob | None = None
+        self._states = 0
         self._trajectory_output = self.create_publisher(JointTrajectory, 'joint_trajectory', 10)
         self._result_output = self.create_publisher(String, 'friction_parameters', LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -226,14 +229,15 @@ class IdentifierNode(ProgramNode):
         self.create_timer(0.5, self._diagnose, clock=steady)
 
     def destroy_node(self) -> None:
-        """Stop a moving robot, close the bag, wait for a running fit, destroy the node."""
+        """Stop a moving robot, close the bag, give up a running fit, destroy the node."""
         if self._phase == 'moving':
             self._call_stop()
             time.sleep(0.2)  # for the request to leave before the context closes
         if self._run is not None:
             self._run.recorder.close()
-        if self._worker is not None:
-            self._worker.join()
+        if self._job is not None:
+            self._job.give_up()
+            self._job.join()
         super().destroy_node()
 
     # Messages -----------------------------------------------------------------------------------
@@ -277,6 +281,7 @@ class IdentifierNode(ProgramNode):
             if not all(name in data for name in self._encoded_names):
                 return
             self._last_state, self._last_state_at = data, time.monotonic()
+            self._states += 1
         run = self._run
         if run is None:
             return
@@ -324,16 +329,17 @@ class IdentifierNode(ProgramNode):
                 f'{self._p["observer_node"]} does not answer: start it, or name it in parameter '
                 'observer_node'
             )
-        trajectory = self._plan(self._robot, deserialize(self._last_state, _JOINT_STATE))
+        state = deserialize(self._last_state, _JOINT_STATE)
+        trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
         folder = Path(self._p['output']) / name
-        run = self._run = _Run(folder, trajectory, self._open_bag(folder / 'bag'))
+        run = self._run = _Run(folder, trajectory, self._open_bag(folder / 'bag', tags))
         self._enter('starting', 'waiting for the observers to start afresh')
         self._reset_client.call_async(Trigger.Request())
         return run
 
-    def _open_bag(self, folder: Path) -> BagRecorder:
-        recorder = BagRecorder(folder)
+    def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
+        recorder = BagRecorder(folder, tags)
         kinds = {
             'joint_states': _JOINT_STATE,
             'joint_temperatures': 'sensor_msgs/msg/Temperature',
@@ -353,7 +359,8 @@ class IdentifierNode(ProgramNode):
             recorder.write(self.resolve_topic_name(topic), data, now_ns)
         return recorder
 
-    def _plan(self, robot: Robot, state: JointState) -> Trajectory:
+    def _plan(self, robot: Robot, state: JointState) -> tuple[Trajectory, dict[str, str]]:
+        """Return the trajectory from where the robot is, and what the bag says of it."""
         position = dict(zip(state.name, state.position, strict=False))
         names = robot.names
         missing = [name for name in names if not np.isfinite(position.get(name, np.nan))]
@@ -370,7 +377,12 @@ class IdentifierNode(ProgramNode):
         values |= {option.name: self._p[option.name] for option in COMMON}
         trajectory = build_trajectory(kind.name, start, centre, values)
         check_limits(trajectory, robot, self._p['effort_margin'], self._p['acceleration_limit'])
-        return trajectory
+        options = values | {'start': start, 'centre': centre}
+        return trajectory, {
+            'trajectory': kind.name,
+            'trajectory_label': kind.label,
+            'trajectory_options': json.dumps(options),
+        }
 
     def _look_for_beginning(self, run: _Run, data: bytes) -> None:
         if np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
@@ -413,9 +425,9 @@ class IdentifierNode(ProgramNode):
                 self._fail('joint_states fell silent for 2 s: see the diagnostics of the driver')
             elif self._last_state is not None:
                 self._check_tracking(self._run, self._last_state)
-        elif self._phase == 'fitting' and self._worker and not self._worker.is_alive():
-            self._worker = None
-            self._conclude(self._run)
+        elif self._phase == 'fitting' and self._job is not None and not self._job.running:
+            job, self._job = self._job, None
+            self._conclude(self._run, job.outcome)
 
     def _check_tracking(self, run: _Run, data: bytes) -> None:
         state = deserialize(data, _JOINT_STATE)
@@ -447,26 +459,10 @@ class IdentifierNode(ProgramNode):
         self._begin_fit(run)
 
     def _begin_fit(self, run: _Run) -> None:
+        self._job = FitJob(run.folder, FitSettings(method=self._p['method']))
         self._enter('fitting', 'running the observers over the bag and fitting')
-        self._worker = threading.Thread(target=self._fit, args=(run.folder,), name='fit')
-        self._worker.start()
 
-    def _fit(self, folder: Path) -> None:
-        try:
-            settings = FitSettings(method=self._p['method'])
-            analysis = analyse_bag(folder / 'bag', settings=settings)
-            write_results(folder / 'model', analysis)
-            model = str((folder / 'model').resolve())
-            parameters = {'/**': {'ros__parameters': {'model': model}}}
-            (folder / 'parameters.yaml').write_text(yaml.safe_dump(parameters), encoding='utf-8')
-            self._outcome = analysis
-        except OSError as error:
-            self._outcome = ConfigurationError(f'{folder} cannot be written: {error.strerror}')
-        except Exception as error:  # told to the main thread, which fails the run with it
-            self._outcome = error
-
-    def _conclude(self, run: _Run) -> None:
-        outcome, self._outcome = self._outcome, None
+    def _conclude(self, run: _Run, outcome: BagAnalysis | Exception | None) -> None:
         if isinstance(outcome, BagAnalysis):
             self._result_output.publish(String(data=outcome.model.to_yaml()))
             self._enter('done', f'{_summary(outcome)}; model in {run.folder / "model"}')
@@ -486,6 +482,10 @@ class IdentifierNode(ProgramNode):
         return response
 
     def _on_abort(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._phase == 'fitting' and self._job is not None:
+            self._job.give_up()
+            response.success, response.message = True, f'ends after {self._job.step}'
+            return response
         if self._run is None or self._phase not in ('starting', 'moving'):
             response.success, response.message = False, f'nothing to abort: {self._phase}'
             return response
@@ -519,14 +519,17 @@ class IdentifierNode(ProgramNode):
         self._diagnose()
 
     def _diagnose(self) -> None:
-        values: dict[str, Any] = {'phase': self._phase}
+        values: dict[str, Any] = {'phase': self._phase, 'joint_states taken': self._states}
         run = self._run
         if run is not None:
             values['run'] = str(run.folder)
+            values['trajectory'] = f'{self._label}, {run.trajectory.duration:.1f} s'
             values['messages recorded'] = run.recorder.message_count
             if self._phase == 'moving' and self._last_state is not None:
                 share = run.elapsed(self._last_state) / run.trajectory.duration
                 values['progress [%]'] = round(100.0 * min(1.0, max(0.0, share)), 1)
+        if self._job is not None:
+            values['step'] = self._job.step
         level = ERROR if self._phase == 'failed' else OK
         status = make_status(f'{self.get_name()}: run', level, self._message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
@@ -556,7 +559,8 @@ def _summary(analysis: BagAnalysis) -> str:
     parts = []
     for name, joint in analysis.model.joints.items():
         if joint.friction is None:
-            parts.append(f'{name}: {analysis.fit.unavailable.get(name, "no friction")}')
+            reasons = {**analysis.unmodelled, **analysis.fit.unavailable}
+            parts.append(f'{name}: {reasons.get(name, "no friction")}')
             continue
         coulomb = joint.friction.parameters['coulomb']
         viscous = joint.friction.parameters['viscous']
@@ -567,9 +571,19 @@ def _summary(analysis: BagAnalysis) -> str:
     return '; '.join(parts)
 
 
+HELP = NodeHelp(
+    'identifier_node',
+    'Runs an identification trajectory (~/start), records it, and fits friction when it ends: '
+    'bag, model folder, report.html and fit.json in one folder for each run. ~/abort stops a run '
+    'or a fit, ~/fit fits the last recording again.',
+    '--ros-args -p trajectory:=slow_ladder -p centre:=[-1.57,1.2]',
+    PARAMETERS,
+)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
-    return run_node(IdentifierNode, args)
+    return run_node(IdentifierNode, args, HELP)
 
 
 if __name__ == '__main__':

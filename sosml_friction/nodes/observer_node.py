@@ -32,6 +32,7 @@ from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
@@ -395,9 +396,19 @@ class ObserverNode(ProgramNode):
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
 
 
+HELP = NodeHelp(
+    'observer_node',
+    'Takes joint_states and robot_description and publishes friction_estimate: the friction '
+    'torque in effort, positive for positive velocity, at the rate the states come. ~/reset '
+    'starts the observers afresh.',
+    '--ros-args -p model:=config/exoskeleton',
+    PARAMETERS,
+)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node; the exit code is 0 after a signal, 2 if the configuration cannot work."""
-    return run_node(ObserverNode, args)
+    return run_node(ObserverNode, args, HELP)
 
 
 if __name__ == '__main__':

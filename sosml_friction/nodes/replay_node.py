@@ -23,6 +23,7 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.serialization import message_class
 from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
@@ -206,9 +207,17 @@ class ReplayNode(ProgramNode):
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
 
+HELP = NodeHelp(
+    'replay_node',
+    'Plays a bag: every topic as it was recorded, with /clock. ~/pause and ~/resume.',
+    '--ros-args -p bag:=demo_output/run/bag',
+    PARAMETERS,
+)
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node; the exit code is 0 at the bag's end or a signal, 2 if it cannot be played."""
-    return run_node(ReplayNode, args)
+    return run_node(ReplayNode, args, HELP)
 
 
 if __name__ == '__main__':

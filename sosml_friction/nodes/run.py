@@ -19,6 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from sosml_friction.exceptions import SosmlFrictionError
+from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.program_node import ProgramNode
 
 # With an unlimited wait the EventsExecutor of rclpy 7.1.6 dispatches nothing.
@@ -34,9 +35,15 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def run_node(factory: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+def run_node(
+    factory: Callable[[], Node],
+    args: Sequence[str] | None = None,
+    help_: NodeHelp | None = None,
+) -> int:
     """
     Run the node ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.
+
+    Where ``args`` ask for ``--help``, ``help_`` is printed instead, without starting ROS.
 
     0 after a signal, after :meth:`ProgramNode.end` (the code it was given) and after
     the context was shut down; 2 after a :class:`SosmlFrictionError` from the factory or a
@@ -45,6 +52,9 @@ def run_node(factory: Callable[[], Node], args: Sequence[str] | None = None) -> 
     ``destroy_node`` is called in every case, while the ROS context is still valid, so that it can
     still publish; a second signal does not cut it short.
     """
+    if help_ is not None and help_.asked_for(args):
+        print(help_.text(), end='')
+        return 0
     try:
         # Our own handlers: rclpy's would shut the context down before destroy_node().
         rclpy.init(

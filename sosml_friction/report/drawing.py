@@ -9,7 +9,6 @@ Okabe and Ito, which people with any colour vision tell apart; markers and dashe
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from io import BytesIO
 from typing import Any, Literal, NamedTuple
@@ -55,6 +54,8 @@ _STYLES = {
     'kalman_stribeck': Style('#009E73', 'D', 5.5, '-', 1.6),
     'kalman_stribeck_wrong_knee': Style('#009E73', 'd', 6.0, ':', 1.6),
     'smoother': Style('#E69F00', '*', 9.0, '-.', 1.6),
+    'weak_form': Style('#117733', 'D', 5.5, '-', 1.6),
+    'output_error': Style('#332288', 'X', 6.5, '-', 1.6),
 }
 _OTHERS = (
     Style('#CC79A7', '^', 6.0, '--', 1.4),
@@ -62,6 +63,24 @@ _OTHERS = (
     Style('#56B4E9', 'v', 6.0, ':', 1.8),
     Style('#E69F00', 'P', 6.0, '--', 1.4),
 )
+
+
+#: Colours and markers of recordings, in their order; triangles are directions.
+_BAGS = (
+    ('#0072B2', 'o'),
+    ('#E69F00', 's'),
+    ('#009E73', 'D'),
+    ('#CC79A7', 'P'),
+    ('#56B4E9', 'p'),
+    ('#D55E00', '*'),
+    ('#7A5195', 'h'),
+)
+
+
+def bag_style(k: int) -> Style:
+    """Return how the recording number ``k`` is drawn."""
+    colour, marker = _BAGS[k % len(_BAGS)]
+    return Style(colour, marker, 6.0, '-' if k < len(_BAGS) else '--', 1.6)
 
 
 def to_png(figure: Figure) -> bytes:
@@ -79,6 +98,11 @@ def new_figure(width: float, height: float) -> Figure:
 def style_of(observer: str, k: int) -> Style:
     """Return how an observer is drawn, by its place ``k`` where it has no style of its own."""
     return _STYLES.get(observer, _OTHERS[k % len(_OTHERS)])
+
+
+def marker_edge(style: Style) -> str:
+    """Return the colour of a marker's edge: white, which parts it from others, or its own."""
+    return style.colour if style.marker in ('x', '+') else 'white'
 
 
 def label_axes(axes: Axes, x: str, y: str) -> None:
@@ -124,12 +148,13 @@ def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     count = _LINE_POINTS // 2
     if len(values) <= 2 * count:
         return time, values
-    edges = np.linspace(0, len(values), count + 1).astype(int)
-    kept = []
-    for first, last in itertools.pairwise(edges.tolist()):
-        part = values[first:last]
-        if np.isnan(part).all():
-            kept.append(first)
-            continue
-        kept += sorted({first + int(np.nanargmin(part)), first + int(np.nanargmax(part))})
+    size = -(-len(values) // count)
+    spans = np.full((-(-len(values) // size), size), np.nan)
+    spans.ravel()[: len(values)] = values
+    known = np.isfinite(spans).any(axis=1)
+    # A span without numbers keeps its first sample, which parts the line there.
+    ends = np.zeros((len(spans), 2), dtype=np.int64)
+    ends[known, 0] = np.nanargmin(spans[known], axis=1)
+    ends[known, 1] = np.nanargmax(spans[known], axis=1)
+    kept = np.unique(ends + size * np.arange(len(spans))[:, None])
     return time[kept], values[kept]

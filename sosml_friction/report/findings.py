@@ -6,16 +6,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.model.friction_law import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.joint_view import JointView
-from sosml_friction.report.labels import SYMBOLS, observer_label
-from sosml_friction.report.number_text import allowed_range, format_interval, format_number
+from sosml_friction.report.labels import SYMBOLS, observer_label, symbols_of
+from sosml_friction.report.number_text import format_number, range_text, value_text
 
 
 def joint_sentence(view: JointView) -> str:
@@ -23,27 +26,88 @@ def joint_sentence(view: JointView) -> str:
     if view.preferred is None:
         return f'{view.name}: its friction is not available, because {view.unavailable}.'
     fit = view.fits[view.preferred].fit
-    parameters = fit.parameters
-    parts = [
-        f'{_with_error(parameters["coulomb"])} of Coulomb friction',
-        f'{_with_error(parameters["viscous"])} of viscous friction',
-    ]
-    if fit.law == 'stribeck':
-        parts.append(_stribeck(parameters['stribeck'], parameters['stribeck_velocity']))
-    text = f'{view.name}: {", ".join(parts[:-1])} and {parts[-1]}'
-    bias = parameters['bias']
-    if not _covers(bias, 0.0):
-        text += f', on a bias of {_with_error(bias)} that does not change with direction'
-    if fit.law != 'stribeck':
-        text += '; extra friction near standstill (Stribeck) is not identifiable from this motion'
+    text = law_sentence(view.name, fit.parameters, fit.law)
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
+
+
+def law_sentence(joint: str, parameters: Mapping[str, Parameter], law: str) -> str:
+    """
+    Return what the friction of a joint is, in a sentence without its full stop.
+
+    What is not identifiable is a range, never a number.
+    """
+    parts = [
+        _quantity('coulomb', parameters['coulomb'], 'Coulomb friction'),
+        _quantity('viscous', parameters['viscous'], 'viscous friction'),
+    ]
+    stribeck = parameters['stribeck']
+    told = law.startswith('stribeck')
+    # Below zero it cannot be: a range that begins above it is extra friction all the same.
+    seen = stribeck.interval is not None and stribeck.interval[0] > 0.0
+    if told or seen:
+        parts.append(_stribeck(stribeck, parameters['stribeck_velocity']))
+    text = f'{joint}: {", ".join(parts[:-1])} and {parts[-1]}'
+    bias = parameters['bias']
+    if NOT_IDENTIFIABLE in bias.flags:
+        text += f', on {_quantity("bias", bias, "a bias")}'
+    elif not _covers(bias, 0.0):
+        text += f', on a bias of {_with_error(bias)} that does not change with direction'
+    if not (told or seen):
+        text += '; extra friction near standstill (Stribeck) is not identifiable from this motion'
+        text += _range('stribeck', stribeck)
+    return text
+
+
+def law_remarks(fit: LawFit) -> list[str]:
+    """
+    Return what a law must not be used without: failed checks, and what is known instead of S.
+
+    Sentences with their full stops.
+    """
+    remarks = [check.sentence for check in fit.checks if not check.passed]
+    if STRIBECK_AT_SLOWEST in fit.derived:
+        speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)
+        remarks.append(
+            f'{derived_sentence(fit, STRIBECK_AT_SLOWEST)[:-1]} '
+            f'(w = {format_number(fit.slowest)} {speed}).'
+        )
+    return remarks
+
+
+def derived_sentence(fit: LawFit, name: str) -> str:
+    """Return what the data tell beside the parameters, a sentence with its full stop."""
+    parameter = fit.derived[name]
+    known = _with_error(parameter)
+    if NOT_IDENTIFIABLE in parameter.flags:
+        known = f'{value_text("stribeck", parameter)} {parameter.unit}'
+    text = DERIVED.get(name, name.replace('_', ' '))
+    return f'{text[:1].upper()}{text[1:]}: {known}.'
+
+
+def open_questions(view: JointView) -> list[str]:
+    """Return for each flag why it is there and what to record, flags of one cause together."""
+    subjects: dict[tuple[str, str], dict[str, list[str]]] = {}
+    for observer, fit in view.fits.items():
+        for name, parameter in fit.fit.parameters.items():
+            why = (parameter.reason, parameter.experiment)
+            if parameter.flags and any(why):
+                subjects.setdefault(why, {}).setdefault(name, []).append(observer_label(observer))
+    result = []
+    symbols = symbols_of(*(fit.fit.parameters for fit in view.fits.values()))
+    for (reason, experiment), names in subjects.items():
+        observers = list(dict.fromkeys(label for labels in names.values() for label in labels))
+        which = f' ({", ".join(observers)})' if len(observers) < len(view.fits) else ''
+        told = '; '.join(part for part in (reason, experiment) if part)
+        result.append(f'{", ".join(symbols[name] for name in names)}{which}: {told}.')
+    return result
 
 
 def notes(views: Sequence[JointView]) -> list[str]:
     """
     Return what a reader should know before using the numbers.
 
-    Methods or observers whose 95 % intervals exclude each other, a truth outside of them, and
+    Laws that are no friction, what the data tell instead of a parameter that they leave open,
+    methods or observers whose 95 % intervals exclude each other, a truth outside of them, and
     joints that only some observers could be fitted for.
     """
     subjects: dict[str, dict[str, list[str]]] = {}
@@ -57,6 +121,20 @@ def notes(views: Sequence[JointView]) -> list[str]:
         who = [f'{name} ({", ".join(them)})' if them else name for name, them in joints.items()]
         result.append(f'{", ".join(who)}: {text}')
     return result
+
+
+def data_remarks(analysis: BagAnalysis) -> list[str]:
+    """Return what is wrong with the recording and the model of it, sentences with full stops."""
+    checks = analysis.data_checks
+    remarks = []
+    if checks is not None:
+        remarks = [f'{sentence.rstrip(".")}.' for sentence in checks.sentences]
+    elif analysis.model.provenance.get('recovered'):
+        remarks = ['The recording is cut off or damaged: only its readable part was used.']
+    return remarks + [
+        f'{joint}: the model has no friction for it, because {reason.rstrip(".")}.'
+        for joint, reason in analysis.unmodelled.items()
+    ]
 
 
 def methods_disagree(view: JointView) -> bool:
@@ -76,13 +154,12 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
                 f'intervals in {", ".join(apart)}, so one of them is biased: compare both with '
                 'the S-curve.',
             )
+    if view.preferred is not None:
+        for remark in law_remarks(view.fits[view.preferred].fit):
+            yield view.preferred, remark
     for observer, fit in view.fits.items():
         known = view.truth.parameters if view.truth else {}
-        missed = [
-            name
-            for name, truth in known.items()
-            if name in SYMBOLS and _misses(fit.fit.parameters[name], truth.value)
-        ]
+        missed = missed_truths(fit.fit.parameters, known)
         if missed:
             yield observer, f'the truth is outside the 95 % interval of {", ".join(missed)}.'
     for first, second in itertools.pairwise(view.fits.values()):
@@ -95,6 +172,17 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
             )
     if view.fits and view.unavailable:
         yield '', f'{view.unavailable}.'
+
+
+def missed_truths(
+    parameters: Mapping[str, Parameter], known: Mapping[str, Parameter]
+) -> list[str]:
+    """Return the parameters whose 95 % interval leaves out what is known to be true."""
+    return [
+        name
+        for name, truth in known.items()
+        if name in parameters and _misses(parameters[name], truth.value)
+    ]
 
 
 def _apart(first: JointFit, second: JointFit | None) -> list[str]:
@@ -115,12 +203,28 @@ def _with_error(parameter: Parameter) -> str:
     return f'{number} ± {format_number(half, half)} {parameter.unit}'
 
 
+def _quantity(name: str, parameter: Parameter, what: str) -> str:
+    if NOT_IDENTIFIABLE not in parameter.flags:
+        return f'{_with_error(parameter)} of {what}'
+    return f'{what} that this motion leaves open{_range(name, parameter)}'
+
+
+def _range(name: str, parameter: Parameter) -> str:
+    text = range_text(name, parameter)
+    return f' ({text} {parameter.unit})' if text else ''
+
+
 def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
     if NOT_IDENTIFIABLE not in stribeck.flags:
-        return f'{_with_error(stribeck)} more near standstill, fading over {_with_error(velocity)}'
-    allowed = allowed_range('stribeck', stribeck)
-    size = '' if allowed is None else f' ({format_interval(*allowed)} {stribeck.unit})'
-    return f'more near standstill, whose size this motion leaves open{size}'
+        fading = (
+            f'a speed that it leaves open{_range("stribeck_velocity", velocity)}'
+            if NOT_IDENTIFIABLE in velocity.flags
+            else _with_error(velocity)
+        )
+        return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
+    return (
+        f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
+    )
 
 
 def _interval(parameter: Parameter) -> tuple[float, float] | None:

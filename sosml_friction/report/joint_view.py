@@ -13,10 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
-from sosml_friction.identification.law_fit import LawFit
-from sosml_friction.identification.segments import Segment
-from sosml_friction.model.friction_law import FrictionLaw
-from sosml_friction.model.friction_laws import FRICTION_LAWS, make_friction_law
+from sosml_friction.identification.segments import Segment, SegmentSettings
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.report.labels import in_order, motion_units
 
@@ -50,6 +47,8 @@ class JointView:
     truth: FrictionParameters | None = None
     #: The observer whose fit became the model, None if there is no fit.
     preferred: str | None = None
+    #: Slower is standstill to the fits [rad/s or m/s].
+    zero_band: float = SegmentSettings.zero_band
 
     @property
     def position_unit(self) -> str:
@@ -83,6 +82,8 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
             f'recording has {", ".join(log.names)}: give a model of the same joints'
         )
     units = analysis.model.make_robot().effort_units
+    stated = analysis.model.provenance.get('settings', {}).get('segments', {})
+    zero_band = float(stated.get('zero_band', SegmentSettings.zero_band))
     views = []
     for i, name in enumerate(log.names):
         fits = analysis.fit.joints.get(name, {})
@@ -102,6 +103,7 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
                 analysis.fit.unavailable.get(name, ''),
                 known.get(name),
                 preferred_observer(fits),
+                zero_band,
             )
         )
     return views
@@ -116,10 +118,3 @@ def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
         span = time[2 * half :] - time[: -2 * half]
         result[half:-half] = (q[2 * half :] - q[: -2 * half]) / np.where(span > 0.0, span, np.nan)
     return result
-
-
-def fitted_law(fit: LawFit) -> FrictionLaw:
-    """Return the law that a fit found, its sign as the fit took it."""
-    names = FRICTION_LAWS[fit.law].parameter_names
-    values = {n: fit.parameters[n].value for n in names}
-    return make_friction_law(fit.law, values, fit.smoothing_velocity)

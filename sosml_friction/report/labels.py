@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 #: Parameters of a friction law in the order of every table, with their symbols.
 SYMBOLS = {
@@ -14,6 +14,8 @@ SYMBOLS = {
     'stribeck_velocity': 'v_s',
     'bias': 'bias',
 }
+#: Those that only laws have that differ with direction.
+_ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Parameters that cannot be negative.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity')
 
@@ -33,6 +35,7 @@ _OBSERVERS = {
     'kalman_stribeck_wrong_knee': 'Kalman+wrong law',
     'smoother': 'Smoother',
     'weak_form': 'Weak form',
+    'output_error': 'Output error',
 }
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
@@ -40,6 +43,12 @@ _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 def observer_label(identifier: str) -> str:
     """Return the short name of an observer, its identifier where it has none."""
     return _OBSERVERS.get(identifier, identifier)
+
+
+def symbols_of(*parameters: Collection[str]) -> dict[str, str]:
+    """Return name and symbol of each row that a table of such parameters has."""
+    extra = {n: s for n, s in _ASYMMETRIES.items() if any(n in some for some in parameters)}
+    return SYMBOLS | extra
 
 
 def in_order(observers: Iterable[str]) -> list[str]:

@@ -15,6 +15,8 @@ from sosml_friction.report.labels import NON_NEGATIVE
 
 UNKNOWN = '-'
 NOT_IDENTIFIABLE_TEXT = 'not identifiable'
+#: No physical quantity is larger, and rounding overflows close to 1e308.
+_HUGE = 1e300
 
 
 def format_number(value: float, uncertainty: float = math.nan) -> str:
@@ -26,8 +28,7 @@ def format_number(value: float, uncertainty: float = math.nan) -> str:
 
     :param uncertainty: standard error or the like, in the unit of the value.
     """
-    # No physical quantity is larger, and rounding overflows close to 1e308.
-    if not abs(value) < 1e300:
+    if not abs(value) < _HUGE:
         return UNKNOWN
     if math.isfinite(uncertainty) and uncertainty > 0.0:
         place = _leading(uncertainty) - 1
@@ -65,11 +66,11 @@ def value_text(name: str, parameter: Parameter) -> str:
     """
     Return what stands for the value of a parameter in a table.
 
-    A parameter that is not identifiable is a range, or the words where the data leave no range:
-    never a number.
+    A parameter that is not identifiable is a range (``0 to 1.2``, ``above 0.3``), or the words
+    where the data leave no range: never a number.
     """
     if NOT_IDENTIFIABLE in parameter.flags:
-        return _range_text(name, parameter) or NOT_IDENTIFIABLE_TEXT
+        return range_text(name, parameter) or NOT_IDENTIFIABLE_TEXT
     text = format_number(parameter.value, _uncertainty(parameter))
     return f'{text} (at bound)' if AT_BOUND in parameter.flags else text
 
@@ -85,29 +86,43 @@ def interval_text(parameter: Parameter) -> str:
     """Return the 95 % interval, ``-`` where there is none; a range stands for the value."""
     if NOT_IDENTIFIABLE in parameter.flags or parameter.interval is None:
         return UNKNOWN
+    if not all(map(math.isfinite, parameter.interval)):
+        return UNKNOWN
     return format_interval(*parameter.interval, parameter.std_error)
 
 
 def allowed_range(name: str, parameter: Parameter) -> tuple[float, float] | None:
     """
-    Return the interval of a parameter cut at what it can be at all, None if it has no width.
+    Return the interval of a parameter cut at what it can be at all, its open ends infinite.
 
-    C, B, S and v_s are not negative.
+    C, B, S and v_s are not negative. An end that is NaN, as in a file, is open. None where the
+    data say nothing: no interval, one without width, or one that allows all there can be.
     """
-    if parameter.interval is None or not all(map(math.isfinite, parameter.interval)):
+    if parameter.interval is None:
         return None
     low, high = parameter.interval
-    if name in NON_NEGATIVE:
-        low, high = max(low, 0.0), max(high, 0.0)
-    return (low, high) if high > low else None
+    lowest = 0.0 if name in NON_NEGATIVE else -math.inf
+    # No physical quantity is as large.
+    low = low if abs(low) < _HUGE and low > lowest else lowest
+    high = max(high, lowest) if abs(high) < _HUGE else math.inf
+    return (low, high) if high > low and (low > lowest or high < math.inf) else None
 
 
-def _range_text(name: str, parameter: Parameter) -> str:
+def range_text(name: str, parameter: Parameter) -> str:
+    """Return :func:`allowed_range` in words, empty where there is none."""
     allowed = allowed_range(name, parameter)
-    return '' if allowed is None else format_interval(*allowed)
+    if allowed is None:
+        return ''
+    low, high = allowed
+    if math.isinf(high):
+        return f'above {format_number(low, 0.1 * abs(low))}'
+    if math.isinf(low):
+        return f'below {format_number(high, 0.1 * abs(high))}'
+    return format_interval(low, high)
 
 
 def _uncertainty(parameter: Parameter) -> float:
     if math.isfinite(parameter.std_error) or parameter.interval is None:
         return parameter.std_error
+    # An infinite end makes this infinite, and the number gets its usual digits.
     return (parameter.interval[1] - parameter.interval[0]) / 4.0

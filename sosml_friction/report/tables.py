@@ -14,10 +14,11 @@ from rich.table import Table
 from rich.text import Text
 
 from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.output_error_fits import OUTPUT_ERROR
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.findings import sampling_text
 from sosml_friction.report.joint_view import JointView, joint_views
-from sosml_friction.report.labels import SYMBOLS, in_order, observer_label
+from sosml_friction.report.labels import SYMBOLS, in_order, observer_label, symbols_of
 from sosml_friction.report.number_text import UNKNOWN, error_text, format_number, value_text
 
 #: Width of a table that is not printed to a terminal.
@@ -65,7 +66,7 @@ def parameter_table(
         table.add_column(truth_heading, justify='right')
     for observer in observers:
         table.add_column(observer_label(observer), justify='right', overflow='fold')
-    table.add_column(f'standard error\n({whose})', justify='right')
+    table.add_column(f'std error\n({whose})', justify='right', overflow='fold')
     for view in views:
         _add_joint(table, view, observers, truth is not None)
     # Not the table's caption, which would wrap at the width of the table.
@@ -107,16 +108,20 @@ def _add_joint(table: Table, view: JointView, observers: Sequence[str], with_tru
         table.add_row(view.name, 'unavailable', end_section=True)
         return
     chosen = view.fits[view.preferred].fit.parameters
-    for name in SYMBOLS:
-        cells = [view.name if name == 'coulomb' else '', name, chosen[name].unit]
+    names = list(symbols_of(*(fit.fit.parameters for fit in view.fits.values())))
+    for name in names:
+        parameter = chosen.get(name)
+        unit = next(p.unit for fit in view.fits.values() if (p := fit.fit.parameters.get(name)))
+        cells = [view.name if name == names[0] else '', name, unit]
         if with_truth:
             known = view.truth.parameters.get(name) if view.truth else None
             cells.append(UNKNOWN if known is None else f'{known.value:.4g}')
         for observer in observers:
             fit = view.fits.get(observer)
-            cells.append(UNKNOWN if fit is None else value_text(name, fit.fit.parameters[name]))
-        cells.append(error_text(chosen[name]))
-        table.add_row(*cells, end_section=name == 'bias')
+            told = None if fit is None else fit.fit.parameters.get(name)
+            cells.append(UNKNOWN if told is None else value_text(name, told))
+        cells.append(UNKNOWN if parameter is None else error_text(parameter))
+        table.add_row(*cells, end_section=name == names[-1])
 
 
 def _caption(views: Sequence[JointView]) -> str:
@@ -141,6 +146,8 @@ def method_text(view: JointView) -> str:
         return f'the levels of {fit.fit.pairs} steady windows'
     if fit.method == 'weak':
         return f'{fit.fit.pairs} means of position and effort, without an observer'
+    if fit.method == OUTPUT_ERROR:
+        return f'{fit.fit.pairs} samples of a forward simulation'
     return f'{fit.fit.pairs} samples in motion'
 
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Importing: units, stamps and names as the mapping says, or a sentence."""
 
+import json
 import math
 import shutil
 from pathlib import Path
@@ -293,6 +294,23 @@ def test_descriptions_temperature_and_tags_go_into_the_bag(tmp_path, source, map
     assert log.tags == {'worn': 'no', 'load': '2'}
 
 
+def test_a_controller_and_its_reference_go_into_the_bag(tmp_path, source, mapping):
+    loop = {'reference': {'variable': 'w', 'unit': 'deg'}, 'kp': 'gain', 'kv': 2.0}
+    plan = mapping({'joints/shoulder/controller': loop})
+    path = import_recording(source(w=np.arange(5.0), gain=[7.5]), plan, tmp_path / 'bag')
+    bag = Bag.open(path)
+    t_ns, names, wanted = bag.reference()
+    assert t_ns.tolist() == bag.joint_log().t_ns.tolist()
+    assert names == ('shoulder',)
+    np.testing.assert_allclose(wanted[:, 0], np.deg2rad(np.arange(5.0)))
+    assert json.loads(bag.tags['controller.shoulder']) == {'kp': 7.5, 'kv': 2.0}
+    short = mapping(
+        {'joints/shoulder/controller': {**loop, 'reference': {'variable': 'gain', 'unit': 'rad'}}}
+    )
+    with pytest.raises(DataError, match='1 of the reference of shoulder'):
+        import_recording(source(gain=[7.5]), short, tmp_path / 'other')
+
+
 FAULTS = [
     ({'colour': 1}, "the mapping has the unknown key 'colour': known are time, sample_rate"),
     ({'time/offset': 1}, "time has the unknown key 'offset': known are variable"),
@@ -362,6 +380,21 @@ FAULTS = [
     (
         {'joints/shoulder/temperature': {'variable': 'q', 'unit': 'K', 'offset': 1}},
         'is in K and has an offset',
+    ),
+    ({'joints/shoulder/controller': {'kp': 1, 'kv': 2}}, 'controller has no reference'),
+    (
+        {'joints/shoulder/controller': {'reference': {'variable': 'q', 'unit': 'rad'}, 'kp': 1}},
+        'controller has no kv: the loop cannot be simulated without it',
+    ),
+    (
+        {
+            'joints/shoulder/controller': {
+                'reference': {'variable': 'q', 'unit': 'm'},
+                'kp': 1,
+                'kv': 2,
+            }
+        },
+        'has both rad and m: a joint either turns',
     ),
 ]
 

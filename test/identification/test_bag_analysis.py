@@ -57,15 +57,15 @@ def test_the_weak_form_comes_first_then_sosml_then_any():
     assert preferred_observer([]) is None
 
 
-def test_the_weak_form_takes_the_width_of_the_sign_from_the_model(bag):
-    """It fits reversals with it, and the model that it becomes keeps it."""
+def test_the_weak_form_is_not_told_the_width_of_the_sign_and_the_model_has_what_it_found(bag):
+    """The slowest plateau is at 5 v0, where the sign is 1 to 1e-4: it may be found as 0."""
     analysis = analyse_bag(bag, settings=FitSettings(method='weak'))
     fits = analysis.fit.joints['slider']
     assert list(fits) == ['first_order', 'sosml', 'weak_form']
-    assert fits['weak_form'].fit.smoothing_velocity == V0
+    assert fits['weak_form'].fit.smoothing_velocity < 1.5 * V0
     assert fits['sosml'].fit.smoothing_velocity == 0.0
     friction = analysis.model.joints['slider'].friction
-    assert friction.smoothing_velocity == V0
+    assert friction.smoothing_velocity == fits['weak_form'].fit.smoothing_velocity
     assert friction.parameters['coulomb'].value == pytest.approx(COULOMB, rel=0.02)
     assert friction.parameters['viscous'].value == pytest.approx(VISCOUS, rel=0.03)
     assert set(analysis.estimates) == {'first_order', 'sosml', 'weak_form'}

@@ -10,6 +10,7 @@ from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law_fit import fit_law, jackknife_errors
+from sosml_friction.identification.law_form import LawForm
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 
 TRUTH = {
@@ -129,9 +130,11 @@ def test_standard_errors_are_the_spread_of_the_estimates(stribeck_fits):
     for name in TRUTH:
         values = np.array([fit.parameters[name].value for fit in stribeck_fits])
         errors = np.array([fit.parameters[name].std_error for fit in stribeck_fits])
-        assert np.median(errors) == pytest.approx(values.std(ddof=1), rel=0.2), name
+        # One that is flagged as not identifiable has neither.
+        assert np.isnan(values).sum() <= 0.05 * len(values)
+        assert np.nanmedian(errors) == pytest.approx(np.nanstd(values, ddof=1), rel=0.2), name
         # No bias beyond half of a standard error.
-        assert abs(values.mean() - TRUTH[name]) < 0.5 * values.std(), name
+        assert abs(np.nanmean(values) - TRUTH[name]) < 0.5 * np.nanstd(values), name
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say_without_stribeck(null_fits):
@@ -228,10 +231,11 @@ def test_friction_that_would_be_negative_stays_at_its_bound_and_says_so():
     assert c.value == 0.0
     assert c.flags == (AT_BOUND,)
     assert np.isnan(c.std_error)
-    assert c.interval is None
+    assert c.interval == (0.0, 0.0)
     assert np.isfinite(fit.parameters['viscous'].std_error)
     y = 0.8 * np.sign(v) - 0.3 * v + 0.005 * rng.normal(size=len(v))
-    b = fit_law(v, y, np.arange(len(v)), 'Nm').parameters['viscous']
+    form = LawForm(law='coulomb_viscous')
+    b = fit_law(v, y, np.arange(len(v)), 'Nm', form=form).parameters['viscous']
     assert (b.value, b.flags) == (0.0, (AT_BOUND,))
 
 

@@ -4,16 +4,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from sosml_friction.bags.importer import import_recording
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.bag_analysis import read_recorded_robot
 from sosml_friction.identification.output_error import (
     CascadeController,
     fit_output_error,
     simulate_closed_loop,
 )
+from sosml_friction.identification.output_error_fits import (
+    first_guess,
+    fit_controlled,
+    recorded_controllers,
+)
+from sosml_friction.identification.output_error_windows import fit_windows
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.share import share_directory
+from sosml_friction.simulation.plant import Plant
 
 PUBLISHED = {'inertia': 95.1089, 'viscous': 203.5034, 'coulomb': 20.3935, 'bias': -3.1648}
 CONTROLLER = CascadeController(160.18, 243.45, 35.15, 10.0)
@@ -145,3 +162,96 @@ def test_what_cannot_be_fitted_is_one_sentence():
             fit(**case)
     with pytest.raises(DataError, match='record longer'):
         fit(t[:10], wanted[:10], wanted[:10], wanted[:10])
+
+
+def test_emps_is_fitted_under_its_recorded_controller(data_directory, tmp_path):
+    """From the file to the bag to the fit: what a user types, without the tables."""
+    bag = import_recording(
+        data_directory / 'emps' / 'DATA_EMPS.mat',
+        share_directory() / 'config' / 'import' / 'emps.yaml',
+        tmp_path / 'emps',
+    )
+    recorded = read_recorded_robot(bag)
+    loop = recorded_controllers(recorded.bag, recorded.log)['slider']
+    assert loop.controller.kp == pytest.approx(160.18)
+    assert loop.controller.limit == 10.0
+    assert np.isfinite(loop.reference).all()
+    guess = first_guess(recorded.robot, 0, None)
+    assert guess == {
+        'inertia': pytest.approx(95.1089), 'viscous': 0.0, 'coulomb': 0.0, 'bias': 0.0,
+    }  # fmt: skip
+    start = {**guess, 'viscous': 190.0, 'coulomb': 19.0}
+    fit = fit_controlled(recorded.log, recorded.robot, 'slider', loop, start, 0.0)
+    assert fit.position_error <= 0.0138
+    assert fit.effort_error <= 5.85
+    for name, published in PUBLISHED.items():
+        low, high = fit.parameters[name].interval
+        assert low <= published <= high, name
+    law = fit.law_fit('N')
+    assert law.law == 'coulomb_viscous'
+    assert law.parameters['stribeck'].reason
+
+
+@cache
+def exact_run():
+    """Return the slider under its effort at 250 Hz, with a Stribeck term: t, q, tau, robot."""
+    robot = read_model(share_directory() / 'config' / 'emps').make_robot()
+    law = Stribeck(STRIBECK, 1e-3)
+    path = speed_ladder({'slider': 0.0}, {'slider': 0.0}, [0.005, 0.01, 0.03, 0.1], 0.5)
+    spline = path.spline()
+    h, fine = 0.004, 8
+    t = np.arange(0.0, path.duration, h)
+    q, v, tau = (np.empty((len(t), 1)) for _ in range(3))
+    plant = Plant(robot, [law], spline(0.0), np.zeros(1))
+    for k, now in enumerate(t):
+        q[k], v[k] = plant.q, plant.v
+        pull = spline(now, 2) + 40.0 * (spline(now, 1) - v[k]) + 400.0 * (spline(now) - q[k])
+        tau[k] = robot.inverse_dynamics(q[k], v[k], pull) + law.torque(spline(now, 1))
+        for _ in range(fine):
+            plant.step(tau[k], h / fine)
+    return t, q, tau, robot
+
+
+def windows_log(noise):
+    """Return the run as a log without velocity, 1 um and 0.5 N of noise at ``noise`` 1."""
+    t, q, tau, robot = exact_run()
+    rng = np.random.default_rng(0)
+    q = q + rng.normal(0.0, noise * 1e-6, q.shape)
+    tau = tau + rng.normal(0.0, noise * 0.5, tau.shape)
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    return JointLog(robot.names, stamps, q, np.full_like(q, np.nan), tau), robot
+
+
+STRIBECK = {
+    'coulomb': 20.0, 'viscous': 100.0, 'stribeck': 8.0, 'stribeck_velocity': 0.01, 'bias': 1.5,
+}  # fmt: skip
+
+
+def test_the_measured_effort_alone_gives_back_exact_signals():
+    """To 1 %: the recording has no velocity, and the sign is as wide as what was simulated."""
+    log, robot = windows_log(0.0)
+    guess = {'coulomb': 15.0, 'viscous': 50.0, 'bias': 0.0}
+    fit = fit_windows(log, robot, 0, guess, 1e-3)
+    for name, truth in STRIBECK.items():
+        assert fit.parameters[name].value == pytest.approx(truth, rel=0.01), name
+    assert np.isnan(fit.effort_error)
+    assert fit.law_fit('N').law == 'stribeck'
+
+
+def test_the_measured_effort_with_noise_gives_intervals_that_hold_the_truth():
+    log, robot = windows_log(1.0)
+    fit = fit_windows(log, robot, 0, {'coulomb': 15.0, 'viscous': 50.0, 'bias': 0.0}, 1e-3)
+    for name in ('coulomb', 'viscous', 'bias'):
+        low, high = fit.parameters[name].interval
+        assert low <= STRIBECK[name] <= high, name
+        assert 0.0 < fit.parameters[name].std_error < 0.3 * max(STRIBECK[name], 1.0)
+
+
+def test_windows_that_are_too_few_are_one_sentence():
+    log, robot = windows_log(0.0)
+    short = replace(log, t_ns=log.t_ns[:500], q=log.q[:500], v=log.v[:500], tau=log.tau[:500])
+    with pytest.raises(DataError, match='stretches of 1 s have motion without a hole'):
+        fit_windows(short, robot, 0, PUBLISHED, 1e-3)
+    still = replace(log, q=np.zeros_like(log.q))
+    with pytest.raises(DataError, match='only 0 stretches'):
+        fit_windows(still, robot, 0, PUBLISHED, 1e-3)

@@ -4,29 +4,37 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.sparse import block_diag
+from scipy.stats import binom, chi2
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.identifiability import DataReach, expected_reasons
 from sosml_friction.identification.segments import SegmentSettings, find_segments
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.mismatched_robot import MismatchedRobot
 from sosml_friction.simulation.study_condition import read_by_encoder
 from sosml_friction.simulation.study_motion import POSTURE, Reference
 from sosml_friction.simulation.study_plant import (
+    ARMATURE,
     SMOOTHING_VELOCITY,
     TRUTH,
     simulate,
     study_robot,
+    study_urdf,
 )
 
-SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '6'))
+SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '3'))
 MASS, VISCOUS, COULOMB, BIAS = 80.0, 150.0, 15.0, -2.0
 
 
@@ -70,27 +78,51 @@ def measured(runs, seed):
     )
 
 
+#: The motions of which each fit is made.
+BAGS = {'T1 + T2 + T3': (0, 1, 2), 'T1': (0,), 'T2': (1,), 'T3': (2,)}
+
+
+def part(form, bags):
+    """Return the weak form of some of the motions only, which are holes apart."""
+    chosen = copy.copy(form)
+    chosen._pieces = [form._pieces[k] for k in bags]
+    return chosen
+
+
 @pytest.fixture(scope='module')
 def study_fits(runs):
-    """Return the fits of joint 1 to all motions with inertia, one per seed; print a table."""
-    robot, settings = study_robot(), WeakSettings(refit_inertia=True)
-    fits = [
-        WeakForm(measured(runs, seed), robot, settings=settings).fit(0, SMOOTHING_VELOCITY)
-        for seed in range(SEEDS)
-    ]
-    print(f'\nweak form, T1 + T2 + T3, {SEEDS} seeds')
-    print('parameter           mean error  sd       mean SE  in 95 %')
-    for name, truth in TRUTH[0].items():
-        rows = [fit.fit.parameters[name] for fit in fits]
-        values = np.array([row.value for row in rows])
-        inside = sum(row.interval[0] <= truth <= row.interval[1] for row in rows)
-        print(
-            f'{name:18} {values.mean() - truth:+.5f}    {values.std():.5f}  '
-            f'{np.mean([row.std_error for row in rows]):.5f}  {inside} of {SEEDS}'
-        )
-    factor = np.array([fit.inertia.value for fit in fits])
-    print(f'inertia            {factor.mean() - 1.0:+.5f}    {factor.std():.5f}')
+    """
+    Return the fits of joint 1, by motions, one per seed, v0 not told; print tables.
+
+    Seeds 0 to 999 are for development, those of a campaign begin at 1000.
+    """
+    robot = study_robot()
+    fits = {name: [] for name in BAGS}
+    for seed in range(1000, 1000 + SEEDS):
+        form = WeakForm(measured(runs, seed), robot)
+        for name, bags in BAGS.items():
+            fits[name].append(part(form, bags).fit(0).fit)
+    for name, those in fits.items():
+        print_table(f'weak form, {name}', those)
     return fits
+
+
+def print_table(title, fits):
+    print(f'\n{title}, {len(fits)} seeds')
+    print('parameter           mean error  sd       mean SE  in 95 %   flagged')
+    for name, truth in TRUTH[0].items():
+        rows = [fit.parameters[name] for fit in fits]
+        values = np.array([row.value for row in rows])
+        inside = sum(holds(row, truth) for row in rows)
+        print(
+            f'{name:18} {np.mean(values) - truth:+.5f}    {np.std(values):.5f}  '
+            f'{np.mean([row.std_error for row in rows]):.5f}  {inside} of {len(fits)}  '
+            f'{sum(NOT_IDENTIFIABLE in row.flags for row in rows)}'
+        )
+
+
+def holds(parameter, truth):
+    return parameter.interval[0] <= truth <= parameter.interval[1]
 
 
 @pytest.mark.parametrize(
@@ -99,29 +131,105 @@ def study_fits(runs):
 )
 def test_the_study_s_target_is_met(study_fits, name, target):
     """observer_study.md section 7.4: mean error over the seeds."""
-    errors = [fit.fit.parameters[name].value - TRUTH[0][name] for fit in study_fits]
+    errors = [fit.parameters[name].value - TRUTH[0][name] for fit in study_fits['T1 + T2 + T3']]
     assert abs(np.mean(errors)) <= target
 
 
-def test_nothing_is_flagged_where_all_can_be_told(study_fits):
-    for fit in study_fits:
-        assert fit.fit.law == 'stribeck'
-        assert not any(parameter.flags for parameter in fit.fit.parameters.values())
+def test_intervals_hold_the_truth_as_often_as_they_say(study_fits):
+    """Of 95 % intervals, fewer than the bound would be seen once in 1000 campaigns."""
+    fits = study_fits['T1 + T2 + T3']
+    for name, truth in TRUTH[0].items():
+        inside = sum(holds(fit.parameters[name], truth) for fit in fits)
+        assert inside >= binom.ppf(0.001, len(fits), 0.95), f'{name}: {inside} of {len(fits)}'
 
 
 def test_standard_errors_are_of_the_size_of_the_scatter(study_fits):
-    """Within a factor of 3, which the scatter of 6 seeds leaves in less than 1 % of campaigns."""
+    """Their ratio is within the bounds that the scatter of so few seeds leaves, 1 in 1000."""
+    fits = study_fits['T1 + T2 + T3']
+    low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], len(fits) - 1) / (len(fits) - 1))
     for name in TRUTH[0]:
-        rows = [fit.fit.parameters[name] for fit in study_fits]
-        scatter = np.std([row.value for row in rows], ddof=1)
-        assert scatter <= 3.0 * np.mean([row.std_error for row in rows])
+        rows = [fit.parameters[name] for fit in fits]
+        ratio = np.std([row.value for row in rows], ddof=1) / np.mean([r.std_error for r in rows])
+        # The errors themselves are known to some 10 %.
+        assert 0.8 * low <= ratio <= 1.2 * high, name
 
 
-def test_inertia_is_found_beside_friction(study_fits):
-    """To 1 %: velocity at a reversal is a mean over a window, and so is the sign in the law."""
-    factors = [fit.inertia.value for fit in study_fits]
-    assert np.mean(factors) == pytest.approx(1.0, abs=0.01)
-    assert study_fits[0].inertia.unit == '1'
+def test_what_the_data_cannot_give_is_flagged_and_nothing_else(runs, study_fits):
+    """
+    What they can give says the Fisher information of the design, with no fit and no noise.
+
+    Torque noise of 50 mNm is white before it is averaged by the test functions, and the law is
+    looked up at the exact velocity. In all seeds a parameter that cannot be given is flagged; one
+    that can is flagged in no more of them than 5 % of cases would show once in 1000 campaigns.
+    """
+    robot, truth = study_robot(), TRUTH[0]
+    names = ('coulomb', 'viscous', 'bias', 'stribeck', 'stribeck_velocity')
+    exact = WeakForm(joined(*(replace(run, v=np.full_like(run.v, np.nan)) for run in runs)), robot)
+    expected = {}
+    for title, bags in BAGS.items():
+        form = part(exact, bags)
+        rows = form.rows(0, SMOOTHING_VELOCITY)
+        v = np.concatenate([piece.v[:, 0] for piece in form._pieces])
+        tests = block_diag([piece.tests for piece in form._pieces]).tocsr()[rows.keep]
+        s, fade = np.tanh(v / SMOOTHING_VELOCITY), np.exp(-np.abs(v) / truth['stribeck_velocity'])
+        slope = s * fade * truth['stribeck'] * np.abs(v) / truth['stribeck_velocity'] ** 2
+        J = tests @ np.column_stack([s, v, np.ones_like(v), s * fade, slope])
+        covariance = 0.05**2 * (tests @ tests.T).toarray()
+        information = J.T @ np.linalg.solve(covariance, J)
+        level = float(np.median(np.abs(rows.y[rows.keep])))
+        speeds = np.abs(rows.mean_v[rows.keep])
+        reach = DataReach('Nm', float(np.quantile(speeds, 0.02)), float(speeds.max()), level)
+        expected[title] = set(expected_reasons(information, truth, names, reach))
+    assert expected == {
+        'T1 + T2 + T3': set(),
+        'T1': set(),
+        'T2': {'viscous'},
+        'T3': {'viscous'},
+    }
+    for title, fits in study_fits.items():
+        for name in names:
+            rows = [fit.parameters[name] for fit in fits]
+            flagged = sum(NOT_IDENTIFIABLE in row.flags for row in rows)
+            for row in rows:
+                assert np.isnan(row.value) == (NOT_IDENTIFIABLE in row.flags)
+                if NOT_IDENTIFIABLE in row.flags:
+                    assert row.reason
+                    assert 'record T' in row.experiment
+            if name in expected[title]:
+                assert flagged == len(fits), f'{title} {name}: {flagged} of {len(fits)}'
+            else:
+                assert flagged <= binom.ppf(0.999, len(fits), 0.05), f'{title} {name}: {flagged}'
+
+
+def test_an_error_of_the_model_is_taken_by_the_bias(runs):
+    """
+    M + 10 % and gravity + 0.1 Nm: issue 4 allows C to move by 0.006 and S by 0.012.
+
+    The same noise in both fits, so that what moves is the model's doing. (B by less than the 0.02
+    of observer_study.md section 5.)
+    """
+    log = measured(runs[::2], 3)
+    wrong = MismatchedRobot(study_urdf(), log.names, ARMATURE, 1.1, (0.1, 0.05))
+    one, two = (WeakForm(log, robot).fit(0).fit.parameters for robot in (study_robot(), wrong))
+    moved = {name: two[name].value - one[name].value for name in one}
+    print(f'\nmoved by M + 10 %, g + 0.1 Nm: {moved}')
+    assert moved['bias'] == pytest.approx(-0.1, abs=0.002)
+    for name, most in (('coulomb', 0.006), ('stribeck', 0.012), ('viscous', 0.02)):
+        assert abs(moved[name]) <= most, name
+
+
+def test_inertia_is_found_beside_friction(runs):
+    """To 1 %, four standard errors: only the ramps tell it, reversals take no part."""
+    form = WeakForm(
+        measured(runs[:1], 4), study_robot(), settings=WeakSettings(refit_inertia=True)
+    )
+    fit = form.fit(0)
+    assert fit.inertia.value == pytest.approx(1.0, abs=0.01)
+    assert abs(fit.inertia.value - 1.0) < 4.0 * fit.inertia.std_error
+    assert fit.inertia.unit == '1'
+    for name, truth in TRUTH[0].items():
+        parameter = fit.fit.parameters[name]
+        assert abs(parameter.value - truth) < 4.0 * parameter.std_error, name
 
 
 def slider():
@@ -208,8 +316,8 @@ def test_levels_are_means_within_the_segments_only():
     segments = find_segments(log.time, log.q[:, 0], SegmentSettings())
     levels = fit.levels(segments)
     for segment, level in zip(segments, levels, strict=True):
-        inside = (fit.middle - 0.1 >= segment.start_s - 1e-9) & (
-            fit.middle + 0.1 <= segment.end_s + 1e-9
+        inside = (fit.middle - 0.05 >= segment.start_s - 1e-9) & (
+            fit.middle + 0.05 <= segment.end_s + 1e-9
         )
         if inside.any():
             assert level == pytest.approx(fit.means[inside].mean())
@@ -225,16 +333,19 @@ def test_no_mean_reaches_across_a_hole_or_a_missing_effort():
     columns = {k: getattr(log, k)[~hole] for k in ('t_ns', 'q', 'v')}
     fit = WeakForm(replace(log, tau=tau[~hole], **columns), slider()).fit(0)
     known = fit.middle[np.isfinite(fit.means)]
-    assert not ((known > 5.0 - 0.099) & (known < 6.0 + 0.099)).any()
-    assert not ((known > 9.0 - 0.099) & (known < 9.5 + 0.099)).any()
+    assert not ((known > 5.0 - 0.049) & (known < 6.0 + 0.049)).any()
+    assert not ((known > 9.0 - 0.049) & (known < 9.5 + 0.049)).any()
     assert fit.fit.parameters['coulomb'].value == pytest.approx(
         WeakForm(log, slider()).fit(0).fit.parameters['coulomb'].value, rel=0.02
     )
 
 
-def test_reversals_take_part_only_if_the_width_of_the_sign_is_known():
+def test_no_mean_touches_speeds_at_which_the_sign_is_steep():
     form = WeakForm(slider_log(), slider())
-    assert form.fit(0, 0.005).fit.pairs > form.fit(0, 0.0).fit.pairs
+    for v0 in (0.0, 0.005, 0.02):
+        rows = form.rows(0, v0)
+        assert np.abs(rows.mean_v[rows.keep]).min() > v0
+    assert form.rows(0, 0.02).keep.sum() < form.rows(0, 0.0).keep.sum()
 
 
 def test_what_cannot_be_fitted_is_one_sentence():

@@ -22,11 +22,12 @@ anything = {
     'stribeck_velocity': st.floats(1e-3, 1.0),
     'bias': st.floats(-10.0, 10.0),
 }
+SYMMETRIC = [name for name in FRICTION_LAWS if not name.endswith('_asymmetric')]
 
 
 @st.composite
 def laws(draw):
-    name = draw(st.sampled_from(sorted(FRICTION_LAWS)))
+    name = draw(st.sampled_from(sorted(SYMMETRIC)))
     values = {key: draw(anything[key]) for key in FRICTION_LAWS[name].parameter_names}
     return make_friction_law(name, values, draw(st.sampled_from([0.0, 1e-3, 0.1])))
 
@@ -50,6 +51,25 @@ def test_at_high_speed_stribeck_has_vanished_and_the_line_is_left(law):
     p, v = law.parameters, 200.0
     line = p['coulomb'] + p['viscous'] * v + p['bias']
     assert law.torque(v) == pytest.approx(line, rel=1e-12)
+
+
+@pytest.mark.parametrize('name', [n for n in FRICTION_LAWS if n not in SYMMETRIC])
+def test_an_asymmetric_law_is_its_symmetric_one_with_other_numbers_each_way(name):
+    """Forwards B + D_B and S + D_S, backwards B - D_B and S - D_S."""
+    p = {'coulomb': 0.8, 'viscous': 0.35, 'bias': 0.1}
+    even = {'viscous_asymmetry': 0.05}
+    if name.startswith('stribeck'):
+        p |= {'stribeck': 0.5, 'stribeck_velocity': 0.03}
+        even |= {'stribeck_asymmetry': -0.1}
+    law = make_friction_law(name, {**p, **even}, 0.005)
+    v = np.array([0.004, 0.03, 0.5])
+    for way in (1.0, -1.0):
+        own = {**p, 'viscous': p['viscous'] + way * even['viscous_asymmetry']}
+        if 'stribeck' in p:
+            own['stribeck'] += way * even['stribeck_asymmetry']
+        one = make_friction_law(name.removesuffix('_asymmetric'), own, 0.005)
+        np.testing.assert_allclose(law.torque(way * v), one.torque(way * v), rtol=1e-12)
+    assert law.torque(0.0) == 0.1
 
 
 def test_breakaway_is_coulomb_plus_stribeck():

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from pathlib import Path
 
@@ -17,7 +18,11 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.trajectory import Trajectory
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from sosml_friction.report.results import fit_document
 from sosml_friction.share import share_directory
 
 NAMES = ['shoulder', 'elbow']
@@ -28,6 +33,8 @@ PERIOD_NS = 2_000_000
 class Robot:
     """A robot that does not move: joint_states at 500 Hz by its own stamps, and a description."""
 
+    EVERY_S = 0.002
+
     def __init__(self, ros, names=tuple(NAMES)) -> None:
         self.ros, self.names = ros, list(names)
         self.sent: list[int] = []
@@ -36,13 +43,51 @@ class Robot:
         description.publish(String(data=urdf.read_text()))
         self.output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
         self._now_ns = 1_000_000_000
-        ros.node.create_timer(0.002, self.step)
+        ros.node.create_timer(self.EVERY_S, self.step)
 
     def step(self) -> None:
         state = JointState(name=self.names, position=REST, velocity=[0.0, 0.0], effort=[0.1, 0.2])
         state.header.stamp.sec, state.header.stamp.nanosec = divmod(self._now_ns, 10**9)
         self.sent.append(self._now_ns)
         self._now_ns += PERIOD_NS
+        self.output.publish(state)
+
+
+class MovingRobot(Robot):
+    """
+    A robot that goes exactly where it is told, with 0.6 and 0.3 Nm of Coulomb friction.
+
+    Its stamps are 5 ms apart and it sends one every 1.5 ms: emulated time runs ahead.
+    """
+
+    EVERY_S = 0.0015
+
+    def __init__(self, ros) -> None:
+        self.model = read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
+        self.trajectory, self.begun_ns = None, 0
+        self.noise = np.random.default_rng(0)
+        super().__init__(ros)
+        ros.node.create_subscription(JointTrajectory, 'joint_trajectory', self.follow, 10)
+
+    def follow(self, message: JointTrajectory) -> None:
+        t = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
+        rows = ([getattr(p, what) for p in message.points] for what in ('positions', 'velocities'))
+        self.trajectory = Trajectory(tuple(message.joint_names), np.array(t), *map(np.array, rows))
+        self.spline, self.begun_ns = self.trajectory.spline(), self._now_ns
+
+    def step(self) -> None:
+        q, v, a = np.array(REST), np.zeros(2), np.zeros(2)
+        if self.trajectory is not None:
+            t = min((self._now_ns - self.begun_ns) * 1e-9, self.trajectory.duration)
+            q, v, a = (self.spline(t, k) for k in range(3))
+        tau = self.model.inverse_dynamics(q, v, a) + np.sign(v) * [0.6, 0.3]
+        tau += self.noise.normal(0.0, 0.02, 2)
+        state = JointState(
+            name=self.names, position=q.tolist(), velocity=v.tolist(), effort=tau.tolist()
+        )
+        state.header.stamp.sec, state.header.stamp.nanosec = divmod(self._now_ns, 10**9)
+        self.sent.append(self._now_ns)
+        self._now_ns += 5_000_000
         self.output.publish(state)
 
 
@@ -214,3 +259,94 @@ def test_another_trajectory_is_run_with_the_options_under_its_name(ros, start_no
     end = points[-1].time_from_start
     # The move to the centre, where the robot is already, takes 0.4 s.
     assert end.sec + 1e-9 * end.nanosec == pytest.approx(0.4 + 4.0 + 2.0)
+
+
+def run_values(arrays) -> list[dict[str, str]]:
+    """Return what the identifier's diagnostics said, oldest first."""
+    return [
+        {'message': status.message} | {item.key: item.value for item in status.values}
+        for array in arrays
+        for status in array.status
+        if status.name == 'identifier_node: run'
+    ]
+
+
+def stamps_of(messages) -> list[int]:
+    return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
+
+
+@pytest.fixture
+def moving(ros, start_node, tmp_path):
+    """Return a robot that moves, and all diagnostics, with a short run begun."""
+    robot = MovingRobot(ros)
+    arrays = ros.collect(DiagnosticArray, '/diagnostics', QoSProfile(depth=1000))
+    configuration = ros.collect(String, 'observer_configuration', LATCHED)
+    start_node('observer_node', 'effort_hold:=[mean]')
+    start_node(
+        'identifier_node',
+        f'output:={tmp_path}',
+        'run_name:=run',
+        'speeds:=[0.1, 0.4, 0.8]',
+        'plateau:=0.6',
+        'centre:=[-1.57, 1.2]',
+        'scale:=[1.0, 0.7]',
+    )
+    ros.spin_until(lambda: configuration and run_values(arrays))
+    ros.spin_until(lambda: robot.output.get_subscription_count() == 2)
+    start(ros)
+    return robot, arrays
+
+
+def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, moving, tmp_path):
+    """
+    Nothing is written by an aborted fit; the next one does what the tool does.
+
+    Meanwhile each sample that is sent has its estimate, and the identifier still takes them.
+    """
+    robot, arrays = moving
+    run = tmp_path / 'run'
+    estimates = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
+
+    def last() -> dict[str, str]:
+        return run_values(arrays)[-1]
+
+    ros.spin_until(lambda: last()['phase'] == 'fitting')
+    answer = ros.call(Trigger, 'identifier_node/abort')
+    assert answer.success, answer.message
+    ros.spin_until(lambda: last()['phase'] != 'fitting')
+    assert last()['phase'] == 'failed'
+    assert 'aborted' in last()['message']
+    assert [p.name for p in run.iterdir()] == ['bag']
+
+    answer = ros.call(Trigger, 'identifier_node/fit')
+    assert answer.success
+    assert answer.message == f'fitting {run / "bag"}'
+    ros.spin_until(lambda: last()['phase'] == 'fitting')
+    begun, taken = len(robot.sent), int(last()['joint_states taken'])
+    ros.spin_until(lambda: last()['phase'] in ('done', 'failed'))
+    ended = len(robot.sent)
+    assert last()['phase'] == 'done', last()['message']
+    assert int(last()['joint_states taken']) - taken > 0.5 * (ended - begun) > 10
+    ros.spin_until(lambda: stamps_of(estimates[-1:]) >= robot.sent[ended - 1 : ended])
+    during = [t for t in stamps_of(estimates) if robot.sent[begun] <= t <= robot.sent[ended - 1]]
+    assert during == robot.sent[begun:ended]
+
+    told = run_values(arrays)
+    shares = [float(x['progress [%]']) for x in told if 'progress [%]' in x]
+    assert shares == sorted(shares)
+    assert len(set(shares)) > 2
+    steps = {x['step'] for x in told if x['phase'] == 'fitting'}
+    assert {'fitting', 'drawing shoulder', 'running the observers over the bag'} & steps
+    assert told[-1]['trajectory'].startswith('T1, ')
+
+    tags = Bag.open(run / 'bag').tags
+    assert (tags['trajectory'], tags['trajectory_label']) == ('speed_ladder', 'T1')
+    assert json.loads(tags['trajectory_options'])['speeds'] == [0.1, 0.4, 0.8]
+    assert {p.name for p in run.iterdir()} == {'bag', 'model', 'parameters.yaml'}
+    written = json.loads((run / 'model' / 'fit.json').read_text())
+    offline = json.loads(json.dumps(fit_document(analyse_bag(run / 'bag'))))
+    assert written['joints'] == offline['joints']
+    assert written['joints']['shoulder']['sosml']['parameters']['coulomb'][
+        'value'
+    ] == pytest.approx(0.6, abs=0.02)
+    assert (run / 'model' / 'report.html').is_file()

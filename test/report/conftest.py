@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.share import share_directory
@@ -58,13 +60,28 @@ def record_exoskeleton(truth: RobotModelFile) -> Callable[..., Path]:
 def analysis(
     record_exoskeleton: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
 ) -> BagAnalysis:
-    """Return the analysis of a recording of both joints."""
-    return analyse_bag(record_exoskeleton(tmp_path_factory.mktemp('bags') / 'ladder'))
+    """Return the analysis of a recording of both joints, by two observers."""
+    bag = record_exoskeleton(tmp_path_factory.mktemp('bags') / 'ladder')
+    return analyse_bag(bag, settings=FitSettings(method='segments'))
 
 
 @pytest.fixture(scope='session')
 def one_joint_analysis(
     record_exoskeleton: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
 ) -> BagAnalysis:
-    """Return the analysis of a recording whose elbow reports no effort."""
+    """Return the usual analysis, with the weak form, of a bag whose elbow reports no effort."""
     return analyse_bag(record_exoskeleton(tmp_path_factory.mktemp('bags') / 'mute', False))
+
+
+@pytest.fixture(scope='session')
+def rejecting_analysis(analysis: BagAnalysis) -> BagAnalysis:
+    """Return the analysis as if some windows had not been used, for two reasons and a third."""
+    reasons = {1: 'speed ripples by 9 %', 2: 'speed ripples by 12 %', 4: 'steady for < 0.1 s'}
+    joints = {}
+    for joint, fits in analysis.fit.joints.items():
+        segments = tuple(
+            dataclasses.replace(segment, rejected=reasons.get(k, segment.rejected))
+            for k, segment in enumerate(next(iter(fits.values())).segments)
+        )
+        joints[joint] = {o: dataclasses.replace(f, segments=segments) for o, f in fits.items()}
+    return dataclasses.replace(analysis, fit=dataclasses.replace(analysis.fit, joints=joints))

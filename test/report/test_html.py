@@ -5,24 +5,32 @@
 import base64
 import dataclasses
 import re
+from html import escape
 
 import pytest
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report import html as report
+from sosml_friction.report import joint_section
 from sosml_friction.report.findings import joint_sentence, notes
 from sosml_friction.report.joint_view import joint_views
 from sosml_friction.report.number_text import format_number
 
 
 @pytest.fixture(scope='module')
-def text(analysis, truth):
-    return report.render_report(analysis, truth, {'seed': '<7>'})
+def text(rejecting_analysis, truth):
+    return report.render_report(rejecting_analysis, truth, {'seed': '<7>'})
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Leave out the drawing of the pictures, which has its own tests."""
+    monkeypatch.setattr(joint_section, 'to_png', lambda figure: b'\x89PNG')
 
 
 def test_nothing_is_loaded_from_elsewhere(text):
     sources = re.findall(r'(?:src|href)\s*=\s*"([^"]*)"', text)
-    assert len(sources) == 8
+    assert len(sources) == 10
     for source in sources:
         assert source.startswith('data:image/png;base64,')
         assert base64.b64decode(source.partition(',')[2]).startswith(b'\x89PNG')
@@ -44,7 +52,21 @@ def test_it_has_the_truth_the_segments_and_the_provenance(text, analysis):
     assert f'<td class="n">{used[0].start_s:.2f}</td>' in text
     assert analysis.model.provenance['sha256'] in text
     assert 'positive for positive velocity' in text
-    assert 'not used because' in text
+
+
+def test_every_reason_of_a_window_not_used_is_in_it(text, rejecting_analysis):
+    for fits in rejecting_analysis.fit.joints.values():
+        reasons = {s.rejected for s in fits['sosml'].segments if s.rejected}
+        assert len(reasons) >= 3
+        for reason in reasons:
+            assert f'<td class="l">{escape(reason)}</td>' in text
+
+
+def test_every_picture_says_in_words_what_it_shows(text):
+    alts = re.findall(r'<img alt="([^"]*)"', text)
+    assert len(alts) == 10
+    for joint in ('shoulder', 'elbow'):
+        assert sum(f'joint {joint}' in alt for alt in alts) == 5
 
 
 def test_no_unknown_number_is_printed_as_such(text):
@@ -52,6 +74,7 @@ def test_no_unknown_number_is_printed_as_such(text):
     assert not re.search(r'\b(nan|inf|None)\b', visible)
 
 
+@pytest.mark.usefixtures('quick')
 def test_names_cannot_break_the_page(text, analysis):
     assert '&lt;7&gt;' in text
     assert '<7>' not in text
@@ -83,6 +106,7 @@ def test_a_truth_outside_the_interval_is_noted(analysis, truth):
     assert any('truth is outside' in note and 'viscous' in note for note in told)
 
 
+@pytest.mark.usefixtures('quick')
 def test_a_joint_without_fit_says_why(one_joint_analysis):
     page = report.render_report(one_joint_analysis)
     assert 'elbow</strong>: its friction is not available, because its actuator reports no' in page

@@ -84,7 +84,7 @@ def test_what_is_not_identifiable_is_never_a_number(name, value, error, interval
     flags = (NOT_IDENTIFIABLE, AT_BOUND) if bound else (NOT_IDENTIFIABLE,)
     parameter = Parameter(value, 'Nm', error, interval, flags)
     text = value_text(name, parameter)
-    assert text == 'not identifiable' or ' to ' in text
+    assert text == 'not identifiable' or ' to ' in text or text[:6] in ('above ', 'below ')
     assert not is_number(text)
     assert error_text(parameter) == '-'
     assert interval_text(parameter) == '-'
@@ -100,6 +100,25 @@ def test_a_range_of_what_cannot_be_negative_begins_at_zero(name, low, high):
 
 def test_a_bias_may_be_negative():
     assert allowed_range('bias', Parameter(math.nan, 'N', interval=(-2.0, 1.0))) == (-2.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('name', 'interval', 'text'),
+    [
+        ('stribeck', (0.0, 1.234), '0 to 1.23'),
+        ('stribeck', (-0.5, 1.234), '0 to 1.23'),
+        ('stribeck', (0.1234, math.inf), 'above 0.123'),
+        ('stribeck', (0.1234, math.nan), 'above 0.123'),
+        ('stribeck', (0.0, math.inf), 'not identifiable'),
+        ('stribeck', (math.nan, math.nan), 'not identifiable'),
+        ('stribeck', None, 'not identifiable'),
+        ('bias', (-math.inf, 2.5), 'below 2.50'),
+        ('bias', (-math.inf, math.inf), 'not identifiable'),
+    ],
+)
+def test_a_range_that_is_open_names_the_end_that_it_has(name, interval, text):
+    parameter = Parameter(math.nan, 'Nm', interval=interval, flags=(NOT_IDENTIFIABLE,))
+    assert value_text(name, parameter) == text
 
 
 def test_a_value_at_its_bound_says_so():

@@ -68,6 +68,19 @@ def test_without_truth_there_is_no_truth_column(analysis):
 
 
 @pytest.mark.parametrize('width', [80, 100])
+def test_the_table_of_the_usual_analysis_fits_into_the_terminal(one_joint_analysis, truth, width):
+    text = printed(parameter_table(one_joint_analysis, truth), width)
+    assert '…' not in text
+    assert max(map(len, text.splitlines())) <= width
+    fits = one_joint_analysis.fit.joints['shoulder']
+    found = rows(text)['shoulder', 'bias']
+    assert len(found) == 1 + 1 + len(fits) + 1
+    coulomb = fits['weak_form'].fit.parameters['coulomb']
+    shown = float(rows(text)['shoulder', 'coulomb'][4])
+    assert shown == pytest.approx(coulomb.value, abs=0.06 * coulomb.std_error)
+
+
+@pytest.mark.parametrize('width', [80, 100])
 def test_the_table_fits_into_the_terminal_without_losing_a_character(analysis, truth, width):
     for variant in (analysis, without_stribeck(analysis)):
         text = printed(parameter_table(variant, truth), width)
@@ -96,3 +109,22 @@ def test_a_truth_of_other_joints_is_refused(analysis, truth):
     other = dataclasses.replace(truth, joints={'wrist': truth.joints['elbow']})
     with pytest.raises(ConfigurationError, match=r'wrist.*shoulder, elbow'):
         parameter_table(analysis, other)
+
+
+def test_a_law_by_direction_has_rows_of_its_own(analysis):
+    fit = analysis.fit.joints['shoulder']['sosml']
+    extra = Parameter(-37.2, 'Nm s/rad', 2.0, (-41.0, -33.4))
+    law = dataclasses.replace(
+        fit.fit, parameters={**fit.fit.parameters, 'viscous_asymmetry': extra}
+    )
+    joints = {
+        **analysis.fit.joints,
+        'shoulder': {
+            **analysis.fit.joints['shoulder'],
+            'sosml': dataclasses.replace(fit, fit=law),
+        },
+    }
+    changed = dataclasses.replace(analysis, fit=dataclasses.replace(analysis.fit, joints=joints))
+    lines = printed(parameter_table(changed)).splitlines()
+    (row,) = [line.split() for line in lines if 'viscous_asymmetry' in line]
+    assert row == ['viscous_asymmetry', 'Nm', 's/rad', '-', '-37.2', '2.0']

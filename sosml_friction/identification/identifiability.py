@@ -1,0 +1,149 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+When a parameter counts as identifiable, why not if not, and what to record instead.
+
+The rule is stated on the 95 % interval of half width h that the data leave:
+
+* C, B, bias and the asymmetries: h is at most a fifth of the value, or the torque it stands for is
+  at most 1 % of the friction level (the median of |tau_f|), 5 % for bias and asymmetries, which
+  are often next to zero: h itself, for viscous terms h times the fastest speed.
+* S and v_s: the profile interval is closed, and its ends differ by a factor of at most 3. That the
+  term is there at all is tested by itself.
+
+S and v_s are identifiable together or not at all. The same rule on the interval that an ideal fit
+would have, from the Fisher information of a design, says what a recording can give:
+:func:`expected_reasons`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.friction_law import unit_of
+
+#: Largest half width of an interval as a share of the value and of the friction level, and of that
+#: for what may be negative.
+SHARE, SHARE_OF_LEVEL, SHARE_OF_OFFSET = 0.2, 0.01, 0.05
+#: Largest ratio of the ends of the intervals of S and v_s.
+SPREAD = 3.0
+
+
+@dataclass(frozen=True)
+class DataReach:
+    """
+    Hold what a recording covers.
+
+    ``slowest`` and ``fastest`` [rad/s or m/s]; ``level``: median of |tau_f| [Nm or N]; ``best``:
+    the best fit by parameter.
+    """
+
+    effort_unit: str
+    slowest: float
+    fastest: float
+    level: float
+    best: Mapping[str, float] = field(default_factory=dict)
+
+    def speed(self, value: float) -> str:
+        """Return a speed with its unit."""
+        return f'{value:.3g} {unit_of("stribeck_velocity", self.effort_unit)}'
+
+
+def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> str:
+    """Return why a parameter with this 95 % interval is not identifiable, '' if it is."""
+    low, high = interval
+    if name == 'stribeck_velocity':
+        return _velocity_reason(reach, interval)
+    if name == 'stribeck':
+        if low > 0.0 and high <= SPREAD * low:
+            return ''
+        return f'only known to be between {max(low, 0.0):.3g} and {high:.3g} {reach.effort_unit}'
+    half = 0.5 * (high - low)
+    floor = SHARE_OF_LEVEL if name in ('coulomb', 'viscous') else SHARE_OF_OFFSET
+    floor *= reach.level / (max(reach.fastest, 1e-300) if name.startswith('viscous') else 1.0)
+    allowed = max(SHARE * abs(reach.best.get(name, 0.0)), floor)
+    if half <= allowed:
+        return ''
+    unit = unit_of(name, reach.effort_unit)
+    text = f'its 95 % interval is {low:.3g} to {high:.3g} {unit}, '
+    text += f'more than {100.0 * SHARE:.0f} % of it to either side'
+    if name.startswith('viscous'):
+        text += f', from speeds up to {reach.speed(reach.fastest)} only'
+    return text
+
+
+def _velocity_reason(reach: DataReach, interval: tuple[float, float]) -> str:
+    low, high = interval
+    if low > 0.0 and high <= SPREAD * low:
+        return ''
+    v_s = reach.best.get('stribeck_velocity', np.nan)
+    if not np.isfinite(v_s):
+        return (
+            'the data show no extra friction near standstill: their slowest speed is '
+            f'{reach.speed(reach.slowest)}'
+        )
+    ratio = reach.slowest / v_s
+    if low <= 0.0:
+        return f'the slowest speed is {ratio:.2g} times the Stribeck velocity of the best fit'
+    if not np.isfinite(high):
+        return (
+            f'the fastest speed, {reach.speed(reach.fastest)}, is only '
+            f'{reach.fastest / v_s:.2g} times the Stribeck velocity of the best fit'
+        )
+    return f'the Stribeck velocity is only known to be between {low:.3g} and {reach.speed(high)}'
+
+
+def experiment_for(name: str, reach: DataReach) -> str:
+    """Return what to record for a parameter that is not identifiable."""
+    if name in ('stribeck', 'stribeck_velocity', 'stribeck_asymmetry'):
+        v_s = reach.best.get('stribeck_velocity', np.nan)
+        first = 0.25 * reach.slowest if not np.isfinite(v_s) else min(v_s / 3.0, reach.slowest)
+        begin = float(f'{first:.1g}')
+        text = f'record T3, a slow ladder with plateaus from {reach.speed(begin)}'
+        if np.isfinite(v_s) and reach.fastest < 8.0 * v_s:
+            fast = float(f'{20.0 * v_s:.1g}')
+            return f'record T1, a speed ladder up to {reach.speed(fast)}, and fit both together'
+        return f'{text}: at most twice the Stribeck velocity'
+    if name.startswith('viscous'):
+        fast = float(f'{10.0 * reach.fastest:.1g}')
+        return f'record T1, a speed ladder up to {reach.speed(fast)} or what the joint allows'
+    if name == 'coulomb':
+        return 'record T1, a speed ladder in both directions with plateaus over a decade of speeds'
+    return 'record plateaus in both directions at the same places'
+
+
+def expected_reasons(
+    information: NDArray[np.float64],
+    truth: Mapping[str, float],
+    names: tuple[str, ...],
+    reach: DataReach,
+) -> dict[str, str]:
+    """
+    Return which parameters a design cannot give, and why: by the Cramer-Rao bound, without data.
+
+    :param information: Fisher information (P, P) of ``names``, at the truth.
+    :param truth: parameters of the Stribeck law.
+    """
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    C = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-14) / np.outer(scale, scale)
+    at = DataReach(reach.effort_unit, reach.slowest, reach.fastest, reach.level, truth)
+    result = {}
+    for k, name in enumerate(names):
+        if name not in truth:
+            continue
+        half = 1.96 * float(np.sqrt(C[k, k]))
+        value = truth[name]
+        interval = (value - half, value + half)
+        if name == 'stribeck_velocity':
+            # A velocity is a scale: symmetric in its logarithm.
+            factor = float(np.exp(min(half / value, 300.0)))
+            # Beyond a factor of 10 either way the profile of the knee is flat.
+            interval = (value / factor, value * factor) if factor < 10.0 else (0.0, np.inf)
+        reason = reason_for(name, at, interval)
+        if reason:
+            result[name] = reason
+    return result

@@ -1,0 +1,121 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Is what was fitted friction at all: checks of a fitted law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.friction_law import unit_of
+
+FloatArray = NDArray[np.float64]
+
+DISSIPATION = 'dissipation'
+ODD_EVEN = 'odd_even'
+#: Chance below which a part that changes with speed is not taken for noise.
+_CHANCE = 0.01
+#: Smaller than this share of friction it does not matter.
+_MATTERS = 0.02
+
+
+@dataclass(frozen=True)
+class LawCheck:
+    """
+    Hold what one check says of a fitted law.
+
+    ``passed`` is False where the law is not friction as it stands; ``sentence`` says so with its
+    numbers, in one sentence with its full stop.
+    """
+
+    name: str
+    passed: bool
+    sentence: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of ``sosml fit --json``."""
+        return {'name': self.name, 'passed': self.passed, 'sentence': self.sentence}
+
+
+def dissipation_check(
+    best: Mapping[str, tuple[float, tuple[float, float] | None]],
+    effort_unit: str,
+    slowest: float,
+    fastest: float,
+) -> LawCheck:
+    """
+    Ask whether friction with its bias takes energy at every speed of the data.
+
+    tau_f v >= 0 needs C + S exp(-w / v_s) + B w >= |bias| at every w from ``slowest`` to
+    ``fastest``. Where it is less the law drives the joint in one direction: no friction does.
+
+    :param best: best fit and 95 % interval by parameter.
+    """
+    value = {name: each[0] for name, each in best.items()}
+    w = np.geomspace(max(slowest, 1e-6 * fastest), fastest, 200)
+    level = value['coulomb'] + value['viscous'] * w
+    if 'stribeck_velocity' in value:
+        level = level + value['stribeck'] * np.exp(-w / value['stribeck_velocity'])
+    bias, coulomb, speed_unit = value['bias'], value['coulomb'], unit_of('velocity', effort_unit)
+    beyond = abs(bias) > level
+    if not beyond.any():
+        share = 100.0 * abs(bias) / float(level.min()) if level.min() > 0.0 else 0.0
+        return LawCheck(
+            DISSIPATION,
+            True,
+            f'The law takes energy at every speed: the bias of {bias:.3g} {effort_unit} is '
+            f'{share:.0f} % of the least friction, {level.min():.3g} {effort_unit}.',
+        )
+    way = 'backwards' if bias > 0.0 else 'forwards'
+    first, last = w[beyond][[0, -1]]
+    start = f'The bias {abs(bias):.3g} {effort_unit} is larger than '
+    what = (
+        f'Coulomb friction {coulomb:.3g} {effort_unit}'
+        if abs(bias) > coulomb
+        else f'friction from {first:.3g} to {last:.3g} {speed_unit}'
+    )
+    return LawCheck(
+        DISSIPATION,
+        False,
+        f'{start}{what}, so that the law drives the joint {way} from {first:.3g} to {last:.3g} '
+        f'{speed_unit}: this is an offset of gravity or of the current, not friction.',
+    )
+
+
+def odd_even_check(
+    speeds: FloatArray, odd: FloatArray, even: FloatArray, chance: float, effort_unit: str
+) -> LawCheck:
+    """
+    Ask whether the part that does not change its sign with direction changes with speed.
+
+    Half of tau_f(w) - tau_f(-w) is friction, half of their sum is an offset if it is the same at
+    every speed w, else an asymmetry.
+
+    :param speeds: slowest and fastest speed (2,) [rad/s or m/s].
+    :param odd: odd part at these (2,) [Nm or N]; ``even`` (2,) the even part.
+    :param chance: of an even part that changes so much by noise alone.
+    """
+    unit = unit_of('velocity', effort_unit)
+    parts = (
+        f'the odd part, friction, is {odd[0]:.3g} {effort_unit} at {speeds[0]:.3g} {unit} and '
+        f'{odd[1]:.3g} at {speeds[1]:.3g}'
+    )
+    change = float(abs(even[1] - even[0]))
+    if chance > _CHANCE or change < _MATTERS * float(np.abs(odd).max()):
+        return LawCheck(
+            ODD_EVEN,
+            True,
+            f'Friction is the same in both directions beside a constant offset of '
+            f'{float(np.mean(even)):.3g} {effort_unit}: {parts}.',
+        )
+    return LawCheck(
+        ODD_EVEN,
+        False,
+        f'Friction differs by direction: the even part is {even[0]:.3g} {effort_unit} at '
+        f'{speeds[0]:.3g} {unit} and {even[1]:.3g} at {speeds[1]:.3g} (by chance alone: '
+        f'p = {chance:.1g}), {parts}; fit the asymmetric form, or look for an error of gravity.',
+    )

@@ -1,0 +1,48 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which friction law is fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sosml_friction.exceptions import ConfigurationError
+
+LAWS = ('auto', 'coulomb_viscous', 'stribeck')
+ALPHAS = (1.0, 2.0)
+
+
+@dataclass(frozen=True)
+class LawForm:
+    """
+    Choose the form of the law.
+
+    ``law``: ``coulomb_viscous`` is equation (9), ``stribeck`` equation (17), ``auto`` the second
+    where the data show its extra term. ``symmetric``: False lets C, B and S differ with direction.
+    ``alpha``: exponent of equation (10), 1 or 2; no recording that this package knows of tells it
+    from S and v_s, so it is chosen, not fitted. ``ridge``: the paper's light
+    regularisation on v_s and bias, 0 for none. The bias is drawn to zero with that share of its
+    own information, and a factor e of v_s away from the middle of the speeds (geometric mean of
+    the slowest and the fastest) costs that share of the residuals' squares. The intervals do not
+    know of the bias that it makes.
+    """
+
+    law: str = 'auto'
+    symmetric: bool = True
+    alpha: float = 1.0
+    ridge: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.law not in LAWS:
+            raise ConfigurationError(f'law is {self.law!r}: use one of {", ".join(LAWS)}')
+        if self.alpha not in ALPHAS:
+            raise ConfigurationError(f'alpha is {self.alpha}: use 1 or 2')
+        if not 0.0 <= self.ridge < 1.0:
+            raise ConfigurationError(f'ridge is {self.ridge}: give a share from 0 to below 1')
+
+    def identifier(self, extra: bool) -> str:
+        """Return the law's name in a model file; ``extra``: with its Stribeck term."""
+        name = 'coulomb_viscous'
+        if extra:
+            name = 'stribeck' if self.alpha == 1.0 else 'stribeck_gaussian'
+        return name if self.symmetric else f'{name}_asymmetric'

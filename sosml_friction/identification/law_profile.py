@@ -1,0 +1,65 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The profile of the cost over the Stribeck velocity, and what it leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LawProfile:
+    """
+    Hold the profile of the cost.
+
+    ``excess`` (K,) is the least cost at each ``stribeck_velocity`` (K,) [rad/s or m/s] above the
+    least of all, in units of the 95 % limit: up to 1 is within. ``stribeck`` (K,) is the best S
+    there, and ``half`` (K,) [Nm or N] half of the range of S within the limit, NaN outside.
+    """
+
+    stribeck_velocity: FloatArray
+    excess: FloatArray
+    stribeck: FloatArray
+    half: FloatArray
+
+    def velocity_interval(self) -> tuple[float, float]:
+        """Return the range of v_s within the limit, 0 and infinite where it is open."""
+        u, best = np.log(self.stribeck_velocity), int(np.argmin(self.excess))
+        below = _crossing(u[: best + 1][::-1], self.excess[: best + 1][::-1])
+        above = _crossing(u[best:], self.excess[best:])
+        return (
+            0.0 if below is None else float(np.exp(below)),
+            np.inf if above is None else float(np.exp(above)),
+        )
+
+    def stribeck_interval(self, speed: float = 0.0, alpha: float = 1.0) -> tuple[float, float]:
+        """
+        Return the range of S exp(-(speed / v_s)^alpha) within the limit, over all v_s; S >= 0.
+
+        At speed 0, which is S itself, it has no upper end where v_s may be next to nothing.
+        """
+        within = np.isfinite(self.half)
+        if not within.any():
+            return 0.0, np.inf
+        fade = np.exp(-((speed / self.stribeck_velocity[within]) ** alpha))
+        best, half = self.stribeck[within], self.half[within]
+        low = float(np.min((best - half) * fade))
+        high = float(np.max((best + half) * fade))
+        open_ = speed == 0.0 and bool(within[0])
+        return max(low, 0.0), np.inf if open_ else max(high, 0.0)
+
+
+def _crossing(u: FloatArray, excess: FloatArray) -> float | None:
+    """Return where ``excess``, from its least on, exceeds 1, or None."""
+    # A cost is a parabola about its minimum: its root is nearly straight.
+    root = np.sqrt(np.maximum(excess, 0.0))
+    beyond = np.flatnonzero(root > 1.0)
+    if not len(beyond):
+        return None
+    k = max(int(beyond[0]), 1)
+    return float(u[k - 1] + (u[k] - u[k - 1]) * (1.0 - root[k - 1]) / (root[k] - root[k - 1]))

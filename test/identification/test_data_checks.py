@@ -1,0 +1,194 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The checks of a recording: each sees its own fault, and nothing in a good recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.importer import import_recording
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.data_checks import NOTE, SHORTEST_S, check_data
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.report.output import to_json
+from sosml_friction.share import share_directory
+
+PERIOD = 0.004
+COULOMB, VISCOUS = (0.5, 0.3), (0.2, 0.1)
+
+
+@pytest.fixture(scope='module')
+def robot():
+    return read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
+
+
+def arm_log(robot, noise=0.01, speeds=(0.05, 0.2, 0.5)) -> JointLog:
+    """Return a ladder of both joints of the default arm, with Coulomb and viscous friction."""
+    start = {'shoulder': -1.5, 'elbow': 1.2}
+    ladder = speed_ladder(start, start, speeds, 0.6)
+    spline = ladder.spline()
+    t = np.arange(0.0, ladder.duration, PERIOD)
+    q, v, a = spline(t), spline(t, 1), spline(t, 2)
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    tau += np.sign(v) * COULOMB + v * VISCOUS
+    tau += np.random.default_rng(3).normal(0.0, noise, v.shape) if noise else 0.0
+    return JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
+
+
+@pytest.fixture(scope='module')
+def good(robot):
+    return arm_log(robot)
+
+
+def found(log, robot) -> set[str]:
+    """Return the names of the checks that found something."""
+    return {finding.check for finding in check_data(log, robot)[1].findings}
+
+
+def test_a_good_recording_passes_as_it_is(good, robot):
+    log, checks = check_data(good, robot)
+    assert checks.findings == ()
+    assert (checks.samples, checks.used) == (len(good), len(good))
+    for what in ('t_ns', 'q', 'v', 'tau'):
+        np.testing.assert_array_equal(getattr(log, what), getattr(good, what))
+    assert checks.period_s == pytest.approx(PERIOD)
+    assert checks.jitter_s == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
+def test_the_friction_level_is_that_at_the_median_speed(good, robot, joint, i):
+    """C + B |v|: the median over the windows taken differs by up to 0.15 rad/s from that here."""
+    joints = check_data(good, robot)[1].joints
+    v = np.abs(good.v[:, i])
+    level = COULOMB[i] + VISCOUS[i] * float(np.median(v[v > 0.01]))
+    assert joints[joint].friction_level == pytest.approx(level, abs=0.15 * VISCOUS[i])
+    assert 0.0 < joints[joint].friction_level_error < 0.02
+    assert joints[joint].velocity_factor == pytest.approx(1.0, abs=0.01)
+    assert joints[joint].forwards_s == pytest.approx(joints[joint].backwards_s, rel=0.2)
+
+
+@pytest.mark.parametrize('noise', [0.0, 0.01])
+@pytest.mark.parametrize('resolution', [0.0, 0.05])
+def test_plateaus_of_an_effort_without_noise_or_of_few_counts_are_no_saturation(
+    robot, noise, resolution
+):
+    """Constant speed is constant effort where gravity is, and its extreme for seconds."""
+    log = arm_log(robot, noise)
+    if resolution:
+        log = replace(log, tau=resolution * np.round(log.tau / resolution))
+    assert 'saturation' not in found(log, robot)
+
+
+def test_a_flat_extreme_is_saturation_and_left_out(good, robot):
+    limit = np.quantile(np.abs(good.tau[:, 1]), 0.93)
+    tau = good.tau.copy()
+    tau[:, 1] = np.clip(tau[:, 1], -limit, limit)
+    log, checks = check_data(replace(good, tau=tau), robot)
+    share = np.mean(np.abs(tau[:, 1]) >= limit)
+    assert checks.joints['elbow'].saturated == pytest.approx(share, rel=0.3)
+    assert np.isnan(log.tau[:, 1]).mean() == pytest.approx(checks.joints['elbow'].saturated)
+    assert checks.joints['shoulder'].saturated == 0.0
+    assert np.isfinite(log.tau[:, 0]).all()
+
+
+def test_repeated_and_late_samples_leave_what_they_were_without(good, robot):
+    """Every tenth twice, every seventh after its successor: the log comes out bit for bit."""
+    order = np.arange(len(good))
+    at = np.arange(3, len(good) - 1, 7)
+    order[at], order[at + 1] = at + 1, at
+    rows = np.sort(np.r_[np.arange(len(good)), np.arange(0, len(good), 10)])
+    rows = order[rows]
+    spoiled = replace(
+        good, t_ns=good.t_ns[rows], q=good.q[rows], v=good.v[rows], tau=good.tau[rows]
+    )
+    log, checks = check_data(spoiled, robot)
+    np.testing.assert_array_equal(log.t_ns, good.t_ns)
+    np.testing.assert_array_equal(log.tau, good.tau)
+    assert checks.repeated_stamps == len(rows) - len(good)
+    assert checks.samples == len(rows)
+    assert found(spoiled, robot) == {'repeated_stamps', 'backward_stamps'}
+
+
+def test_jitter_and_gaps_are_measured(good, robot):
+    t_ns = good.t_ns + np.random.default_rng(1).integers(-400_000, 400_001, len(good))
+    t_ns[len(good) // 2 :] += 500_000_000
+    _, checks = check_data(replace(good, t_ns=t_ns), robot)
+    # Half of the differences of two uniform deviates of +-0.4 ms are below 0.234 ms.
+    assert checks.jitter_s == pytest.approx(0.234e-3, rel=0.1)
+    assert checks.gaps == 1
+    assert checks.longest_step_s == pytest.approx(0.504, abs=0.001)
+    assert [f.level for f in checks.findings] == [NOTE]
+
+
+def test_the_resolution_of_an_encoder_is_found(good, robot):
+    step = 2.0 * np.pi / 2**14
+    _, checks = check_data(replace(good, q=step * np.round(good.q / step)), robot)
+    assert checks.joints['shoulder'].position_step == pytest.approx(step)
+
+
+@pytest.mark.parametrize('i', [0, 1])
+def test_an_effort_of_the_wrong_sign_refuses_its_joint_and_no_other(good, robot, i):
+    tau = good.tau.copy()
+    tau[:, i] *= -1.0
+    log, checks = check_data(replace(good, tau=tau), robot)
+    assert list(checks.refused) == [robot.names[i]]
+    assert 'friction would drive it' in checks.refused[robot.names[i]]
+    assert np.isnan(log.tau[:, i]).all()
+    assert np.isfinite(log.tau[:, 1 - i]).all()
+
+
+def test_a_velocity_of_the_wrong_unit_or_sign_is_refused(good, robot):
+    for factor in (180.0 / np.pi, -1.0, 0.0):
+        with pytest.raises(DataError, match='times the slope of its position'):
+            check_data(replace(good, v=factor * good.v), robot)
+
+
+def test_without_any_velocity_nothing_is_said_of_it(good, robot):
+    log = replace(good, v=np.full_like(good.v, np.nan))
+    assert check_data(log, robot)[1].findings == ()
+
+
+def test_an_elbow_without_effort_is_no_fault(good, robot):
+    """Its actuator reports none: that is said elsewhere, as ever."""
+    tau = good.tau.copy()
+    tau[:, 1] = np.nan
+    assert check_data(replace(good, tau=tau), robot)[1].findings == ()
+
+
+def test_too_short_is_refused_with_its_length(good, robot):
+    rows = good.time < 0.9 * SHORTEST_S
+    log = replace(good, t_ns=good.t_ns[rows], q=good.q[rows], v=good.v[rows], tau=good.tau[rows])
+    with pytest.raises(DataError, match=r'usable samples over 1\.8 s'):
+        check_data(log, robot)
+
+
+def test_the_order_of_joints_in_the_recording_does_not_matter(good, robot):
+    turned = good.select(robot.names[::-1])
+    log, checks = check_data(turned, robot)
+    assert log.names == robot.names
+    assert checks == check_data(good, robot)[1]
+
+
+def test_the_document_is_plain(good, robot):
+    document = check_data(replace(good, v=np.full_like(good.v, np.nan)), robot)[1].to_dict()
+    assert set(document['joints']) == set(robot.names)
+    assert '"velocity_factor": null' in to_json(document)
+
+
+def test_the_measured_emps_axis_passes(data_directory, tmp_path):
+    file = data_directory / 'emps' / 'DATA_EMPS.mat'
+    if not file.is_file():
+        pytest.skip(f'no {file}')
+    config = share_directory() / 'config'
+    bag = import_recording(file, config / 'import' / 'emps.yaml', tmp_path / 'emps')
+    emps = read_model(config / 'emps').make_robot()
+    _, checks = check_data(Bag.open(bag).joint_log(), emps)
+    assert checks.findings == ()
+    # Published: 20.4 N and 203.5 N s/m, at a median speed of 0.082 m/s 37 N.
+    assert checks.joints['slider'].friction_level == pytest.approx(37.0, rel=0.05)
