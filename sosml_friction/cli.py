@@ -185,10 +185,10 @@ def fit(
     """
     Fit the friction of every joint of one or several recordings.
 
-    Runs the observers over the bags, fits the Stribeck law to what they say, prints the parameters
-    with their standard errors, and writes a model folder (robot.urdf, model.yaml) with
-    report.html, fit.json and segments.csv. An earlier fit in the same place is replaced, anything
-    else is not touched.
+    Fits the law of friction to position and effort (weak form) and to what the observers say,
+    prints the parameters with their standard errors, and writes a model folder (robot.urdf,
+    model.yaml) with report.html, fit.json and segments.csv. An earlier fit in the same place is
+    replaced, anything else is not touched.
 
     Several bags of the same robot are fitted each alone, then together: by the paper's rule (C and
     B from T1 and T3, S and v_s from T2, the bias from T3) and by one fit to all of them, and it is
@@ -205,9 +205,11 @@ def fit(
     from sosml_friction.identification.segments import SegmentSettings
     from sosml_friction.model.model_folder import read_model
     from sosml_friction.observers.configuration import OBSERVERS
-    from sosml_friction.report.consolidation_view import bags_table
+    from sosml_friction.report.consolidation_view import bags_answers, bags_table
+    from sosml_friction.report.findings import answers, caveats
     from sosml_friction.report.gain_proposal import parse_effort_hold
     from sosml_friction.report.inverse_view import inverse_table
+    from sosml_friction.report.joint_view import joint_views
     from sosml_friction.report.output import to_json
     from sosml_friction.report.progress import progress
     from sosml_friction.report.results import (
@@ -248,7 +250,7 @@ def fit(
             document = bags_document(together, known)
             step('drawing the report')
             write_bags_results(folder, together, known, None, lambda what: step(f'drawing {what}'))
-            table = bags_table(together, known)
+            table, found, open_ends = bags_table(together, known), bags_answers(together), []
             failed = list(together.consolidation.unavailable)
             failed += [
                 name
@@ -264,13 +266,18 @@ def fit(
             document = fit_document(analysis, known)
             step('drawing the report')
             write_results(folder, analysis, known, None, lambda joint: step(f'drawing {joint}'))
-            table = parameter_table(analysis, known)
+            table, views = parameter_table(analysis, known), joint_views(analysis, known)
+            found, open_ends = answers(views), caveats(views)
             failed = [j for j in analysis.fit.unavailable if j not in analysis.fit.joints]
             failed += list(analysis.unmodelled)
     if json:
         typer.echo(to_json({**document, 'output': str(folder)}))
     else:
+        for sentence in found:
+            typer.echo(sentence)
         print_table(table)
+        for sentence in open_ends:
+            typer.echo(sentence)
         for bag, one in zip(bags, analyses, strict=True):
             if one.inverse is not None:
                 if several:
@@ -282,11 +289,11 @@ def fit(
     if not json and not effort_hold:
         silent = [str(bag) for bag in bags if not _says_effort_hold(bag, namespace)]
         if silent:
-            which = 'bag' if not several else f'recording ({", ".join(silent)})'
+            who = 'The bag does' if not several else f'Of the bags, {", ".join(silent)} do'
             typer.echo(
-                f'The {which} does not say where in an interval its effort holds, so it was taken '
-                'for a command (start). A measured current\nholds until its sample (--effort-hold '
-                'end), and a period of delay reads as viscous friction.'
+                f'{who} not say where in an interval effort holds, so it was taken for a\n'
+                'command (start). A measured current holds until its sample (--effort-hold end), '
+                'and\na period of delay reads as viscous friction.'
             )
     for bag, one in zip(bags, analyses, strict=True):
         _remark_on(bag, one, several)
@@ -506,8 +513,8 @@ def trajectory(
         str,
         typer.Argument(
             metavar='NAME',
-            help='speed_ladder, symmetric_reversals, slow_ladder, slow_s_shape, reversal, '
-            'multisine or rich.',
+            help='speed_ladder (or T1), symmetric_reversals (T2), slow_ladder (T3), slow_s_shape, '
+            'reversal, multisine or rich.',
         ),
     ],
     model: Annotated[

@@ -197,7 +197,7 @@ def test_a_joint_with_effort_that_cannot_be_fitted_is_a_no(sosml, slider_bag, mo
         return FrictionFit({}, {}, {'slider': 'the joint moved in one direction only'})
 
     monkeypatch.setattr(bag_analysis, 'fit_friction', without_slider)
-    code, out, _ = sosml('fit', slider_bag)
+    code, out, _ = sosml('fit', slider_bag, '--method', 'segments')
     assert code == 1
     assert 'one direction only' in out
 

@@ -154,8 +154,11 @@ def analyse_bag(
     estimates = estimator.batch(log)
     progress('fitting')
     settings = settings or FitSettings()
-    fit = fit_friction(log, estimates, robot, estimator.observers, settings, require)
-    if settings.method in ('auto', 'weak', OUTPUT_ERROR):
+    weak_too = settings.method in ('auto', 'weak', OUTPUT_ERROR)
+    fit = fit_friction(
+        log, estimates, robot, estimator.observers, settings, require and not weak_too
+    )
+    if weak_too:
         form = WeakForm(
             log,
             robot,
@@ -169,6 +172,9 @@ def analyse_bag(
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
+        if require and not fit.joints:
+            reasons = '; '.join(f'{name}: {why}' for name, why in fit.unavailable.items())
+            raise DataError(f'no joint can be fitted. {reasons}')
     fit = replace(fit, unavailable={**fit.unavailable, **checks.refused})
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
@@ -252,7 +258,8 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     """
     Return the fits with those of the weak form beside them, and its means of friction (N, n).
 
-    A joint that it cannot fit keeps what it had, with the reason under ``unavailable``.
+    A joint that it cannot fit keeps what it had, with the reason under ``unavailable``; one that
+    no observer could be fitted for has its fit alone.
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     rows = {name: dict(its_rows) for name, its_rows in fit.rows.items()}
@@ -266,13 +273,14 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
             rows[name][WEAK_FORM] = form.rows(i)
             weak = form.fit(i)
         except DataError as error:
-            unavailable[name] = f'the weak form has no fit: {error}'
+            before = '' if name in joints else f'{unavailable[name]}; '
+            unavailable[name] = f'{before}the weak form has no fit: {error}'
             continue
         if name not in joints:
-            continue
-        segments = next(iter(joints[name].values())).segments
+            unavailable[name] = f'no observer could be fitted: {unavailable[name]}'
+        segments = next((each.segments for each in joints.get(name, {}).values()), ())
         tau_f[:, i] = weak.tau_f
-        joints[name][WEAK_FORM] = JointFit(
+        joints.setdefault(name, {})[WEAK_FORM] = JointFit(
             name,
             WEAK_FORM,
             'weak',

@@ -18,6 +18,7 @@ from sosml_friction.identification.segments import (
     find_segments,
 )
 from sosml_friction.identification.trajectories import TRAJECTORIES
+from sosml_friction.model.friction_law import unit_of
 
 FloatArray = NDArray[np.float64]
 
@@ -78,7 +79,9 @@ def parse_roles(texts: Sequence[str], bags: Sequence[str]) -> dict[str, str]:
 
 
 def find_roles(
-    logs: Mapping[str, JointLog], stated: Mapping[str, str] | None = None
+    logs: Mapping[str, JointLog],
+    stated: Mapping[str, str] | None = None,
+    effort_units: Mapping[str, str] | None = None,
 ) -> dict[str, BagRole]:
     """
     Return the role of each recording: as stated, as recorded in its tags, else by its motion.
@@ -89,6 +92,7 @@ def find_roles(
 
     :param logs: the recordings by label.
     :param stated: roles by label, empty for none of the three.
+    :param effort_units: ``Nm`` or ``N`` by joint, ``Nm`` where it is not said.
     """
     roles: dict[str, BagRole] = {}
     shapes: dict[str, _Shape] = {}
@@ -101,10 +105,12 @@ def find_roles(
             roles[label] = recorded
         else:
             shapes[label] = _shape(log)
-    ladders = [_shape(log).top for label, log in logs.items() if _is_ladder(_shape(log))]
+    every = [shapes.get(label) or _shape(log) for label, log in logs.items()]
+    ladders = [shape.top for shape in every if _is_ladder(shape)]
     fastest = max(ladders, default=np.nan)
     for label, shape in shapes.items():
-        roles[label] = _by_motion(shape, fastest)
+        unit = unit_of('velocity', (effort_units or {}).get(shape.joint, 'Nm'))
+        roles[label] = _by_motion(shape, fastest, unit)
     return {label: roles[label] for label in logs}
 
 
@@ -125,6 +131,7 @@ class _Shape:
     speeds: int
     steady: float
     top: float
+    joint: str = ''
 
 
 def _shape(log: JointLog) -> _Shape:
@@ -146,7 +153,8 @@ def _shape(log: JointLog) -> _Shape:
         ordered = np.sort([abs(window.velocity) for window in windows])
         speeds = len(ordered[:1]) + int((np.diff(ordered) > _SAME * ordered[1:]).sum())
         steady = sum(window.end_s - window.start_s for window in windows) / moving_s
-        best = _Shape(int(runs.max()), speeds, steady, float(max(ordered, default=0.0)))
+        top = float(max(ordered, default=0.0))
+        best = _Shape(int(runs.max()), speeds, steady, top, log.names[i])
     return best
 
 
@@ -174,14 +182,14 @@ def _is_ladder(shape: _Shape) -> bool:
     return shape.longest_train < _TRAIN and shape.speeds >= 3 and shape.steady >= _STEADY
 
 
-def _by_motion(shape: _Shape, fastest: float) -> BagRole:
+def _by_motion(shape: _Shape, fastest: float, unit: str) -> BagRole:
     if shape.longest_train >= _TRAIN:
         times = f'it repeats a half-cycle {shape.longest_train} times'
         return BagRole('T2', 'motion', times)
     if not _is_ladder(shape):
         return BagRole('', 'motion', 'its motion is neither a ladder nor a train of reversals')
     slow = shape.top < _SLOW * fastest
-    what = f'a ladder of {shape.speeds} speeds up to {shape.top:.2g}'
+    what = f'a ladder of {shape.speeds} speeds up to {shape.top:.2g} {unit}'
     return BagRole(
         'T3' if slow else 'T1', 'motion', f'{what}, {"slow" if slow else "the fastest"}'
     )

@@ -15,6 +15,7 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import (
     BagAnalysis,
     analyse_bag,
+    bag_hash,
     friction_of,
     preferred_observer,
     read_nominal,
@@ -78,9 +79,16 @@ def analyse_bags(
     labels = bag_labels(paths)
     stated = parse_roles(roles, list(labels))
     models: dict[str, RobotModelFile] = {}
+    hashes: dict[str, str] = {}
     for label, path in labels.items():
         progress(f'reading {label}')
         nominal = read_nominal(Bag.open(path, namespace), path, model, urdf)
+        copy_of = hashes.setdefault(bag_hash(path), label)
+        if copy_of != label:
+            raise ConfigurationError(
+                f'bags {copy_of} and {label} are copies of one recording, which would count '
+                'twice: give each recording once'
+            )
         for other, earlier in models.items():
             _require_same_robot(other, earlier, label, nominal)
         models[label] = nominal
@@ -95,9 +103,9 @@ def analyse_bags(
         except DataError as error:
             raise DataError(f'bag {label}: {error}') from error
     progress('consolidating')
-    found = find_roles({label: a.log for label, a in analyses.items()}, stated)
     any_model = next(iter(analyses.values())).model
     units = dict(zip(any_model.joint_names, any_model.make_robot().effort_units, strict=True))
+    found = find_roles({label: a.log for label, a in analyses.items()}, stated, units)
     joints: dict[str, dict[str, Consolidated]] = {}
     unavailable: dict[str, str] = {}
     for joint, unit in units.items():

@@ -87,7 +87,12 @@ def dissipation_check(
 
 
 def odd_even_check(
-    speeds: FloatArray, odd: FloatArray, even: FloatArray, chance: float, effort_unit: str
+    speeds: FloatArray,
+    odd: FloatArray,
+    even: FloatArray,
+    chance: float,
+    effort_unit: str,
+    asymmetric: bool = False,
 ) -> LawCheck:
     """
     Ask whether the part that does not change its sign with direction changes with speed.
@@ -98,6 +103,7 @@ def odd_even_check(
     :param speeds: slowest and fastest speed (2,) [rad/s or m/s].
     :param odd: odd part at these (2,) [Nm or N]; ``even`` (2,) the even part.
     :param chance: of an even part that changes so much by noise alone.
+    :param asymmetric: whether the law has an asymmetry: such a part is then in it, and no fault.
     """
     unit = unit_of('velocity', effort_unit)
     parts = (
@@ -112,10 +118,15 @@ def odd_even_check(
             f'Friction is the same in both directions beside a constant offset of '
             f'{float(np.mean(even)):.3g} {effort_unit}: {parts}.',
         )
+    advice = (
+        'the asymmetric form that was fitted has both'
+        if asymmetric
+        else 'fit the asymmetric form, or look for an error of gravity'
+    )
     return LawCheck(
         ODD_EVEN,
-        False,
+        asymmetric,
         f'Friction differs by direction: the even part is {even[0]:.3g} {effort_unit} at '
         f'{speeds[0]:.3g} {unit} and {even[1]:.3g} at {speeds[1]:.3g} (by chance alone: '
-        f'p = {chance:.1g}), {parts}; fit the asymmetric form, or look for an error of gravity.',
+        f'p = {chance:.1g}), {parts}; {advice}.',
     )

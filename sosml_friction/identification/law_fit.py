@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,12 @@ from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.identifiability import DataReach, experiment_for, reason_for
+from sosml_friction.identification.identifiability import (
+    SPREAD,
+    DataReach,
+    experiment_for,
+    reason_for,
+)
 from sosml_friction.identification.law_checks import LawCheck, dissipation_check, odd_even_check
 from sosml_friction.identification.law_form import LawForm
 from sosml_friction.identification.law_profile import LawProfile
@@ -35,18 +40,28 @@ DERIVED = {
     'stribeck_positive': 'extra friction near standstill forwards, S + its asymmetry',
     'stribeck_negative': 'extra friction near standstill backwards, S - its asymmetry',
 }
+#: Share of the friction level that is no S.
+_NOTHING = 1e-9
 #: Share of the sum of squares that is a rounding error.
 _ROUNDING = 1e-20
 _HUBER = 1.345  # 95 % efficient on normal noise
 _LEVEL = 0.95
+#: Huber's weights are solved for until none changes by more than this, or so many times.
+_SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
 #: Speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
-#: Points of the profile about the best fit.
-_NEAR = 13
+#: Points of the profile about the best fit, and of it that other parameters are followed along.
+_NEAR, _ALONG = 13, 5
+#: That v_s is known is asked of an interval so many times as wide as that of 95 %.
+_SURE = 1.5
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, _HIDDEN = 8.0, 3.0
 #: v0 is searched between these multiples of the slowest speed.
 _LEAST_V0, _LARGEST_V0 = 0.08, 2.0
+_NO_COULOMB = (
+    'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
+    'tell one from the other'
+)
 _NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
 
 
@@ -304,7 +319,7 @@ class _Problem:
         # What a fit of so many parameters leaves of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
-        for _ in range(10):
+        for _ in range(_MOST_SOLVED):
             root = np.sqrt(w)
             # The bounds need only the triangle: a long recording is reduced to it first.
             Q, R = np.linalg.qr(X / scale * root[:, None])
@@ -324,7 +339,7 @@ class _Problem:
             if spread == 0.0:
                 break
             last, w = w, np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(residual), 1e-300))
-            if np.max(np.abs(w - last)) < 1e-3:
+            if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
                 break
         return _Solution(theta, v_s, v0, w, residual, float(np.sum(w * residual**2)))
 
@@ -426,8 +441,14 @@ class _Search:
             for first in (min(some, key=_cost) for some in starts if some)
         ]
         best = min(refined, key=_cost)
-        self.weights = problem.solve(best.v_s, best.v0).weights
+        # Without S any v_s is as good, and rounding would choose.
+        bare = problem.stribeck_at(best) <= _NOTHING * self.level
+        self.weights = problem.solve(None if bare else best.v_s, best.v0).weights
+        if bare:
+            best = min((self._solve(v_s, best.v0) for v_s in coarse), key=_cost)
         self.full = self._refined(best.v_s, best.v0)
+        if problem.stribeck_at(self.full) <= _NOTHING * self.level:
+            self.full = self._solve(middle, self.full.v0)
         self.plain = self._plain()
         if self.finds_v0:
             self._settle_sign()
@@ -521,6 +542,8 @@ class _Search:
             return self.form.law == 'stribeck' and self.problem.stribeck_at(self.full) > 0.0
         if self.problem.stribeck_at(self.full) <= 0.0:
             return False
+        if self._is_driving():
+            return False
         # The direction of S: that of v_s is not defined where S is small.
         self.unit = self._scale(self.full, 'stribeck', ('stribeck_velocity',))
         parameters = 1 + len(self.problem.knee)
@@ -528,6 +551,16 @@ class _Search:
         rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
         needed = max(self.unit * self._quantile(parameters), rounding)
         return self.plain.cost - self.full.cost > needed
+
+    def _is_driving(self) -> bool:
+        """
+        Tell whether the term is below zero in one direction, and only below the data large.
+
+        It then stands for a bend of friction that the law does not have, not for a knee.
+        """
+        p = dict(zip(self.problem.names(self.full.v_s), self.full.theta.tolist(), strict=True))
+        below = self.full.v_s is not None and self.full.v_s < self.slowest / _HIDDEN
+        return below and abs(p.get('stribeck_asymmetry', 0.0)) > p['stribeck']
 
     def _profile(self, unit: float, near: FloatArray | None = None) -> LawProfile:
         """Return the profile over v_s, v0 moving along where it is found."""
@@ -574,6 +607,8 @@ class _Search:
         """Return v_s of the best fit, and about where its interval should end."""
         v_s = best['stribeck_velocity']
         half = quantile * float(np.sqrt(C['stribeck_velocity', 'stribeck_velocity'])) / v_s
+        # Further than the grid it says nothing.
+        half = min(half, float(np.log(self.grid[-1] / self.grid[0])))
         near = v_s * np.exp(half * np.linspace(-1.6, 1.6, _NEAR))
         return np.unique(near[(near > self.grid[0]) & (near < self.grid[-1])])
 
@@ -619,6 +654,9 @@ class _Search:
             profile = self._profile(unit, self._near(best, C, quantile) if shown else None)
         knee, identified = self._knee(shown, best, C, quantile, reach, profile)
         parameters.update(knee)
+        if shown and not identified and profile is not None:
+            for name in ('coulomb', 'viscous'):
+                parameters[name] = self._along(name, parameters[name], profile, quantile, reach)
         if profile is not None and not identified:
             low, high = profile.stribeck_interval(self.slowest, self.form.alpha)
             value = np.nan
@@ -690,6 +728,10 @@ class _Search:
             free = self.problem.free_step(solution, with_v0, name)
             high = max(free + quantile * float(np.sqrt(C[name, name])), 0.0)
             reason = reason_for(name, reach, (0.0, high))
+            if name == 'coulomb' and solution.v_s is not None:
+                # All of the level at standstill may be Coulomb friction as well as S.
+                high = max(high, self.problem.stribeck_at(solution))
+                reason = _NO_COULOMB
             return Parameter(
                 np.nan if reason else 0.0,
                 unit,
@@ -712,6 +754,47 @@ class _Search:
                 experiment=experiment_for(name, reach),
             )
         return Parameter(value, unit, error, interval)
+
+    def _along(
+        self,
+        name: str,
+        found: Parameter,
+        profile: LawProfile,
+        quantile: float,
+        reach: DataReach,
+    ) -> Parameter:
+        """
+        Return a parameter with what it may be at every v_s that the data leave open.
+
+        The law is not linear in v_s over so wide a range, so that the jackknife at the best fit
+        says too little: what is left of the limit at each v_s is left for the parameter there.
+        """
+        problem, v0 = self.problem, self.full.v0
+        with_v0 = self.finds_v0 and v0 > 0.0
+        open_ = np.flatnonzero(profile.excess <= 1.0)
+        picked = np.unique(open_[np.linspace(0, len(open_) - 1, _ALONG).astype(int)])
+        ends = [] if found.interval is None else [found.interval]
+        for k in picked:
+            v_s = float(profile.stribeck_velocity[k])
+            fit = self._solve(v_s, v0)
+            value = float(fit.theta[problem.names(v_s).index(name)])
+            C = problem.covariance(fit, with_v0, ('stribeck_velocity',))
+            room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
+            half = quantile * float(np.sqrt(C[name, name])) * room
+            ends.append((value - half, value + half))
+        interval = (max(min(low for low, _ in ends), 0.0), max(high for _, high in ends))
+        reason = reason_for(name, reach, interval)
+        if reason or NOT_IDENTIFIABLE in found.flags:
+            return Parameter(
+                np.nan,
+                found.unit,
+                interval=interval,
+                flags=(*(f for f in found.flags if f == AT_BOUND), NOT_IDENTIFIABLE),
+                reason=found.reason or reason,
+                experiment=experiment_for(name, reach),
+            )
+        error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
+        return replace(found, std_error=error, interval=interval)
 
     def _plain_unit(self) -> float:
         """Return the rise of the cost of one standard error, where there is no S to judge by."""
@@ -745,6 +828,13 @@ class _Search:
             }, False
         v_s = profile.velocity_interval() if shown else (0.0, np.inf)
         reason = reason_for('stribeck_velocity', reach, v_s)
+        if shown and not reason:
+            # A closed interval by luck alone: of three standard errors it is open, or lopsided.
+            wide = profile.velocity_interval(_SURE**2)
+            if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
+                reason = reason_for('stribeck_velocity', reach, wide)
+        if shown and best['coulomb'] <= 0.0:
+            reason = _NO_COULOMB
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
             half = quantile * error
@@ -867,4 +957,6 @@ class _Search:
         if solution.v_s is not None:
             fade = p['stribeck'] * np.exp(-((speeds / solution.v_s) ** form.alpha))
         odd_at = p['coulomb'] + fade + p['viscous'] * speeds
-        return odd_even_check(speeds, odd_at, bias + even_at, chance, effort_unit)
+        return odd_even_check(
+            speeds, odd_at, bias + even_at, chance, effort_unit, not form.symmetric
+        )

@@ -27,11 +27,11 @@ class LawProfile:
     stribeck: FloatArray
     half: FloatArray
 
-    def velocity_interval(self) -> tuple[float, float]:
-        """Return the range of v_s within the limit, 0 and infinite where it is open."""
+    def velocity_interval(self, limits: float = 1.0) -> tuple[float, float]:
+        """Return the range of v_s within so many limits, 0 and infinite where it is open."""
         u, best = np.log(self.stribeck_velocity), int(np.argmin(self.excess))
-        below = _crossing(u[: best + 1][::-1], self.excess[: best + 1][::-1])
-        above = _crossing(u[best:], self.excess[best:])
+        below = _crossing(u[: best + 1][::-1], self.excess[: best + 1][::-1] / limits)
+        above = _crossing(u[best:], self.excess[best:] / limits)
         return (
             0.0 if below is None else float(np.exp(below)),
             np.inf if above is None else float(np.exp(above)),

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law_rows import LawRows
 from sosml_friction.model.smooth_sign import smooth_sign
 
@@ -122,6 +123,7 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
         keep=np.ones(len(blocks), dtype=bool),
         mean_v=mean @ np.nan_to_num(rows.mean_v),
         lag=lambda column: np.array(mean @ lag(column)),
+        extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
     )
 
 
@@ -155,6 +157,9 @@ class LawStack:
             y=project(self.rows.y),
             keep=keep,
             lag=lambda column: project(lag(column)),
+            extra=None
+            if self.rows.extra is None
+            else np.column_stack([project(column) for column in self.rows.extra.T]),
         )
         return LawStack(rows, self.bag)
 
@@ -163,7 +168,9 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
     """
     Return the rows of all bags as one regression, both sides times the weight of their bag.
 
-    Clusters of different bags are different.
+    Clusters of different bags are different. Columns that a caller added share their factors.
+
+    :raises DataError: if the bags do not have as many of these.
     """
     ends = np.cumsum([len(rows.v) for rows in parts])[:-1]
 
@@ -176,6 +183,14 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         own = np.unique(rows.clusters, return_inverse=True)[1]
         clusters.append(own + first)
         first += int(own.max(initial=-1)) + 1
+    columns = {0 if rows.extra is None else rows.extra.shape[1] for rows in parts}
+    if len(columns) > 1:
+        raise DataError(
+            'the recordings were not prepared alike: inertia is fitted in some and not in others; '
+            'fit all of them with it, or none'
+        )
+    extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
+              if rows.extra is not None]  # fmt: skip
     stacked = replace(
         parts[0],
         v=np.concatenate([rows.v for rows in parts]),
@@ -184,6 +199,7 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         keep=np.concatenate([rows.keep for rows in parts]),
         mean_v=np.concatenate([rows.mean_v for rows in parts]),
         lag=lag,
+        extra=np.concatenate(extras) if extras else None,
     )
     return LawStack(stacked, np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts]))
 

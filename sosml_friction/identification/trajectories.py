@@ -89,13 +89,14 @@ def build_trajectory(
 
 def find_kind(name: str) -> TrajectoryKind:
     """
-    Return the kind of that name.
+    Return the kind of that name, or of that label of the paper (``T1``).
 
     :raises TrajectoryError: if there is none; the sentence lists those that exist.
     """
-    if name not in TRAJECTORIES:
-        raise TrajectoryError(f'trajectory {name!r} is unknown: use {", ".join(TRAJECTORIES)}')
-    return TRAJECTORIES[name]
+    for kind in TRAJECTORIES.values():
+        if name and name in (kind.name, kind.label):
+            return kind
+    raise TrajectoryError(f'trajectory {name!r} is unknown: use {", ".join(TRAJECTORIES)}')
 
 
 def _multisine(

@@ -185,7 +185,22 @@ def _cell(name: str, parameter: Parameter | None) -> str:
         return UNKNOWN
     interval = interval_text(parameter)
     value = value_text(name, parameter)
-    return value if interval == UNKNOWN else f'{value}\n{interval}'
+    # One line of a narrow column, or it wraps.
+    return value if interval == UNKNOWN else f'{value}\n{interval.replace(" to ", "..")}'
+
+
+def bags_answers(analysis: BagsAnalysis) -> list[str]:
+    """Return what was found, a sentence per joint: what a reader came for."""
+    consolidation = analysis.consolidation
+    sentences = []
+    for joint in analysis.model.joint_names:
+        entry = model_entry(consolidation, joint)
+        if entry is not None:
+            sentences.append(consolidated_sentence(entry))
+            continue
+        why = consolidation.unavailable.get(joint, 'no bag has an estimate of its friction')
+        sentences.append(f'{joint}: its friction is not available, because {why}.')
+    return sentences
 
 
 def bags_table(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> RenderableType:
@@ -209,7 +224,8 @@ def bags_table(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> R
         table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
         table.add_column(Text(f'{joint}\n({observer_label(entry.observer)})'))
         for name, symbol in SYMBOLS.items():
-            table.add_column(Text(f'{symbol}\n[{_unit(entry, name)}]'), justify='right')
+            heading = Text(f'{symbol}\n[{_unit(entry, name)}]')
+            table.add_column(heading, justify='right', overflow='fold')
         for row in consolidated_rows(consolidation, entry):
             cells = [_cell(name, row.parameters.get(name)) for name in SYMBOLS]
             table.add_row(('* ' if row.is_model else '') + row.label, *cells)
@@ -222,5 +238,5 @@ def bags_table(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> R
             )
         parts.append(table)
         remarks += consolidated_remarks(entry, known)
-    legend = ['*: the model; below each value its 95 % interval'] if parts else []
+    legend = ['*: the model; below each value its 95 % interval, low..high'] if parts else []
     return Group(*parts, Text('\n'.join([*legend, *remarks])))

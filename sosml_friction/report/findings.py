@@ -7,6 +7,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -100,6 +101,31 @@ def open_questions(view: JointView) -> list[str]:
         told = '; '.join(part for part in (reason, experiment) if part)
         result.append(f'{", ".join(symbols[name] for name in names)}{which}: {told}.')
     return result
+
+
+def answers(views: Sequence[JointView]) -> list[str]:
+    """Return what was found, a sentence per joint: what a reader came for."""
+    return [joint_sentence(view) for view in views]
+
+
+def caveats(views: Sequence[JointView]) -> list[str]:
+    """
+    Return :func:`notes`, the numbers by direction, and what is left open with how to learn it.
+
+    The latter two of the law of the model only.
+    """
+    lines = notes(views)
+    for view in views:
+        if view.preferred is not None:
+            own = replace(view, fits={view.preferred: view.fits[view.preferred]})
+            fit = view.fits[view.preferred].fit
+            lines += [
+                f'{view.name}: {derived_sentence(fit, name)}'
+                for name in fit.derived
+                if name.endswith(('_positive', '_negative'))
+            ]
+            lines += [f'{view.name}: {question}' for question in open_questions(own)]
+    return lines
 
 
 def notes(views: Sequence[JointView]) -> list[str]:

@@ -126,7 +126,9 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], list[FloatAr
     law = None if view.preferred is None else fitted_law(view.fits[view.preferred].fit)
     if law is not None and view.preferred is not None:
         # At rest friction is what holds the joint: the law says nothing of it.
-        moving = np.abs(np.nan_to_num(view.speed)) > standstill(view)
+        # Nor does it where it is slower than all data it was fitted to.
+        slowest = np.nan_to_num(view.fits[view.preferred].fit.slowest)
+        moving = np.abs(np.nan_to_num(view.speed)) > max(standstill(view), 0.5 * slowest)
         predicted = np.where(moving, law.torque(view.speed), np.nan)
         known.append(predicted[np.isfinite(predicted)])
         draw_line(axes, view.time, predicted, color=_LAW, linewidth=1.0, linestyle='--')

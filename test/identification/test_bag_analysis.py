@@ -94,3 +94,20 @@ def test_a_joint_without_weak_form_keeps_what_it_had(bag, monkeypatch):
     assert np.isnan(analysis.estimates['weak_form']).all()
     friction = analysis.model.joints['slider'].friction
     assert friction.parameters['coulomb'].value == pytest.approx(COULOMB, rel=0.05)
+
+
+def test_the_weak_form_stands_alone_where_no_observer_can_be_fitted(bag, monkeypatch):
+    from sosml_friction.exceptions import DataError
+    from sosml_friction.identification import friction_fit
+
+    def refuse(*_):
+        raise DataError('no steady window')
+
+    monkeypatch.setattr(friction_fit._JointTask, 'fit', refuse)
+    analysis = analyse_bag(bag)
+    assert list(analysis.fit.joints['slider']) == ['weak_form']
+    assert analysis.fit.unavailable == {'slider': 'no observer could be fitted: no steady window'}
+    friction = analysis.model.joints['slider'].friction
+    assert friction.parameters['coulomb'].value == pytest.approx(COULOMB, rel=0.05)
+    with pytest.raises(DataError, match='slider: no steady window'):
+        analyse_bag(bag, settings=FitSettings(method='samples'))

@@ -76,3 +76,10 @@ def test_a_joint_that_stands_has_no_role():
     still = np.zeros((100, 1))
     log = JointLog(('j',), np.arange(100) * 4_000_000, still, still, still)
     assert find_roles({'still': log})['still'].role == ''
+
+
+def test_the_speed_in_a_reason_has_its_unit(logs):
+    only = {'a': logs['speed_ladder']}
+    assert find_roles(only)['a'].reason.split(',')[0].endswith(' rad/s')
+    units = dict.fromkeys(only['a'].names, 'N')
+    assert find_roles(only, None, units)['a'].reason.split(',')[0].endswith(' m/s')

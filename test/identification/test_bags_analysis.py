@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -234,3 +235,10 @@ def test_a_bag_that_cannot_be_used_is_named(bags, record, nominal, tmp_path):
 def test_bags_of_the_same_name_go_by_their_path(tmp_path):
     labels = bag_labels([tmp_path / 'a' / 'bag', tmp_path / 'b' / 'bag', tmp_path / 'c.mcap'])
     assert list(labels) == [str(tmp_path / 'a' / 'bag'), str(tmp_path / 'b' / 'bag'), 'c']
+
+
+def test_a_copy_of_a_recording_does_not_count_twice(bags, tmp_path):
+    copy = tmp_path / 'copy'
+    shutil.copytree(bags['t1'], copy)
+    with pytest.raises(ConfigurationError, match='t1 and copy are copies of one recording'):
+        analyse_bags([bags['t1'], copy])

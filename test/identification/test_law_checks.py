@@ -54,3 +54,11 @@ def test_the_even_part_is_an_offset_if_it_stays_and_an_asymmetry_if_it_changes()
     assert not other.passed
     assert 'differs by direction' in other.sentence
     assert '0.2 at 0.7' in other.sentence
+
+
+def test_an_asymmetry_that_is_in_the_law_is_no_fault_and_no_reason_to_fit_it():
+    speeds, odd = np.array([0.01, 0.7]), np.array([1.0, 1.2])
+    check = odd_even_check(speeds, odd, np.array([0.1, 0.2]), 1e-6, 'Nm', True)
+    assert check.passed
+    assert 'differs by direction' in check.sentence
+    assert 'fit the asymmetric form' not in check.sentence

@@ -373,3 +373,11 @@ def test_the_default_of_each_option_is_within_its_range_and_reads_back_from_text
         assert option.description
         with pytest.raises(TrajectoryError, match=f'{option.name} is'):
             option.parse('x')
+
+
+def test_a_trajectory_goes_by_the_label_of_the_paper_too():
+    assert [find_kind(label).name for label in ('T1', 'T2', 'T3')] == [
+        'speed_ladder', 'symmetric_reversals', 'slow_ladder',
+    ]  # fmt: skip
+    with pytest.raises(TrajectoryError, match='is unknown'):
+        find_kind('')

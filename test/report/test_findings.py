@@ -12,6 +12,7 @@ from sosml_friction.identification.law_checks import LawCheck
 from sosml_friction.identification.law_fit import STRIBECK_AT_SLOWEST
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.findings import (
+    caveats,
     data_remarks,
     joint_sentence,
     law_remarks,
@@ -121,3 +122,20 @@ def test_what_is_wrong_with_the_recording_and_a_joint_left_out_are_said(analysis
     (remark,) = data_remarks(dataclasses.replace(analysis, model=model))
     assert remark.startswith('shoulder: the model has no friction for it, because ')
     assert data_remarks(analysis) == []
+
+
+def test_the_terminal_hears_of_failed_checks_directions_and_what_to_record(view):
+    check = LawCheck('dissipation', False, 'The bias is larger than Coulomb friction.')
+    passed = LawCheck('odd_even', True, 'Friction is the same in both directions.')
+    forwards = Parameter(1.5, 'Nm s/rad', 0.1, (1.3, 1.7))
+    shown = changed(
+        view,
+        derived={'viscous_positive': forwards},
+        checks=(check, passed),
+        stribeck=unknown('Nm', (0.0, 2.0)),
+    )
+    text = '\n'.join(caveats([shown]))
+    assert check.sentence in text
+    assert passed.sentence not in text
+    assert 'Viscous friction forwards, B + its asymmetry: 1.50 ± 0.20 Nm s/rad.' in text
+    assert 'record T3, a slow ladder' in text
