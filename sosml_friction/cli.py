@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.cli_diagnose import diagnose
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.share import share_directory
 
@@ -650,6 +651,9 @@ def study(
     else:
         print_table(study_tables(result))
         typer.echo(f'study.html, study.json and the figures are in {folder}')
+
+
+app.command()(diagnose)
 
 
 @app.command()

@@ -528,7 +528,7 @@ def test_help_of_every_command_has_an_example(sosml):
     assert code == 0
     commands = re.findall(r'^  (\w+)  +\S', out[out.index('Commands:') :], re.MULTILINE)
     assert sorted(commands) == [
-        'demo', 'fit', 'import', 'info', 'plan', 'study', 'trajectory', 'tune'
+        'demo', 'diagnose', 'fit', 'import', 'info', 'plan', 'study', 'trajectory', 'tune'
     ]  # fmt: skip
     for command in commands:
         code, out, _ = sosml(command, '--help')
