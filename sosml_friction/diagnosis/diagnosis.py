@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.adequacy import AXES, Leftover, leftovers
 from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
@@ -22,17 +23,17 @@ from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.signals import prepare
-from sosml_friction.exceptions import DataError
+from sosml_friction.diagnosis.signals import Signals, prepare
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
 
 FloatArray = NDArray[np.float64]
 
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
-#: Where what axes without physics predict is more than this share of all that is predictable, the
-#: named causes are not the whole.
-_REST = 0.35
+#: Where axes without physics predict more than half of all that is predictable, the named causes
+#: are the smaller part.
+_REST = 0.5
 #: Share of the residual's energy that a burst's episodes hold at least to be a cause.
 _BURST = 0.02
 
@@ -116,6 +117,7 @@ def diagnose(
     :param without: effects not to look for.
     :param step: called with what is being done.
     :raises DataError: if a joint of the model is not in a recording.
+    :raises ConfigurationError: if ``holdout`` is of no use.
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
@@ -135,6 +137,7 @@ def diagnose(
             lag = velocity_lag(logs[0], signals[0], i)
             if lag is not None:
                 checks.append(lag)
+        others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = Laboratory(signals, library, settings, step)
     except DataError as error:
         return Diagnosis(
@@ -143,7 +146,7 @@ def diagnose(
     selector = Selector(laboratory, step)
     selection = selector.run()
     step('measuring the gain')
-    gain, before, after = _gain(laboratory, selection, holdout, model, settings)
+    gain, before, after = _gain(laboratory, selection, others)
     # A cause that makes the forward simulation worse on data left out is not named.
     while selection.accepted and _worse(gain, selection.accepted[-1], laboratory):
         dropped = selection.accepted.pop()
@@ -153,7 +156,11 @@ def diagnose(
         system = laboratory.system.extended([f.columns for f in selection.accepted])
         selection.system, selection.target = system, Target.make(system, laboratory.y)
         selection.after = fit_baseline(system, selection.target)
-        gain, before, after = _gain(laboratory, selection, holdout, model, settings)
+        gain, before, after = _gain(laboratory, selection, others)
+        selection.leftovers = leftovers(laboratory, selection.accepted, selector.credible)
+    if holdout is not None:
+        # The pictures show the recording that was diagnosed, the numbers the other one.
+        _, before, after = _gain(laboratory, selection, None)
     causes = _data_causes(checks, laboratory, without) + _model_causes(laboratory, selection)
     verdict = _verdict(causes, selection)
     recommendation = None
@@ -164,6 +171,17 @@ def diagnose(
     structure = {
         'cv_gain': [float(x) for x in selection.structure_gain],
         'floor': [float(x) for x in selection.structure_floor],
+        'axes': [
+            {
+                'axis': x.axis,
+                'joint': robot.names[x.joint],
+                'energy': x.gain,
+                'floor': x.floor,
+                'share': x.share,
+                'unknown': x.significant(settings.axis_share),
+            }
+            for x in selection.leftovers
+        ],
     }
     refit = dict(zip(laboratory.nominal.names, selection.after.x.tolist(), strict=False))
     sentence = _sentence(verdict, causes, gain, selection, robot.names, robot.effort_units)
@@ -188,6 +206,25 @@ def diagnose(
         residual_before=before,
         residual_after=after,
     )
+
+
+def _prepared(
+    holdout: JointLog, model: RobotModelFile, first: Signals, settings: DiagnosisSettings
+) -> list[Signals]:
+    """
+    Return the signals of the recording the gain is measured on, seen as ``first`` is.
+
+    :raises ConfigurationError: if it is of no use.
+    """
+    log = holdout.select(first.robot.names)
+    bad = next((check for check in check_log(log) if check.severity == 'bad'), None)
+    if bad is not None:
+        raise ConfigurationError(f'the recording left out (holdout): {bad.sentence}')
+    band = replace(settings, band=first.band.cutoff)
+    try:
+        return prepare([log], model, first.robot, band, first.scales)
+    except DataError as error:
+        raise ConfigurationError(f'the recording left out (holdout): {error}') from None
 
 
 def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
@@ -311,9 +348,7 @@ def _standard_errors(selection: Selection) -> FloatArray:
 def _gain(
     laboratory: Laboratory,
     selection: Selection,
-    holdout: JointLog | None,
-    model: RobotModelFile,
-    settings: DiagnosisSettings,
+    others: Sequence[Signals] | None,
 ) -> tuple[Gain, FloatArray, FloatArray]:
     """Return the gain on data left out, and effort errors (rows, n) before and after there."""
     assert selection.before is not None
@@ -321,7 +356,7 @@ def _gain(
     friction = np.nan_to_num(laboratory.signals[0].scales.viscous)
     step = laboratory.signals[0].band.output_step
     accepted = selection.accepted
-    if holdout is None:
+    if others is None:
         y, Z, inertia = laboratory.unwhitened()
         more = [laboratory.own_columns(f.effect, f.joint, f.inner) for f in accepted]
         wide = np.concatenate([Z, *more], axis=2) if more else Z
@@ -338,11 +373,6 @@ def _gain(
         gain = make_gain(before, after, measured, inertia, friction, step, 'folds left out')
         return gain, before, after
     robot = laboratory.robot
-    own_scales = laboratory.signals[0].scales
-    cutoff = laboratory.signals[0].band.cutoff
-    others = prepare(
-        [holdout.select(robot.names)], model, robot, replace(settings, band=cutoff), own_scales
-    )
     parts: list[list[FloatArray]] = [[], [], [], []]
     for s in others:
         y = s.band.apply(s.tau - s.torque)
@@ -404,12 +434,21 @@ def _worse(gain: Gain, finding: Finding, laboratory: Laboratory) -> bool:
     return bool(np.mean((gain.forward_after[rows] / before) ** 2) >= 1.0)
 
 
+def _more_along_axis(selection: Selection) -> list[Leftover]:
+    """Return where a free curve explains what the causes of its axis leave."""
+    assert selection.settings is not None
+    return [x for x in selection.leftovers if x.significant(selection.settings.axis_share)]
+
+
 def _verdict(causes: Sequence[Cause], selection: Selection) -> str:
     over = selection.structure_gain > selection.structure_floor
     rest = float(np.maximum(selection.structure_energy, 0.0)[over].sum())
     whole = max(selection.named_energy, 0.0) + rest
     if causes:
         if selection.accepted and rest > _REST * whole:
+            return 'unknown_structure'
+        on_axis = all(f.effect.identifier in AXES for f in selection.accepted)
+        if selection.accepted and on_axis and _more_along_axis(selection):
             return 'unknown_structure'
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     if over.any():
@@ -429,7 +468,9 @@ def describe(cause: Cause) -> str:
     words = cause.effect.replace('_', ' ')
     where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
     numbers = []
-    for name, p in list(cause.parameters.items())[:3]:
+    # A switch between forms of a cause is no number for a person.
+    told = [(name, p) for name, p in cause.parameters.items() if name != 'by_speed']
+    for name, p in told[:3]:
         error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
         unit = '' if p.unit == '1' else f' {p.unit}'
         numbers.append(f'{name.replace("_", " ")} {p.value:.4g}{error}{unit}')
@@ -470,9 +511,38 @@ def _sentence(
         for cause in causes
     )  # fmt: skip
     if verdict == 'unknown_structure':
-        text = 'The model misses something that is in no catalogue'
+        text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
-        return f'{text}. On {gain.on}: {gains}.'
+        return f'{text}. {_where_unknown(selection, names)}On {gain.on}: {gains}.'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
-    return f'{lead}: {told}. On {gain.on}: {gains}.'
+    return f'{lead}: {told}. On {gain.on}: {gains}.{_rest(selection, names)}'
+
+
+def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return along which axis something is missing, as a sentence with a blank after it."""
+    found = [
+        f'{names[x.joint]} depends on {x.axis} in another way: a free curve of {x.axis} explains '
+        f'{100.0 * x.share:.0f} % of what the two explain together'
+        for x in _more_along_axis(selection)
+    ]
+    if found:
+        return '; '.join(found) + '. '
+    return (_rest(selection, names) + ' ').lstrip()
+
+
+def _rest(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return what free curves predict of the rest, as a sentence with a blank before it."""
+    parts = [
+        f'{name} {100.0 * gain:.0f} %'
+        for name, gain, floor in zip(
+            names, selection.structure_gain, selection.structure_floor, strict=True
+        )
+        if gain > floor
+    ]
+    if not parts:
+        return ''
+    return (
+        ' Free curves of speed, position, acceleration and load still predict some of what is '
+        f'left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
+    )

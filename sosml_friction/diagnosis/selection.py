@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import f as f_distribution
 
+from sosml_friction.diagnosis.adequacy import Leftover, leftovers
 from sosml_friction.diagnosis.effect import Effect, Inner
 from sosml_friction.diagnosis.evidence import (
     Baseline,
@@ -23,6 +24,7 @@ from sosml_friction.diagnosis.evidence import (
     score,
 )
 from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.settings import DiagnosisSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -77,7 +79,8 @@ class Selection:
 
     ``ranking``: the first round's candidates, best first; ``rejected``: the best that was not
     accepted, with the gates it failed; ``structure``: what axes without physics still explain on
-    data left out (energy per joint), and their floor; ``floors``: of the first round by candidate.
+    data left out (energy per joint), and their floor; ``leftovers``: what free curves along the
+    axes of the accepted still explain; ``floors``: of the first round by candidate.
     """
 
     accepted: list[Finding] = field(default_factory=list)
@@ -88,6 +91,8 @@ class Selection:
     structure_floor: FloatArray = field(default_factory=lambda: np.zeros(0))
     structure_energy: FloatArray = field(default_factory=lambda: np.zeros(0))
     named_energy: float = 0.0
+    leftovers: tuple[Leftover, ...] = ()
+    settings: DiagnosisSettings | None = None
     before: Baseline | None = None
     after: Baseline | None = None
     system: System | None = None
@@ -107,7 +112,7 @@ class Selector:
 
     def run(self) -> Selection:
         """Return the causes that passed all gates, after backward elimination."""
-        lab, result = self.laboratory, Selection()
+        lab, result = self.laboratory, Selection(settings=self.settings)
         while True:
             system = lab.system.extended([f.columns for f in result.accepted])
             target = Target.make(system, lab.y)
@@ -146,6 +151,8 @@ class Selector:
             self.step(f'found {best.effect.identifier}')
         self._eliminate(result)
         self._judge_structure(result)
+        self.step('looking for more along the axes of the causes')
+        result.leftovers = leftovers(lab, result.accepted, self.credible)
         return result
 
     @staticmethod
@@ -365,7 +372,7 @@ class Selector:
             share = rng.uniform(-0.9, 0.9, int(bounded.sum()))
             x[:p][bounded] = share * lab.nominal.bound[bounded]
             y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
-            y += self._credible(lab.friction_variants(rng), beside)
+            y += self.credible(lab.friction_variants(rng), beside)
             y += rng.standard_normal(y.shape)
             target = Target.make(system, y)
             base = fit_baseline(system, target)
@@ -381,7 +388,7 @@ class Selector:
         }
         return floor, np.maximum(settings.floor, settings.floor_margin * structure)
 
-    def _credible(self, variant: FloatArray, system: System) -> FloatArray:
+    def credible(self, variant: FloatArray, system: System) -> FloatArray:
         """Return a variant of friction as large, per joint, as data show it beside a system."""
         lab = self.laboratory
         Z = system.Z

@@ -19,6 +19,9 @@ class DiagnosisSettings:
     out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
     ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
     whatever the nulls say; ``floor_margin`` times the largest gain of a null does too.
+    A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
+    what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
+    recordings: of recordings without more it left up to 2.5 times as much.
     ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
     share of folds that must gain. ``most_causes``: so many are named at most, of
     ``most_terms`` with their harmonics.
@@ -31,6 +34,9 @@ class DiagnosisSettings:
     blocks: int = 14
     folds: int = 7
     nulls: int = 20
+    axis_nulls: int = 8
+    axis_margin: float = 3.0
+    axis_share: float = 0.03
     floor: float = 0.03
     floor_margin: float = 1.5
     largest_p: float = 0.01

@@ -21,6 +21,8 @@ from sosml_friction.report.drawing import (
 
 _BEFORE, _AFTER = '#D55E00', '#0072B2'
 _BINS = 24
+#: A bin is at least so much of the range: narrower ones draw a plateau's noise as a vertical line.
+_NARROWEST = 0.02
 #: Bars of the ranking.
 _BARS = 12
 
@@ -88,7 +90,7 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
             ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center', fontsize=FONT)
             label_axes(ax, label, '')
             continue
-        edges = np.unique(np.quantile(x, np.linspace(0.0, 1.0, _BINS + 1)))
+        edges = _bin_edges(x)
         place = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, len(edges) - 2)
         for way, dashes in ((forwards, '-'), (~forwards, '--')):
             for values, colour in ((before, _BEFORE), (after, _AFTER)):
@@ -110,6 +112,18 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
         ],
     )
     return figure
+
+
+def _bin_edges(x: FloatArray) -> FloatArray:
+    """Return quantiles of x, at least a fiftieth of its range apart."""
+    least = _NARROWEST * float(np.ptp(x))
+    kept = [float(x.min())]
+    for edge in np.quantile(x, np.linspace(0.0, 1.0, _BINS + 1)[1:]):
+        if edge - kept[-1] >= least:
+            kept.append(float(edge))
+    # What was left out at the upper end belongs to the last bin.
+    kept[-1] = float(x.max())
+    return np.array(kept)
 
 
 def ranking_bars(diagnosis: Diagnosis) -> Figure:

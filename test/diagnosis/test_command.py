@@ -28,7 +28,7 @@ SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.jso
 STEP = 4e-3
 
 
-def slider_log(asymmetry=0.0, offset=0.0, duration=40.0, seed=0):
+def slider_log(asymmetry=0.0, offset=0.0, duration=28.0, seed=0):
     """Return a slider of 95.1089 kg with C = 20 N, B = 200 N s/m and what is hidden in it."""
     t = np.arange(0.0, duration, STEP)
     q, v, a = np.zeros((3, len(t)))
@@ -69,11 +69,19 @@ def run(tmp_path, nominal, log, *more, capsys):
 
 
 def test_a_hidden_asymmetry_is_named_and_the_document_obeys_its_schema(tmp_path, nominal, capsys):
+    other = write_joint_log(slider_log(asymmetry=60.0, duration=16.0, seed=1), tmp_path / 'other')
     code, out, stdout, _ = run(
-        tmp_path, nominal, slider_log(asymmetry=60.0), '--json', capsys=capsys
+        tmp_path,
+        nominal,
+        slider_log(asymmetry=60.0),
+        '--holdout',
+        str(other),
+        '--json',
+        capsys=capsys,
     )
     assert code == 0
     document = json.loads(stdout)
+    assert 'On another recording' in document['sentence']
     validator = Draft202012Validator(json.loads(SCHEMA.read_text()))
     assert not list(validator.iter_errors(document))
     written = json.loads((out / 'diagnosis.json').read_text())
@@ -118,7 +126,7 @@ def test_an_effect_can_be_left_out_and_then_is_not_named(tmp_path, nominal, caps
     code, out, _, _ = run(
         tmp_path,
         nominal,
-        slider_log(asymmetry=60.0),
+        slider_log(asymmetry=60.0, duration=16.0),
         '--without',
         'asymmetric_friction',
         capsys=capsys,
@@ -142,6 +150,18 @@ def test_bad_input_ends_with_code_2_and_writes_nothing(tmp_path, nominal, capsys
     )
     assert code == 2
     assert 'stiction' in stderr
+    assert not out.exists()
+
+
+def test_a_recording_left_out_that_is_too_short_is_refused_before_anything_is_done(
+    tmp_path, nominal, capsys
+):
+    other = write_joint_log(slider_log(duration=1.5), tmp_path / 'other')
+    code, out, _, stderr = run(
+        tmp_path, nominal, slider_log(duration=12.0), '--holdout', str(other), capsys=capsys
+    )
+    assert code == 2
+    assert 'holdout' in stderr
     assert not out.exists()
 
 
