@@ -32,11 +32,14 @@ STALE := $(shell purpose= python=; { read -r purpose; read -r python; } 2>/dev/n
 # A ROS_DOMAIN_ID per run: two runs on one machine do not hear each other, nor a robot nearby.
 ISOLATED = ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 101 + 1 ))
 
+# Tests run on two cores, unless they are to print or to be debugged; ARGS='-n 4' for more.
+WORKERS = $(if $(filter -s --capture=no --pdb,$(ARGS)),,-n 2 --dist loadfile)
+
 .PHONY: help
 help:
 	@echo "make install   make the virtual environment $(VENV) (a minute or two, once)"
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
-	echo "make test      run the tests; ARGS='-k name' to choose among them"
+	echo "make test      run the tests, on two cores; ARGS='-k name' to choose among them"
 	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds, in T1 and T3"
 	echo "               through the steps of the wire over 10, and the whole study of the observers"
 	echo "               (twenty minutes)"
@@ -59,7 +62,7 @@ demo: $(STAMP)
 .PHONY: test
 test: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/pytest -p xdist $(WORKERS) $(ARGS)
 
 .PHONY: validate
 validate: $(STAMP)
@@ -88,7 +91,7 @@ lint: $(STAMP)
 
 .PHONY: clean
 clean:
-	@rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .numba_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamp comes last, so an installation that was cut short does not count.

@@ -44,6 +44,7 @@ TEST_REQUIREMENTS = [
     'jsonschema>=4.17,<5',
     'mypy>=1.9,<3',
     'pytest>=7.4,<10',
+    'pytest-xdist>=3.8,<4',
     'rosbags>=0.10,<1',
     'ruff>=0.17,<0.18',
     'setuptools>=70.1,<80',

@@ -19,16 +19,78 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.study_run import Study, StudySettings, run_study
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+CACHES = REPOSITORY / '.numba_cache'
+# gw0, gw1, ... in a process that runs its share of the tests (pytest -n), empty in any other.
+WORKER = os.environ.get('PYTEST_XDIST_WORKER', '')
+# The niceness of a worker's tests that do not need to be on time.
+BEHIND = min(os.getpriority(os.PRIO_PROCESS, 0) + 5, 19)
 
 # Numba takes a compiled function from its cache until its own file changes, not one that it calls.
-_sources = max(path.stat().st_mtime for path in (REPOSITORY / 'sosml_friction').rglob('*.py'))
-for _cached in (REPOSITORY / 'sosml_friction').rglob('*.nbi'):
-    if _cached.stat().st_mtime < _sources:
-        _cached.unlink(missing_ok=True)
+# Only where workers are not yet or never started.
+if not WORKER:
+    _sources = max(path.stat().st_mtime for path in (REPOSITORY / 'sosml_friction').rglob('*.py'))
+    for _folder in (REPOSITORY / 'sosml_friction', CACHES):
+        for _cached in _folder.rglob('*.nbi'):
+            if _cached.stat().st_mtime < _sources:
+                _cached.unlink(missing_ok=True)
 
 # The first example of a test may have to compile; no test judges by the clock.
 settings.register_profile('no_clock', deadline=None)
 settings.load_profile('no_clock')
+
+# Files of one name here are one worker's: nodes run in real time, and would rob each other of it;
+# a study is run once for all who look at it.
+TOGETHER = {'test_study_run.py': 'study', 'test_study_report.py': 'study'}
+
+
+def is_of_nodes(path: Path) -> bool:
+    return path.parent.name == 'nodes'
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_setupnodes(specs: list[Any]) -> None:
+    """Say what is each worker's own before it is started."""
+    domain = os.environ.get('ROS_DOMAIN_ID')
+    for number, spec in enumerate(specs):
+        # The other cores are the other workers'.
+        spec.env.setdefault('OPENBLAS_NUM_THREADS', '1')
+        if number == 0:
+            continue
+        # Two processes that compile one function for two types at once can mix up its entries.
+        spec.env['NUMBA_CACHE_DIR'] = str(CACHES / f'worker_{number}')
+        if domain is not None:
+            # Nodes of one worker do not hear those of another: strides meet after 101, a prime.
+            spec.env['ROS_DOMAIN_ID'] = str((int(domain) - 1 + 37 * number) % 101 + 1)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Deal the tests out to the workers by file, except for those that belong together."""
+    if config.getoption('dist') != 'loadfile':
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Together(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = Path(super()._split_scope(nodeid))
+            return 'nodes' if is_of_nodes(file) else TOGETHER.get(file.name, str(file))
+
+    # In the order of collection, not by the number of tests in a file.
+    config.option.loadscopereorder = False
+    return Together(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the nodes, which take longest to wait for."""
+    if WORKER:
+        items.sort(key=lambda item: not is_of_nodes(item.path))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let the nodes of another worker go first: they have to keep their rate, the rest has not."""
+    if WORKER and not is_of_nodes(item.path):
+        os.setpriority(os.PRIO_PROCESS, 0, BEHIND)
 
 
 @pytest.fixture(scope='session')

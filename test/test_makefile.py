@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """make install: the right interpreter, one sentence where there is none, no installation twice."""
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -120,3 +121,44 @@ def test_finished_installation_is_not_repeated_unless_it_is_for_something_else(b
     assert run_make('install', 'PYTHON=python3', cwd=folder, path=programs).returncode == 2
     stamp.write_text(f'{folder}/elsewhere with the ROS wheels\n\n')
     assert run_make('install', cwd=folder, path=programs).returncode == 2
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'parallel'),
+    [
+        ('', True),
+        ("-k 'one or two'", True),
+        ('-s -k one', False),
+        ('--pdb', False),
+    ],
+)
+@pytest.mark.parametrize('sourced', [False, True])
+def test_tests_run_in_parallel_unless_they_are_to_print(
+    bare_machine, arguments, parallel, sourced
+):
+    """Where ROS 2 is sourced no plugin is loaded by itself, so that of parallel runs is named."""
+    folder, programs = bare_machine
+    stamp = folder / '.venv' / '.installed'
+    stamp.parent.mkdir()
+    ros = folder / 'ros'
+    for path in (
+        'lib/python3.12/site-packages/rclpy',
+        'share/ament_index/resource_index/packages',
+    ):
+        (ros / path).mkdir(parents=True)
+    (ros / 'share/ament_index/resource_index/packages/rclpy').touch()
+    stamp.write_text(f'{folder} with {ros if sourced else "the ROS wheels"}\n\n')
+    (stamp.parent / 'bin').mkdir()
+    pytest_program = stamp.parent / 'bin' / 'pytest'
+    pytest_program.write_text(
+        '#!/bin/sh\nprintf "%s\\n" "${PYTEST_DISABLE_PLUGIN_AUTOLOAD:-0}" "$@"\n'
+    )
+    pytest_program.chmod(0o755)
+    shell = {'ROS_DISTRO': 'jazzy', 'AMENT_PREFIX_PATH': str(ros)} if sourced else {}
+    said = run_make('test', f'ARGS={arguments}', cwd=folder, path=programs, **shell)
+    assert said.returncode == 0, said.stderr
+    off, *given = said.stdout.splitlines()
+    assert off == ('1' if sourced else '0')
+    assert given[:2] == ['-p', 'xdist']
+    assert ('-n' in given) == parallel
+    assert given[-1:] == (shlex.split(arguments)[-1:] or ['loadfile'])

@@ -106,12 +106,12 @@ class Robot:
     def inertia(self, q: FloatArray) -> FloatArray:
         """Return M(q), (n, n) [kg m2 or kg], armature included, a copy of its own."""
         M = pinocchio.crba(self._model, self._data, self._in(q))
-        return np.array(M[np.ix_(self._order, self._order)])
+        return np.array(M if self._identity else M[np.ix_(self._order, self._order)])
 
     def coriolis(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Return C(q, q') by Christoffel symbols, (n, n)."""
         C = pinocchio.computeCoriolisMatrix(self._model, self._data, self._in(q), self._in(v))
-        return np.array(C[np.ix_(self._order, self._order)])
+        return np.array(C if self._identity else C[np.ix_(self._order, self._order)])
 
     def gravity(self, q: FloatArray) -> FloatArray:
         """Return g(q), (n,) [Nm or N]: the effort that holds the arm still."""

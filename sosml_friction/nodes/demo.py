@@ -57,6 +57,8 @@ _PATIENT_DRIVER = (
     'elbow.tracking_limit:=1.0',
 )
 _PR_SET_PDEATHSIG = 1
+#: A service that has not replied by then [s] is asked again.
+_REPLY_PATIENCE = 5.0
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ def run_chain(
                 _await_port(port, processes[name], log)
         on_progress(Progress('starting driver, observers and identifier'))
         chain.call(SetBool, 'driver_node/enable', SetBool.Request(data=True))
-        chain.call(Trigger, 'identifier_node/start', Trigger.Request())
+        chain.call(Trigger, 'identifier_node/start', Trigger.Request(), done=chain.has_begun)
         chain.await_end()
         chain.call(SetBool, 'driver_node/enable', SetBool.Request(data=False))
     return output / RUN
@@ -194,19 +196,38 @@ class _Chain:
                 'it, or start the demo again, which takes another domain'
             )
 
-    def call(self, kind: Any, name: str, request: Any, patience: float = 60.0) -> None:
-        """Call a service until it says yes: a node that is still starting says no."""
+    def call(
+        self,
+        kind: Any,
+        name: str,
+        request: Any,
+        patience: float = 60.0,
+        *,
+        done: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """
+        Call a service until it says yes: a node that is still starting says no.
+
+        :param done: tells that it said yes by what it does, where its reply may be lost.
+        """
         client: Client = self._node.create_client(kind, name)
-        answer = 'no answer'
+        answer = 'it is not there'
         end = time.monotonic() + patience
         while time.monotonic() < end:
             if not client.service_is_ready():
                 self._spin()
                 continue
             future = client.call_async(request)
-            while not future.done() and time.monotonic() < end:
+            # DDS loses a reply to a client that a busy node has not discovered yet.
+            asked = time.monotonic()
+            while not future.done() and time.monotonic() < min(end, asked + _REPLY_PATIENCE):
                 self._spin()
-            if future.done():
+            if done():
+                return
+            if not future.done():
+                client.remove_pending_request(future)
+                answer = 'no answer'
+            else:
                 response = future.result()
                 if response.success:
                     return
@@ -215,6 +236,10 @@ class _Chain:
             while time.monotonic() < pause:
                 self._spin()
         raise ActuatorError(f'{name} did not succeed within {patience:.0f} s: {answer}')
+
+    def has_begun(self) -> bool:
+        """Tell whether the identifier reports a run."""
+        return self._phase not in ('', 'idle')
 
     def await_end(self) -> None:
         """Return when the identifier is done."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -108,7 +109,7 @@ class FrictionEstimator:
                 )
         self.robot = robot
         self.observers = {observer.identifier: observer for observer in observers}
-        self._weight_of_end = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
+        self._weight_of_end = [EFFORT_HOLDS.index(hold) / 2.0 for hold in holds]
         self.velocity_source = velocity_source
         self.maximum_gap_s = maximum_gap_s
         self.counts = EstimatorCounts()
@@ -231,11 +232,13 @@ class FrictionEstimator:
         else:
             v = np.array(v, dtype=float)
         self._t_ns, self._q = t_ns, q
-        for i in np.flatnonzero(~np.isfinite(tau)):
-            name = self.robot.names[i]
-            counts.without_effort[name] = counts.without_effort.get(name, 0) + 1
-        if not (np.isfinite(q).all() and np.isfinite(v).all()):
-            if self.velocity_source == 'message' or not np.isfinite(q).all():
+        for name, effort in zip(self.robot.names, tau.tolist(), strict=True):
+            if not isfinite(effort):
+                counts.without_effort[name] = counts.without_effort.get(name, 0) + 1
+        # Plain floats, here and below: NumPy takes several times as long over a few joints.
+        measured = all(map(isfinite, q.tolist()))
+        if not (measured and all(map(isfinite, v.tolist()))):
+            if self.velocity_source == 'message' or not measured:
                 counts.not_finite += 1
             self._started = False
             return _Start(None)
@@ -251,9 +254,14 @@ class FrictionEstimator:
 
     def _held(self, tau: FloatArray) -> FloatArray:
         # A joint whose effort counts from one end only is not lost with the other end's NaN.
-        w = self._weight_of_end
-        before = np.where(w < 1.0, (1.0 - w) * self._tau, 0.0)
-        return before + np.where(w > 0.0, w * tau, 0.0)
+        return np.array(
+            [
+                ((1.0 - w) * before if w < 1.0 else 0.0) + (w * after if w > 0.0 else 0.0)
+                for w, before, after in zip(
+                    self._weight_of_end, self._tau.tolist(), tau.tolist(), strict=True
+                )
+            ]
+        )
 
     def _still(self, h: float) -> _Interval:
         zero = np.zeros(self.robot.n)

@@ -1,12 +1,13 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Work on several processes, which Ctrl-C ends at once."""
+"""Work on several processes, which Ctrl-C and a killed parent end at once."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -37,7 +38,7 @@ def workers(count: int) -> Iterator[Executor | None]:
     others = set(multiprocessing.active_children())
     # Not fork: this process may have threads, of a progress bar for one.
     pool = ProcessPoolExecutor(
-        count, multiprocessing.get_context('spawn'), initializer=_end_silently_on_ctrl_c
+        count, multiprocessing.get_context('spawn'), initializer=_prepare_worker
     )
     try:
         yield pool
@@ -80,6 +81,15 @@ def run_all(
     return [future.result() for future in futures]
 
 
-def _end_silently_on_ctrl_c() -> None:
+def _prepare_worker() -> None:
     # The terminal interrupts the whole group: the parent tells it, once.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    # A parent that is killed cannot end its workers, and they would wait for tasks for ever.
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -43,6 +43,9 @@ class Plant:
         self._table = friction_table(self.friction) if self.friction else None
         self.q = np.array(q, dtype=float)
         self.v = np.array(v, dtype=float)
+        if self._table is not None:
+            # Compile now: at the first step it would silence an emulator that a driver listens to.
+            Plant.step(self, np.zeros(len(self.v)), 0.0)
 
     def friction_torque(self, v: FloatArray) -> FloatArray:
         """Return tau_f per joint, (n,) [Nm or N], positive for positive velocity."""

@@ -15,6 +15,13 @@ from typing import Any
 
 import pytest
 
+from sosml_friction.actuators.lockstep import emulated_exoskeleton
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.observers.configuration import CAUSAL, make_observer
+from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
+from sosml_friction.share import share_directory
+
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
 os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 # Wrong types in a message are an error here, not bytes on the wire.
@@ -22,6 +29,16 @@ os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
 
 #: A condition that has not come true by then never will; no test judges how long it took.
 PATIENCE = 60.0
+
+
+@pytest.fixture(scope='session', autouse=True)
+def compiled() -> None:
+    """Compile what the nodes run, so that none takes half a minute to start."""
+    conditions = ([1e-4], [1e-3], [1.0], [1.0])
+    robot = read_model(share_directory() / 'config' / 'emps').make_robot()
+    gains = recipe_gains(robot, BANDWIDTH, *conditions)
+    FrictionEstimator(robot, [make_observer(name, gains[name]) for name in CAUSAL])
+    emulated_exoskeleton()
 
 
 class NodeProcess:

@@ -5,6 +5,10 @@
 import math
 import multiprocessing
 import os
+import select
+import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -48,3 +52,41 @@ def test_a_process_that_is_killed_is_told_in_a_sentence():
 
 def test_there_is_at_least_one_core():
     assert available_cores() >= 1
+
+
+#: A computation with one process busy and one idle; prints their numbers once that is so.
+COMPUTATION = """
+import multiprocessing, time
+from sosml_friction.simulation.parallel import workers
+with workers(2) as pool:
+    first, second = (pool.submit(time.sleep, seconds) for seconds in (0.0, 600.0))
+    first.result()
+    print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+    second.result()
+"""
+
+
+def test_a_computation_that_is_killed_leaves_no_process_behind():
+    """SIGKILL, which it cannot answer; a process still there after a minute would stay."""
+    with subprocess.Popen(
+        [sys.executable, '-c', COMPUTATION], stdout=subprocess.PIPE, text=True
+    ) as computation:
+        handles = [os.pidfd_open(int(pid)) for pid in computation.stdout.readline().split()]
+        assert len(handles) == 2
+        computation.send_signal(signal.SIGKILL)
+    gone = select.poll()
+    for handle in handles:
+        gone.register(handle, select.POLLIN)
+    left = set(handles)
+    try:
+        while left:
+            ended = gone.poll(60_000)
+            assert ended
+            for handle, _ in ended:
+                gone.unregister(handle)
+                left.discard(handle)
+    finally:
+        for handle in left:
+            signal.pidfd_send_signal(handle, signal.SIGKILL)
+        for handle in handles:
+            os.close(handle)

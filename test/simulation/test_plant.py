@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.integrate import simpson, solve_ivp
 
 from sosml_friction.model.friction_laws import make_friction_law
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation import plant as plant_module
 from sosml_friction.simulation.plant import Plant
 
 URDF = Path(__file__).resolve().parents[2] / 'urdf/exoskeleton.urdf'
@@ -113,3 +115,22 @@ def test_the_caller_keeps_the_arrays_it_gave(robot):
     plant.step(np.ones(2), 1e-3)
     np.testing.assert_array_equal(q, [0.1, 0.2])
     np.testing.assert_array_equal(v, [1.0, 2.0])
+
+
+def test_all_that_a_step_calls_is_called_when_the_plant_is_made(robot, monkeypatch):
+    """So it is compiled by then, and no step takes seconds; the state stays as it was given."""
+    called = set()
+
+    def noted(name, function, *args):
+        called.add((name, *(type(arg) for arg in args)))
+        return function(*args)
+
+    for name in ('table_torque', 'rk4_stage', 'rk4_sum'):
+        function = getattr(plant_module, name)
+        monkeypatch.setattr(plant_module, name, partial(noted, name, function))
+    plant = Plant(robot, stribeck_laws(), *START)
+    made = set(called)
+    np.testing.assert_array_equal([plant.q, plant.v], START)
+    plant.step(np.ones(2), 1e-3)
+    assert called == made
+    assert {name for name, *_ in made} == {'table_torque', 'rk4_stage', 'rk4_sum'}
