@@ -174,7 +174,10 @@ def soak(seconds: float, rate: float = 500.0, *, progress: bool = False) -> Soak
         clock = BeginClock()
         configuration = default_configuration()
         configuration = replace(
-            configuration, rate=rate, missed_limit=max(1, round(PATIENCE_S * rate))
+            configuration,
+            rate=rate,
+            missed_limit=max(1, round(PATIENCE_S * rate)),
+            reply_timeout=0.02,
         )
         driver = JointDriver(configuration, nominal_robot(), bus, clock)
         print(f'bus load: {driver.bus_load()}', file=sys.stderr)

@@ -12,6 +12,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.emulator import EmulatorOptions
 from sosml_friction.actuators.emulator_thread import EmulatorThread
 from sosml_friction.actuators.frame import Frame
@@ -197,6 +198,37 @@ def test_scan_asks_nothing_where_another_host_talks(capsys):
 
 def verdicts(checks: list[dict]) -> dict[tuple[str, str], str]:
     return {(own['joint'], own['step']): own['verdict'] for own in checks}
+
+
+def test_check_asks_nothing_where_another_host_drives(capsys):
+    """Its question to a servo's bridge is a command off."""
+    other = open_bus('virtual', 'sosml_test_driven', 1_000_000)
+    heard = open_bus('virtual', 'sosml_test_driven', 1_000_000)
+    stop = threading.Event()
+    talk = rmd_x.encode_request(1, rmd_x.SetCurrent(0.5)).to_message()
+
+    def drive():
+        while not stop.wait(0.005):
+            other.send(talk)
+
+    thread = threading.Thread(target=drive)
+    thread.start()
+    try:
+        code, out, err = run(
+            capsys, 'check', '--interface', 'virtual', '--channel', 'sosml_test_driven'
+        )
+        asked = set()
+        while (message := heard.recv(0.0)) is not None:
+            asked.add(bytes(message.data))
+    finally:
+        stop.set()
+        thread.join()
+        other.shutdown()
+        heard.shutdown()
+    assert code == 2
+    assert out == ''
+    assert 'another host commands these actuators' in err
+    assert asked == {bytes(talk.data)}
 
 
 def test_check_passes_good_hardware_and_commands_nothing(hardware, capsys):

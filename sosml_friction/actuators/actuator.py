@@ -82,6 +82,11 @@ class Actuator(ABC):
 
     @property
     @abstractmethod
+    def request_ids(self) -> frozenset[int]:
+        """Return the identifiers by which it can be commanded."""
+
+    @property
+    @abstractmethod
     def frames_per_cycle(self) -> float:
         """Return how many frames it puts on the bus in one cycle, both ways, on average."""
 
@@ -158,6 +163,10 @@ class Actuator(ABC):
     @abstractmethod
     def fault(self) -> str:
         """Return what is wrong with the actuator by its own account, '' if nothing."""
+
+    def doubt(self) -> str:
+        """Return why its position cannot be true if that lasts, '' if nothing speaks against."""
+        return ''
 
     def warning(self) -> str:
         """Return what its user should know although it works, '' if nothing."""

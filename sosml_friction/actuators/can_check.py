@@ -14,15 +14,16 @@ import can
 from sosml_friction.actuators.clock import MonotonicClock
 from sosml_friction.actuators.configuration import DriverConfiguration
 from sosml_friction.actuators.cycle import BusCycle
-from sosml_friction.actuators.driver import bus_load, make_actuators
+from sosml_friction.actuators.driver import bus_load, check_limits, make_actuators
 from sosml_friction.actuators.open_bus import open_bus
 from sosml_friction.actuators.start_up import Check
 from sosml_friction.actuators.start_up_run import run_start_ups
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
 BUS = 'bus'
+_LISTEN_NS = 100_000_000
 
 
 def check_bus(
@@ -36,7 +37,7 @@ def check_bus(
 
     :param values: the parameters of driver_node, flat.
     :raises ConfigurationError: if they do not fit each other or the model.
-    :raises ActuatorError: if the bus cannot be opened or fails.
+    :raises ActuatorError: if the bus cannot be opened or fails, or another host is driving.
     """
     config = share_directory() / 'config'
     configuration = DriverConfiguration.from_parameters(
@@ -48,6 +49,7 @@ def check_bus(
             f'the model has the joints {", ".join(robot.names)}, the parameters '
             f'{", ".join(configuration.names)}: name the same, in the same order'
         )
+    check_limits(robot)
     actuators = make_actuators(configuration, robot.limits)
     worst, load = bus_load(actuators, configuration)
     fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')
@@ -55,6 +57,12 @@ def check_bus(
     clock = MonotonicClock()
     cycle = BusCycle(bus, clock, actuators)
     try:
+        cycle.listen(clock.now_ns() + _LISTEN_NS)
+        if cycle.counters.intruders:
+            raise ActuatorError(
+                'another host commands these actuators: stop it first, or they answer two and a '
+                'servo that it drives is switched off'
+            )
         return fits, *run_start_ups(cycle, clock, actuators, read_only=True)
     finally:
         # What was found stands, whether the adapter says goodbye or not.

@@ -117,6 +117,10 @@ class CanScan:
         # Only at first: later it is the scan itself that lets the motor wait.
         if rounds[0] and not any(rounds[0][0].data[4:8]):
             found.remarks.append('its communication timeout had tripped')
+        if not any(dates):
+            # While the others were waited for, its timeout has passed again.
+            again = self._ask_one(motor, rmd_x.ReadVersion(), Protocol.V3)
+            dates = [int.from_bytes(reply.data[4:8], 'little') for reply in again]
         date = next((date for date in dates if date), None)
         if date is None:
             found.remarks.append('answers with an echo only')

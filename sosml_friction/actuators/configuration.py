@@ -57,6 +57,7 @@ class ActuatorMount:
     dbc_map: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        _check_types(self, f'{self.name}.')
         if self.driver not in DRIVERS:
             raise ConfigurationError(
                 f'{self.name}.driver is {self.driver!r}: use one of {", ".join(DRIVERS)}'
@@ -178,6 +179,7 @@ class DriverConfiguration:
     host_timeout: float = 1.0
 
     def __post_init__(self) -> None:
+        _check_types(self)
         if not self.joints:
             raise ConfigurationError('the driver has no joints: name them in its parameter joints')
         names = [joint.name for joint in self.joints]
@@ -189,6 +191,12 @@ class DriverConfiguration:
             value = getattr(self, key)
             if not (math.isfinite(value) and value > 0.0):
                 raise ConfigurationError(f'{key} is {value}: give a positive number')
+        if self.reply_timeout > self.missed_limit / self.rate:
+            raise ConfigurationError(
+                f'reply_timeout is {self.reply_timeout:g} s, missed_limit is {self.missed_limit} '
+                f'periods of {1e3 / self.rate:g} ms: a single wait would already be the fault: '
+                'raise missed_limit or lower reply_timeout'
+            )
         used = [joint.can_id for joint in self.joints if joint.driver == RMD_X]
         if len(set(used)) != len(used):
             raise ConfigurationError(
@@ -214,8 +222,8 @@ class DriverConfiguration:
         :raises ConfigurationError: if one is missing or does not fit.
         """
         joints = tuple(
-            JointConfiguration(**joint_values(values, str(name), JointConfiguration, dbc))
-            for name in required(values, 'joints')
+            JointConfiguration(**joint_values(values, name, JointConfiguration, dbc))
+            for name in _joint_names(values)
         )
         scalars = {
             field: values[parameter]
@@ -249,6 +257,35 @@ def required(values: Mapping[str, Any], key: str) -> Any:
     return values[key]
 
 
+# A YAML file read without ROS may hold anything.
+_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
+    'float': ((float, int), 'a number'),
+    'int': ((int,), 'a whole number'),
+    'bool': ((bool,), 'true or false'),
+    'str': ((str,), 'a word'),
+    'tuple[str, ...]': ((list, tuple), 'a list of words'),
+}
+
+
+def _check_types(own: ActuatorMount | DriverConfiguration, prefix: str = '') -> None:
+    names = {field: parameter for parameter, field in _SCALARS.items()}
+    for field in fields(own):
+        kinds, words = _KINDS.get(str(field.type), ((object,), ''))
+        value = getattr(own, field.name)
+        # To Python a bool is a whole number, to a reader it is not.
+        mistaken = isinstance(value, bool) and bool not in kinds and object not in kinds
+        if mistaken or not isinstance(value, kinds):
+            name = names.get(field.name, field.name)
+            raise ConfigurationError(f'{prefix}{name} is {value!r}: it must be {words}')
+
+
+def _joint_names(values: Mapping[str, Any]) -> list[str]:
+    names = required(values, 'joints')
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        raise ConfigurationError(f'joints is {names!r}: give a list, as [shoulder, elbow]')
+    return list(names)
+
+
 def joint_values(
     values: Mapping[str, Any], joint: str, kind: type[ActuatorMount], dbc: str | Path
 ) -> dict[str, Any]:
@@ -278,8 +315,8 @@ def mounts_from_parameters(
     :raises ConfigurationError: if one is missing or does not fit.
     """
     return tuple(
-        ActuatorMount(**joint_values(values, str(name), ActuatorMount, dbc))
-        for name in required(values, 'joints')
+        ActuatorMount(**joint_values(values, name, ActuatorMount, dbc))
+        for name in _joint_names(values)
     )
 
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -24,6 +25,8 @@ from sosml_friction.exceptions import ActuatorError, CanProtocolError
 
 # More frames than this before a cycle are not late replies but a flood.
 _DRAIN_LIMIT = 256
+# Frames sent that may still come back as heard.
+_RECENT = 256
 
 
 @dataclass
@@ -36,7 +39,8 @@ class BusCounters:
     ``foreign``: from an identifier nobody here talks to; ``undecodable``: a known identifier with
     bytes that are no reply; ``missed``: requests without a reply by the deadline; ``not_sent``:
     refused by a full transmit buffer or by the adapter; ``error_frames`` of the controller;
-    ``failures`` of the bus as a whole; ``reopened``: how often it was opened again.
+    ``failures`` of the bus as a whole; ``reopened``: how often it was opened again;
+    ``intruders``: commands to these actuators that another program sent.
     """
 
     sent: int = 0
@@ -51,6 +55,7 @@ class BusCounters:
     error_frames: int = 0
     failures: int = 0
     reopened: int = 0
+    intruders: int = 0
 
 
 class BusCycle:
@@ -73,8 +78,12 @@ class BusCycle:
     ) -> None:
         self._bus = bus
         self._clock = clock
+        actuators = list(actuators)
         self._actuators = {actuator.reply_id: actuator for actuator in actuators}
         self._reopen = reopen
+        self._commanded = {own for actuator in actuators for own in actuator.request_ids}
+        # Some interfaces hear what they send themselves.
+        self._recent: deque[tuple[int, bytes]] = deque(maxlen=_RECENT)
         self._patient: dict[Hashable, tuple[int, Actuator]] = {}
         self._refused = int(getattr(bus, 'refused', 0))
         self._off = False
@@ -134,6 +143,8 @@ class BusCycle:
     def _guard(self) -> Iterator[None]:
         try:
             yield
+        except ActuatorError:
+            raise
         except (can.CanError, OSError) as error:
             self.counters.failures += 1
             self._lost = True
@@ -141,6 +152,10 @@ class BusCycle:
             raise ActuatorError(
                 f'the CAN bus failed ({reason}): check the adapter and its cable'
             ) from error
+        except Exception:
+            # A defect, perhaps of a CAN driver: the last word is then better said to a new bus.
+            self._lost = True
+            raise
 
     def recover(self) -> bool:
         """
@@ -174,6 +189,7 @@ class BusCycle:
                 raise
             self.counters.not_sent += 1
             return False
+        self._recent.append((request.frame.can_id, request.frame.data))
         self.counters.sent += 1
         return True
 
@@ -241,6 +257,8 @@ class BusCycle:
         actuator = None if frame is None else self._actuators.get(frame.can_id)
         if frame is None or actuator is None:
             counters.foreign += 1
+            if frame is not None and frame.can_id in self._commanded:
+                counters.intruders += (frame.can_id, frame.data) not in self._recent
             return
         try:
             if actuator.unsolicited(frame):

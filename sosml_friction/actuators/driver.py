@@ -58,6 +58,8 @@ STILL_SHARE, STUCK_SHARE = 0.01, 0.25
 CURRENT_FACTOR, CURRENT_SLACK = 1.5, 0.5
 SPEED_FACTOR, SPEED_SLACK = 0.3, 0.6
 IMPLAUSIBLE_CYCLES = 25
+# Another program on the bus is taken to be there for so long after its last command.
+INTRUDER_NS = 1_000_000_000
 
 # A standard frame of 8 bytes with its pause: without and with the worst stuffing.
 FRAME_BITS = 111
@@ -179,6 +181,7 @@ class JointDriver:
                 f'the model has the joints {", ".join(robot.names)}, the driver '
                 f'{", ".join(configuration.names)}: name the same, in the same order'
             )
+        check_limits(robot)
         self.configuration = configuration
         self._clock = clock
         self._limits = robot.limits
@@ -238,6 +241,10 @@ class JointDriver:
         self._checks: tuple[Check, ...] = ()
         self._host_ns: int | None = None
         self._host_problem = ''
+        self._step_ns: int | None = None
+        self._enables = 0
+        self._intruders = 0
+        self._intruded_ns: int | None = None
         self._cycles = 0
         self._incomplete = 0
         self._skew_ns = 0
@@ -292,7 +299,15 @@ class JointDriver:
             self._silent_since = [None] * n
             self._silence_ns = [0] * n
             self._bus_error = self._host_problem = ''
-            self._host_ns = None
+            self._host_ns = self._step_ns = None
+            # What was measured before belongs to another drive: no velocity until it is known.
+            self._v = np.full(n, math.nan)
+            self._known_v = np.zeros(n)
+            for slope in self._slopes:
+                slope.reset()
+            self._implausible = [0] * n
+            self._deaf = self._blocked = False
+            self._follower.hold(self._position())
             self._note_events()
             self._state = DriverState.DISABLED
             self._reason = ''
@@ -331,6 +346,8 @@ class JointDriver:
             if self._host_ns is not None:
                 self._host_ns = self._clock.now_ns()
             self._reason = ''
+            self._step_ns = None
+            self._enables += 1
             self._state = DriverState.ENABLED
 
     def disable(self) -> None:
@@ -366,14 +383,18 @@ class JointDriver:
             for actuator in self._actuators:
                 if actuator.waiting():
                     raise TrajectoryError(f'{actuator.waiting()}: send the trajectory again')
-            position = self._position()
+            position, enables = self._position(), self._enables
         if isinstance(trajectory, Trajectory):
             trajectory = JointTrajectory.from_trajectory(trajectory)
         tolerance = np.full(len(position), self.configuration.start_tolerance)
         prepared = prepare_trajectory(trajectory, self.names, self._limits, position, tolerance)
         with self._lock:
-            if self._state is DriverState.ENABLED:
-                self._follower.follow(prepared)
+            # It was checked against where the joints were then.
+            if self._state is not DriverState.ENABLED or self._enables != enables:
+                raise TrajectoryError(
+                    'the drive ended while the trajectory was checked: send it again'
+                )
+            self._follower.follow(prepared)
 
     def step(self) -> JointSample | None:
         """
@@ -391,8 +412,11 @@ class JointDriver:
             self._recover(start_ns)
             return None
         self._return_who_was_away(start_ns)
+        # The cycle begins after that: it may have taken seconds.
+        start_ns = self._clock.now_ns()
         with self._lock:
             self._check_host(start_ns)
+            self._check_stall(start_ns)
             by_actuator = self._requests(start_ns)
         requests = [request for own in by_actuator for request in own]
         deadline_ns = start_ns + round(self.configuration.reply_timeout * 1e9)
@@ -408,6 +432,7 @@ class JointDriver:
             self._deaf = all(request.key in missing for request in requests)
             not_sent = self._cycle.counters.not_sent
             self._blocked, self._not_sent = not_sent > self._not_sent, not_sent
+            self._note_intruders()
             return self._evaluate(by_actuator, missing, start_ns)
 
     def heartbeat(self) -> None:
@@ -434,6 +459,32 @@ class JointDriver:
                 'its callbacks hangs'
             )
 
+    def _note_intruders(self) -> None:
+        count, now_ns = self._cycle.counters.intruders, self._clock.now_ns()
+        if count > self._intruders:
+            self._intruded_ns = now_ns
+        elif self._intruded_ns is not None and now_ns - self._intruded_ns > INTRUDER_NS:
+            self._intruded_ns = None
+        self._intruders = count
+
+    def _check_stall(self, now_ns: int) -> None:
+        """
+        Take a pause of the cycle itself for what it is: the reference would jump after it.
+
+        The joints were without a command for as long as a silent actuator may be.
+        """
+        last_ns, self._step_ns = self._step_ns, now_ns
+        if last_ns is None:
+            return
+        configuration = self.configuration
+        allowed_ns = configuration.missed_limit * configuration.period_ns
+        pause_ns = now_ns - last_ns
+        if pause_ns > allowed_ns + round(configuration.reply_timeout * 1e9):
+            self._fail(
+                f'the cycle stood still for {pause_ns * 1e-6:.0f} ms, longer than missed_limit '
+                f'({configuration.missed_limit} periods): the machine is too busy, or slept'
+            )
+
     def _lose_bus(self, error: str) -> None:
         self._bus_error = error
         self._away = [True] * len(self._actuators)
@@ -455,10 +506,19 @@ class JointDriver:
             with self._lock:
                 self._bus_error = str(error)
             return
-        if len(missing) < len(questions):
+        if len(missing) == len(questions):
+            return
+        with self._lock:
+            self._bus_error = ''
+            self._start_up_ns = 0
+            # A motor without a watchdog of its own still has the current of the moment the bus
+            # was lost: no question is more urgent than to end that.
+            released = [request for own in self._actuators for request in own.release(now_ns)]
+        try:
+            self._cycle.exchange(released, self._clock.now_ns() + PROBE_TIMEOUT_NS)
+        except ActuatorError as error:
             with self._lock:
-                self._bus_error = ''
-                self._start_up_ns = 0
+                self._lose_bus(str(error))
 
     def _return_who_was_away(self, now_ns: int) -> None:
         """Ask anew who was silent, restarted or cut off, before anything is commanded to it."""
@@ -514,22 +574,28 @@ class JointDriver:
         """
         Switch all outputs off: zero current, then 0x80; servo off. Tried even on a faulty bus.
 
-        Nothing is sent if no cycle ever ran: then nothing was commanded. Not while :meth:`step`
-        runs in another thread.
+        A bus that was lost is opened again for it, once. Nothing is sent if no cycle ever ran:
+        then nothing was commanded. Not while :meth:`step` runs in another thread.
         """
         with self._lock:
             self._state = DriverState.UNCONFIGURED
         if not self._commanded:
             return
         left = list(self._actuators)
+        lost, reopened = bool(self._bus_error), False
         for _ in range(SHUT_DOWN_ATTEMPTS):
-            asked = [(actuator, actuator.shut_down()) for actuator in left]
-            requests = [request for _, own in asked for request in own]
             try:
+                if lost and not reopened:
+                    reopened = True
+                    self._cycle.recover()
+                asked = [(actuator, actuator.shut_down()) for actuator in left]
+                requests = [request for _, own in asked for request in own]
                 missing = self._cycle.exchange(
                     requests, self._clock.now_ns() + SHUT_DOWN_TIMEOUT_NS
                 )
-            except ActuatorError:
+            except Exception:
+                # Whatever it was, a defect in a CAN driver included: the joint is still driven.
+                lost = True
                 continue
             left = [
                 actuator
@@ -685,6 +751,11 @@ class JointDriver:
         actuator = self._actuators[i]
         if self._host_problem or self._bus_error:
             return self._host_problem or self._bus_error
+        if self._intruded_ns is not None:
+            return (
+                'another program commands these actuators on the same bus (or they share an '
+                'identifier): end it'
+            )
         if self._silent(i) and self._blocked:
             return (
                 'the CAN bus takes no frames (transmit buffer full): nobody acknowledges them: '
@@ -751,13 +822,14 @@ class JointDriver:
             odd = abs(measurement.current) > limit
             difference = abs(v - measurement.speed)
             odd = odd or difference > SPEED_SLACK + SPEED_FACTOR * abs(measurement.speed)
+        odd = odd or bool(self._actuators[i].doubt())
         self._implausible[i] = self._implausible[i] + 1 if odd else 0
 
     def _implausibility(self, i: int) -> str:
         if self._implausible[i] < IMPLAUSIBLE_CYCLES:
             return ''
         actuator = self._actuators[i]
-        return (
+        return actuator.doubt() or (
             f'joint {actuator.name} reports {actuator.measurement.current:.2f} A and '
             f'{actuator.measurement.speed:.2f} per second, its position says {self._v[i]:.2f} and '
             f'its limit {actuator.configuration.current_limit:g} A: its sensors or its own limits '
@@ -772,6 +844,26 @@ class JointDriver:
                 f'times its limit {self._limits[i].velocity:g}'
             )
         return ''
+
+
+def check_limits(robot: Robot) -> None:
+    """
+    Refuse limits that limit nothing: every comparison with NaN is false.
+
+    :raises ConfigurationError: with the joint and its limit.
+    """
+    for name, own in zip(robot.names, robot.limits, strict=True):
+        for what, value in (('velocity', own.velocity), ('effort', own.effort)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise ConfigurationError(
+                    f'the URDF gives joint {name} the {what} limit {value:g}: give a positive '
+                    'number'
+                )
+        if not (math.isfinite(own.lower) and math.isfinite(own.upper) and own.lower < own.upper):
+            raise ConfigurationError(
+                f'the URDF limits joint {name} to {own.lower:g} to {own.upper:g}: give two '
+                'numbers, the lower one first'
+            )
 
 
 def make_actuators(

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 
-from sosml_friction.actuators import rmd_x
+from sosml_friction.actuators import rmd_x, rmd_x_motion
 from sosml_friction.actuators.actuator import Actuator, Setpoint
 from sosml_friction.actuators.configuration import (
     MOTOR_TURN,
@@ -32,8 +32,12 @@ BRAKE_PATIENCE_NS = 1_000_000_000
 WATCHDOG_LISTEN_NS = 1_200_000_000
 # Uptimes differ from the host's clock by this much only after a restart [s].
 _UPTIME_SLACK = 0.5
-# Counts and angle of one position may differ by noise and by what the joint moved between [rad].
+# Counts and angle of one position may differ by noise and by what the joint moved between [rad];
+# the angle beside the current is in whole degrees, and a little older.
 _SCALE_SLACK = 0.02
+_COARSE_SLACK = 0.08
+# So many questions for the status in a row without a timely answer are a fault: half a second.
+_STATUS_LOST = 5
 _MODEL_BLOCKS = 3
 # These are answered by what they were asked with.
 _ECHOED = (
@@ -89,6 +93,10 @@ class RmdXActuator(Actuator):
         self._blocks: dict[int, str] = {}
         self._angle = math.nan
         self._turn_offset = 0.0
+        # 0x92 minus the angle by counts, whole turns: positions are commanded in 0x92's.
+        self._counts_turns = 0.0
+        self._counts_differ = 0.0
+        self._status_unanswered = 0
         self._boot_ns: int | None = None
         self._watchdog_seen = 0
         self._trips = False
@@ -115,6 +123,17 @@ class RmdXActuator(Actuator):
     def reply_id(self) -> int:
         """Return 0x240 + id."""
         return rmd_x.REPLY_BASE + self._id
+
+    @property
+    def request_ids(self) -> frozenset[int]:
+        """Return 0x140 + id, that of all motors, and the motion mode's."""
+        return frozenset(
+            {
+                rmd_x.REQUEST_BASE + self._id,
+                rmd_x.BROADCAST_ID,
+                rmd_x_motion.MOTION_REQUEST_BASE + self._id,
+            }
+        )
 
     @property
     def frames_per_cycle(self) -> float:
@@ -243,8 +262,10 @@ class RmdXActuator(Actuator):
         return Check(self.name, 'status', text, problem=self.fault())
 
     def _ask_position(self) -> list[Request]:
+        # The status first: a motor whose watchdog has tripped only echoes the first question, and
+        # the echo of 0x92 would be the answer "0 degrees".
+        requests = [self._ask_status, self._request(rmd_x.ReadAngle())]
         # Both, where counts are used: their scale is nowhere else to be checked.
-        requests = [self._request(rmd_x.ReadAngle())]
         if self.configuration.counts_per_turn:
             requests.append(self._ask_angle)
         return requests
@@ -253,9 +274,10 @@ class RmdXActuator(Actuator):
         """Bring the position into the joint's band by whole turns, if there is one way only."""
         self._set_turn_offset(0.0)
         if self.configuration.counts_per_turn:
-            counted = 2.0 * math.pi * self.measurement.position_raw
-            counted /= self.configuration.counts_per_turn
-            if abs(math.remainder(counted - self._angle, 2.0 * math.pi)) > _SCALE_SLACK:
+            counted = self._counted(self.measurement.position_raw)
+            rest = math.remainder(self._angle - counted, 2.0 * math.pi)
+            self._counts_turns = self._angle - counted - rest
+            if abs(rest) > _SCALE_SLACK:
                 return Check(
                     self.name,
                     'position',
@@ -376,7 +398,7 @@ class RmdXActuator(Actuator):
         limits = self.limits
         target = min(max(setpoint.position, limits.lower), limits.upper)
         angle = self.configuration.direction * (target - self._zero_of_angle())
-        return self._request(rmd_x.SetPosition(angle, limits.velocity))
+        return self._request(rmd_x.SetPosition(angle + self._counts_turns, limits.velocity))
 
     def _zero_of_angle(self) -> float:
         return self.configuration.zero_offset + self._turn_offset
@@ -396,6 +418,7 @@ class RmdXActuator(Actuator):
         requests = [first, self._ask_angle]
         if now_ns >= self._status_due_ns:
             self._status_due_ns = now_ns + STATUS_PERIOD_NS
+            self._status_unanswered += 1
             requests.append(self._ask_status)
         if now_ns >= self._uptime_due_ns:
             self._uptime_due_ns = now_ns + UPTIME_PERIOD_NS
@@ -452,17 +475,22 @@ class RmdXActuator(Actuator):
             )
             measurement.temperature = float(reply.temperature)
             measurement.speed = configuration.direction * reply.speed
+            if configuration.counts_per_turn:
+                self._counts_differ = math.remainder(
+                    reply.angle - self._counted(measurement.position_raw), 2.0 * math.pi
+                )
         elif isinstance(reply, rmd_x.Angle):
             self._angle = reply.angle
             if not configuration.counts_per_turn:
                 self._take_position(reply.angle, reply.angle / rmd_x.ANGLE_RESOLUTION, stamp_ns)
         elif isinstance(reply, rmd_x.Encoder):
-            angle = 2.0 * math.pi * reply.counts / configuration.counts_per_turn
+            angle = self._counted(reply.counts)
             self._take_position(angle, float(reply.counts), stamp_ns)
         elif isinstance(reply, rmd_x.Status):
             measurement.voltage = reply.voltage
             measurement.temperature = float(reply.temperature)
             self._errors = reply.errors
+            self._status_unanswered = 0
         elif isinstance(reply, rmd_x.Uptime):
             self._take_uptime(reply.milliseconds, stamp_ns)
         elif isinstance(reply, rmd_x.Version):
@@ -474,6 +502,9 @@ class RmdXActuator(Actuator):
             self._blocks[reply.block] = reply.text
         elif isinstance(reply, rmd_x.ReleaseBrake):
             self._brake_waits = False
+
+    def _counted(self, counts: float) -> float:
+        return 2.0 * math.pi * counts / self.configuration.counts_per_turn
 
     def _take_position(self, angle: float, raw: float, stamp_ns: int) -> None:
         measurement = self.measurement
@@ -502,6 +533,15 @@ class RmdXActuator(Actuator):
         """Return that the brake is not open yet."""
         return f'the brake of joint {self.name} is opening' if self._brake_waits else ''
 
+    def doubt(self) -> str:
+        """Return that counts and the motor's own angle differ: at zero any scale would do."""
+        if not abs(self._counts_differ) > _COARSE_SLACK:
+            return ''
+        return (
+            f'joint {self.name}: its angle by counts (0x60) and by the motor differ by '
+            f'{self._counts_differ:.3f}: correct {self.name}.counts_per_turn, or set it to 0'
+        )
+
     def flags(self) -> str:
         """Return the motor's error bits as words."""
         return rmd_x.flag_names(self._errors)
@@ -518,5 +558,11 @@ class RmdXActuator(Actuator):
             return (
                 f'joint {self.name}: {self.measurement.temperature:.0f} degC is above '
                 f'{self.configuration.temperature_limit:g}'
+            )
+        if self._status_unanswered > _STATUS_LOST:
+            return (
+                f'joint {self.name}: the motor has not told its status (0x9A) in time '
+                f'{self._status_unanswered - 1} times in a row: its errors are not known, and '
+                'what it answers besides may be answers to earlier questions'
             )
         return self._brake_problem

@@ -58,6 +58,11 @@ class ServoActuator(Actuator):
         return self._dbc.command_id
 
     @property
+    def request_ids(self) -> frozenset[int]:
+        """Return the identifier of ``servo_command``."""
+        return frozenset({self.command_id})
+
+    @property
     def frames_per_cycle(self) -> float:
         """Return 2: command and state."""
         return 2.0

@@ -52,6 +52,7 @@ LOGS = 'logs'
 _PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
 _PATIENT_DRIVER = (
     'missed_limit:=250',
+    'reply_timeout:=0.02',
     'host_timeout:=5.0',
     'shoulder.tracking_limit:=1.0',
     'elbow.tracking_limit:=1.0',

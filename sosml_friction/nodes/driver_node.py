@@ -303,6 +303,7 @@ class DriverNode(LifecycleNode):
         return super().on_configure(state)
 
     def _configure(self) -> None:
+        self._refuse_after_hang()
         values = declare(self, PARAMETERS)
         if self.get_parameter('use_sim_time').value:
             raise ConfigurationError(
@@ -331,6 +332,14 @@ class DriverNode(LifecycleNode):
         logger.info(f'model {model_path}, bus {self._channel}')
         logger.info(f'bus load: {self._driver.bus_load()}')
         self._tell_checks(self._driver)
+
+    def _refuse_after_hang(self) -> None:
+        """Never give a bus a second owner: the thread that hung in it may still come back."""
+        if self._hangs:
+            raise ConfigurationError(
+                'a call into the CAN driver did not return, so the bus still has its owner: '
+                "switch the actuators' power off and start this program anew"
+            )
 
     def _tell_checks(self, driver: JointDriver) -> None:
         logger = self.get_logger()
@@ -374,17 +383,18 @@ class DriverNode(LifecycleNode):
         result = super().on_activate(state)
         if self._driver is None:
             return TransitionCallbackReturn.FAILURE
-        if self._driver.state is DriverState.UNCONFIGURED:
-            # A deactivation shut the actuators down: ask them again.
-            try:
+        try:
+            self._refuse_after_hang()
+            if self._driver.state is DriverState.UNCONFIGURED:
+                # A deactivation shut the actuators down: ask them again.
                 self._driver.configure()
                 self._tell_checks(self._driver)
-            except SosmlFrictionError as error:
-                self._failure = error
-                super().on_deactivate(state)
-                if not self._starting:
-                    self.get_logger().error(str(error))
-                return TransitionCallbackReturn.FAILURE
+        except SosmlFrictionError as error:
+            self._failure = error
+            super().on_deactivate(state)
+            if not self._starting:
+                self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
         self._stamps = StampConverter(
             self._cycle_clock.now_ns, lambda: int(self.get_clock().now().nanoseconds)
         )
@@ -572,6 +582,7 @@ class DriverNode(LifecycleNode):
             'frames unsolicited': report.bus.unsolicited,
             'requests echoed': report.bus.echoes,
             'frames foreign': report.bus.foreign,
+            'commands by another program': report.bus.intruders,
             'frames undecodable': report.bus.undecodable,
             'frames not sent': report.bus.not_sent,
             'error frames': report.bus.error_frames,

@@ -402,9 +402,9 @@ def test_a_few_missed_replies_are_counted_and_bridged(lockstep):
     lockstep.run(0.1)
     report = lockstep.driver.report()
     assert report.state is DriverState.ENABLED
-    # Each of the cycles without an answer waited 20 ms for it.
-    assert report.incomplete_cycles == report.joints[0].missed == 2
-    # The two waited for 40 ms; the 100 ms after them are whole.
+    # Each of the cycles without an answer waited 6 ms for it.
+    assert report.incomplete_cycles == report.joints[0].missed == 4
+    # The four waited for 24 ms; the 100 ms after them are whole.
     assert len(lockstep.samples) - before == 50
 
 

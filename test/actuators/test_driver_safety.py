@@ -7,16 +7,18 @@ from __future__ import annotations
 import errno
 import math
 import os
+from dataclasses import replace
 
 import can
 import numpy as np
 import pytest
 
 from sosml_friction.actuators import rmd_x
-from sosml_friction.actuators.driver import DriverState
+from sosml_friction.actuators.driver import DriverState, JointDriver
 from sosml_friction.actuators.emulator import EmulatorOptions
+from sosml_friction.actuators.lockstep import nominal_robot
 from sosml_friction.actuators.lockstep_bus import LockstepBus
-from sosml_friction.exceptions import ActuatorError, TrajectoryError
+from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError
 
 HANGING = np.array([-np.pi / 2, 0.0])
 
@@ -314,6 +316,136 @@ def test_a_motor_that_timed_out_while_driven_is_a_fault(make_lockstep, there_and
     lockstep.run(0.01)
     assert "the motor's own watchdog switched it off" in lockstep.driver.report().reason
     assert_zero_from_the_next_cycle_on(lockstep)
+
+
+@pytest.mark.parametrize('late_ms', [7, 13])
+def test_answers_later_than_the_wait_cannot_pass_for_the_next_ones(
+    lockstep, there_and_back, late_ms
+):
+    """
+    A reply to the cycle before looks timely; only the status, asked seldom, tells them apart.
+
+    The shoulder alone, as the servo's bridge numbers its replies.
+    """
+
+    def late(frame, replies):
+        own = frame.can_id == 0x141
+        return [(t + late_ms * 1_000_000 * own, reply) for t, reply in replies]
+
+    moving(lockstep, there_and_back)
+    lockstep.filter = late
+    lockstep.run(0.65)
+    assert lockstep.driver.state is DriverState.FAULT
+    lockstep.filter = lambda frame, replies: replies
+    assert_zero_from_the_next_cycle_on(lockstep)
+
+
+def test_a_host_that_slept_does_not_catch_up(lockstep, there_and_back):
+    """The reference has gone on meanwhile: no current follows it."""
+    moving(lockstep, there_and_back)
+    lockstep.clock.sleep_until_ns(lockstep.clock.now_ns() + 100_000_000)
+    since = len(lockstep.seen)
+    lockstep.run(0.1)
+    assert not lockstep.currents(since).any()
+    assert lockstep.servo_modes(since) == {0}
+    assert 'the cycle stood still for 1' in lockstep.driver.report().reason
+    lockstep.run(1.0)
+    lockstep.driver.enable()
+    lockstep.run(0.1)
+    assert lockstep.driver.report().reason == ''
+
+
+def test_commands_of_another_program_are_a_fault(lockstep, there_and_back):
+    driver, bus = lockstep.driver, lockstep.bus
+    moving(lockstep, there_and_back)
+    own = lockstep.seen[-2][1]
+    bus._push(lockstep.clock.now_ns(), own)
+    lockstep.run(0.01)
+    # What it sent itself it may hear, as on udp_multicast.
+    assert driver.state is DriverState.ENABLED
+    bus._push(lockstep.clock.now_ns(), rmd_x.encode_request(1, rmd_x.SetCurrent(1.23)))
+    lockstep.run(0.01)
+    assert 'another program commands' in driver.report().reason
+    assert_zero_from_the_next_cycle_on(lockstep)
+    with pytest.raises(ActuatorError, match='another program'):
+        driver.enable()
+    lockstep.run(2.0)
+    driver.enable()
+    assert driver.report().bus.intruders == 1
+
+
+def test_a_drive_begins_without_the_velocity_of_the_one_before(lockstep, there_and_back):
+    """An old velocity would be braked from: motion that nobody asked for."""
+    driver = lockstep.driver
+    moving(lockstep, there_and_back)
+    driver.shut_down()
+    driver.configure()
+    with pytest.raises(ActuatorError, match='has no velocity yet'):
+        driver.enable()
+
+
+@pytest.mark.parametrize(
+    ('limits', 'words'),
+    [
+        ({'velocity': math.nan}, 'velocity limit nan'),
+        ({'effort': math.inf}, 'effort limit inf'),
+        ({'upper': math.nan}, 'to nan'),
+        ({'lower': 9.0}, '9 to'),
+    ],
+)
+def test_limits_that_limit_nothing_are_refused(make_lockstep, limits, words):
+    """Every comparison with NaN is false: such a limit would never be exceeded."""
+    lockstep = make_lockstep()
+    robot = nominal_robot()
+    robot.limits = (replace(robot.limits[0], **limits), *robot.limits[1:])
+    with pytest.raises(ConfigurationError, match=words):
+        JointDriver(lockstep.driver.configuration, robot, lockstep.bus, lockstep.clock)
+
+
+def test_a_motor_that_is_heard_again_is_let_go_before_it_is_asked_anything(
+    make_lockstep, there_and_back, monkeypatch
+):
+    """Without a watchdog it still has its last current, and the elbow keeps the start-up busy."""
+    lockstep = make_lockstep(options=EmulatorOptions(comm_timeout=0.0))
+    lockstep.driver.configure()
+    lockstep.run(0.1)
+    moving(lockstep, there_and_back)
+    lost = Lost(lockstep)
+    lost.lose(monkeypatch)
+    lockstep.run(0.1)
+    since = len(lockstep.seen)
+    lost.back = True
+    lockstep.filter = lambda frame, replies: [] if frame.can_id == 0x170 else replies
+    before_ns = lockstep.clock.now_ns()
+    lockstep.run(1.0)
+    seen = [(t, frame.data[0]) for t, frame in lockstep.seen[since:] if frame.can_id == 0x141]
+    assert [command for _, command in seen[:2]] == [0x9A, 0xA1]
+    assert not lockstep.currents(since).any()
+    assert seen[1][0] - before_ns < 150_000_000
+    lockstep.driver.bus.shutdown()
+
+
+@pytest.mark.parametrize('error', [OSError(errno.ENODEV, 'gone'), TypeError('port is closed')])
+def test_at_the_end_a_lost_bus_is_opened_again_for_the_last_word(
+    lockstep, there_and_back, monkeypatch, error
+):
+    """Also where python-can fails in a way of its own."""
+    moving(lockstep, there_and_back)
+    lost = Lost(lockstep)
+    lost.lose(monkeypatch)
+    lost.back = True
+
+    def gone(*_, **__):
+        raise error
+
+    monkeypatch.setattr(lockstep.bus, 'send', gone)
+    monkeypatch.setattr(lockstep.bus, 'recv', gone)
+    since = len(lockstep.seen)
+    lockstep.driver.shut_down()
+    commands = [frame.data[0] for _, frame in lockstep.seen[since:] if frame.can_id == 0x141]
+    assert commands[:2] == [0xA1, 0x80]
+    assert not lockstep.currents(since).any()
+    lockstep.driver.bus.shutdown()
 
 
 def test_the_report_has_what_diagnostics_need(lockstep):

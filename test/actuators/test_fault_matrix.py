@@ -11,6 +11,7 @@ gone ``enable`` brings the joints back.
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import dataclass
 
@@ -231,3 +232,46 @@ def test_a_lost_turn_of_the_output_is_refused_or_corrected_as_configured(
     recover(lockstep, 1.0)
     lockstep.run(0.1)
     np.testing.assert_allclose(lockstep.samples[-1].q, lockstep.emulator.q, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ('fault', 'error'),
+    [
+        ('', 0.01),
+        ('drop fraction=0.1 direction=replies', 0.02),
+        ('drop fraction=0.1', 0.2),
+        ('delay seconds=0.002', 0.01),
+        ('reorder', 0.02),
+    ],
+)
+def test_a_whole_motion_rides_through(make_lockstep, there_and_back, fault, error):
+    """
+    With the wait as shipped, 6 ms, lost replies do not make the shoulder swing.
+
+    Prints what docs/faults.md says; SOSML_FRICTION_SEEDS for more than one seed. The bound of the
+    tracking error is about twice the worst of 6 seeds. Where requests are lost too, an old current
+    goes on and then a jump of it follows: that does swing.
+    """
+    torques, errors, missed = [], [], []
+    for seed in range(int(os.environ.get('SOSML_FRICTION_SEEDS', '1'))):
+        lockstep = make_lockstep(seed=seed)
+        bring_into(lockstep, 'holding', there_and_back)
+        driver, emulator = lockstep.driver, lockstep.emulator
+        driver.follow(there_and_back)
+        if fault:
+            emulator.inject(fault)
+        torque, off = [], []
+        while driver.trajectory_running and driver.state is DriverState.ENABLED:
+            lockstep.step()
+            torque.append(abs(emulator.effort[0]))
+            off.append(abs(driver.report().joints[0].tracking_error))
+        assert driver.state is DriverState.ENABLED, said(lockstep)
+        torques.append(max(torque))
+        errors.append(max(off))
+        missed.append(driver.report().incomplete_cycles / driver.report().cycles)
+        assert_within_limits(lockstep)
+    print(
+        f'{fault or "no fault"}: torque up to {min(torques):.2f} .. {max(torques):.2f} Nm, error '
+        f'up to {max(errors):.3f} rad, {100 * np.mean(missed):.0f} % of the cycles incomplete'
+    )
+    assert max(errors) < error

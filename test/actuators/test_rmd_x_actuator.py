@@ -192,3 +192,42 @@ def test_a_restart_is_told_by_the_uptime_and_a_late_answer_is_not_one():
     assert own.restarts == 0
     own.accept(rmd_x.encode_reply(1, rmd_x.Uptime(700)), 4_000_000_000)
     assert own.restarts == 1
+
+
+def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_one():
+    """0x92 says one turn more than 0x60: to stay where it is, 0xA4 must say so too."""
+    own = actuator(mode='position', counts_per_turn=2**20)
+    told(own, rmd_x.Angle(2 * math.pi + 0.5), rmd_x.Encoder(round(2**20 * 0.5 / (2 * math.pi))))
+    assert own._check_position().problem == ''
+    here = Setpoint(0.0, own.measurement.q, 0.0)
+    assert sent(own.command(here, 1))[0].angle == pytest.approx(2 * math.pi + 0.5, abs=2e-4)
+
+
+def test_at_zero_any_scale_of_counts_fits_but_not_where_the_joint_goes():
+    own = actuator(counts_per_turn=2**20)
+    told(own, rmd_x.Angle(0.0), rmd_x.Encoder(0))
+    assert own._check_position().problem == ''
+    told(own, rmd_x.Encoder(2**18), rmd_x.Motion(25, 0.0, 0.0, math.pi / 2))
+    assert own.doubt() == ''
+    # The true scale is half of it: the joint is twice as far as the counts say.
+    told(own, rmd_x.Motion(25, 0.0, 0.0, math.pi))
+    assert 'shoulder.counts_per_turn' in own.doubt()
+
+
+def test_a_status_that_never_comes_is_a_fault():
+    """Its other answers may come: without 0x9A its error bits are not known."""
+    own = at(actuator(), 0.0)
+    for t in range(0, 501_000_000, 2_000_000):
+        assert own.fault() == ''
+        own.command(Setpoint(0.0, 0.0, 0.0), t)
+    assert 'has not told its status (0x9A) in time 5 times' in own.fault()
+    told(own, rmd_x.Status(25, True, 48.0, rmd_x.ErrorFlag(0)))
+    assert own.fault() == ''
+
+
+def test_the_echo_of_a_motor_that_timed_out_is_not_taken_for_zero_degrees():
+    """Only the first question is echoed, and the echo of 0x92 would be an answer."""
+    position = next(s for s in actuator().start_up(read_only=True) if s.name == 'position')
+    first = position.requests()[0]
+    assert isinstance(sent([first])[0], rmd_x.ReadStatus)
+    assert actuator().is_echo(first, Frame(0x241, first.frame.data))

@@ -35,7 +35,12 @@ PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
 HANGING = np.array([-np.pi / 2, 0.0])
 # On a loaded machine either process may stand still for a while: no test here is about that.
 PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
-PATIENT = ('missed_limit:=500', 'shoulder.tracking_limit:=2.0', 'elbow.tracking_limit:=2.0')
+PATIENT = (
+    'missed_limit:=500',
+    'reply_timeout:=0.02',
+    'shoulder.tracking_limit:=2.0',
+    'elbow.tracking_limit:=2.0',
+)
 
 
 def free_port() -> int:
@@ -214,8 +219,8 @@ def test_lifecycle_and_a_lost_bus(chain):
     assert change(Transition.TRANSITION_CONFIGURE)
     assert not chain.enable().success
     plant = chain.fresh('emulator_node: shoulder')
-    # Only the questions of the start-up: version, model, status, uptime, angle, status again.
-    assert plant['frames'] == '7'
+    # The start-up only asks: version, model, status, uptime, status with angle, status again.
+    assert plant['frames'] == '8'
     assert plant['commanded current [A]'] == '0'
     assert change(Transition.TRANSITION_ACTIVATE)
     ros.spin_until(lambda: len(chain.states) > 100)

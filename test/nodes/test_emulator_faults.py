@@ -58,6 +58,7 @@ class Session:
             'driver_node',
             f'can_channel:=socket://127.0.0.1:{self.port}',
             'missed_limit:=250',
+            'reply_timeout:=0.02',
             files=(PARAMETER_FILE,),
         )
         self.ros.spin_until(lambda: self.value('driver_node: driver', 'state') == 'disabled')
