@@ -40,10 +40,13 @@ help:
 	@echo "make install   make the virtual environment $(VENV) (a minute or two, once)"
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
 	echo "make test      run the tests, on two cores; ARGS='-k name' to choose among them"
-	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds, and the whole"
-	echo "               study of the observers (ten minutes)"
+	echo "make validate  the long statistical runs: friction found in T1 over 40 seeds, in T1 and T3"
+	echo "               through the steps of the wire over 10, and the whole study of the observers"
+	echo "               (twenty minutes)"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
+	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
+	echo "               (ten minutes; ARGS='--seconds 60' for less)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -65,7 +68,8 @@ test: $(STAMP)
 validate: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
 	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full
-	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/simulation/test_study_targets.py
+	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/simulation/test_study_targets.py \
+	  test/identification/test_emulated_quantisation.py
 
 .PHONY: benchmark
 benchmark: $(STAMP)
@@ -74,6 +78,10 @@ benchmark: $(STAMP)
 .PHONY: robustness
 robustness: $(STAMP)
 	@$(BIN)/python benchmarks/robustness.py
+
+.PHONY: soak
+soak: $(STAMP)
+	@$(BIN)/python benchmarks/soak.py $(ARGS)
 
 .PHONY: lint
 lint: $(STAMP)

@@ -18,6 +18,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.cli_can import app as can_app
 from sosml_friction.cli_diagnose import diagnose
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.share import share_directory
@@ -37,6 +38,8 @@ app = typer.Typer(
     help='Friction of robot joints without a torque sensor: plan a trajectory, fit friction to a '
     'recording, import data, look into a bag, or see a demonstration.',
 )
+
+app.add_typer(can_app)
 
 JsonOption = Annotated[
     bool, typer.Option('--json', help='Print one JSON object on stdout instead of tables.')
