@@ -40,11 +40,14 @@ help:
 	@echo "make install   make the virtual environment $(VENV) (a minute or two, once)"
 	echo "make demo      emulate the exoskeleton, identify its friction, write demo_output/report.html"
 	echo "make test      run the tests, on two cores; ARGS='-k name' to choose among them"
-	echo "make validate  the long statistical runs: friction found in T1, and by the weak form in T1, T2,"
-	echo "               T3, over 40 seeds, and the whole study of the observers (15 minutes)"
+	echo "make validate  the long statistical runs: friction found in T1, in T1 and T3 through the steps of"
+	echo "               the wire, and by the weak form in T1, T2, T3, over many seeds; the whole study of"
+	echo "               the observers (half an hour)"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
+	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
+	echo "               (ten minutes; ARGS='--seconds 60' for less)"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -68,6 +71,7 @@ validate: $(STAMP)
 	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full SOSML_FRICTION_TRAJECTORIES=full
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
 	  test/identification/test_identifiability.py test/simulation/test_study_targets.py \
+	  test/identification/test_emulated_quantisation.py \
 	  test/identification/test_emulated_trajectories.py
 
 .PHONY: benchmark
@@ -81,6 +85,10 @@ robustness: $(STAMP)
 .PHONY: identification
 identification: $(STAMP)
 	@$(BIN)/python benchmarks/identification.py
+
+.PHONY: soak
+soak: $(STAMP)
+	@$(BIN)/python benchmarks/soak.py $(ARGS)
 
 .PHONY: lint
 lint: $(STAMP)

@@ -19,6 +19,8 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.cli_can import app as can_app
+from sosml_friction.cli_diagnose import diagnose
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.share import share_directory
 
@@ -39,6 +41,8 @@ app = typer.Typer(
     help='Friction of robot joints without a torque sensor: plan a trajectory, fit friction to a '
     'recording, import data, look into a bag, or see a demonstration.',
 )
+
+app.add_typer(can_app)
 
 JsonOption = Annotated[
     bool, typer.Option('--json', help='Print one JSON object on stdout instead of tables.')
@@ -767,6 +771,9 @@ def study(
     else:
         print_table(study_tables(result))
         typer.echo(f'study.html, study.json and the figures are in {folder}')
+
+
+app.command()(diagnose)
 
 
 @app.command()

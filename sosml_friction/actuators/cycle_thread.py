@@ -9,16 +9,17 @@ from collections.abc import Callable
 
 from sosml_friction.actuators.clock import Clock
 from sosml_friction.actuators.driver import JointDriver, JointSample
+from sosml_friction.actuators.histogram import Histogram
 
 
 class CycleThread(threading.Thread):
     """
     Step the driver at absolute deadlines; switch all outputs off when it ends, however it ends.
 
-    A cycle that ends after the next one should have begun is an overrun; the cycles that are then
-    past are skipped, never made up for.
+    A cycle that ends after the next one should have begun is an overrun, and ``late`` counts by
+    how much; the cycles that are then past are skipped, never made up for.
 
-    :param on_sample: called in this thread with each completed cycle's sample.
+    :param on_sample: called in this thread with each completed cycle's sample: it must not wait.
     """
 
     def __init__(
@@ -29,9 +30,15 @@ class CycleThread(threading.Thread):
         self._clock = clock
         self._on_sample = on_sample
         self._stop_event = threading.Event()
-        self.overruns = 0
+        self.late = Histogram()
         self.skipped = 0
+        self.last_cycle_ns = clock.now_ns()
         self.error: BaseException | None = None
+
+    @property
+    def overruns(self) -> int:
+        """Return how many cycles ended after the next one should have begun."""
+        return self.late.total
 
     def run(self) -> None:
         """Run cycles until :meth:`stop`; an exception is kept in ``error``."""
@@ -43,9 +50,11 @@ class CycleThread(threading.Thread):
                 if sample is not None:
                     self._on_sample(sample)
                 due_ns += period
-                late = self._clock.now_ns() - due_ns
+                now_ns = self._clock.now_ns()
+                self.last_cycle_ns = now_ns
+                late = now_ns - due_ns
                 if late > 0:
-                    self.overruns += 1
+                    self.late.add(late)
                     self.skipped += late // period
                     due_ns += late // period * period
                 self._clock.sleep_until_ns(due_ns)
@@ -54,8 +63,14 @@ class CycleThread(threading.Thread):
         finally:
             self._driver.shut_down()
 
-    def stop(self) -> None:
-        """End after the present cycle and wait until the outputs are off."""
+    def stop(self, patience: float = 5.0) -> bool:
+        """
+        End after the present cycle and wait until the outputs are off.
+
+        :param patience: how long to wait for a call into the CAN driver that never returns [s].
+        :return: False if it has not returned: then the outputs are not known to be off.
+        """
         self._stop_event.set()
         if self.is_alive() and threading.current_thread() is not self:
-            self.join()
+            self.join(patience)
+        return threading.current_thread() is self or not self.is_alive()

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from sosml_friction.actuators.fault import Fault
 from sosml_friction.actuators.frame import Frame
 
 # The time constant of the inner current loops [s]: field-oriented control of some 800 Hz. A lag
@@ -45,8 +46,14 @@ class EmulatedActuator(ABC):
         self.frames = 0
         self.undecodable = 0
         self.watchdog_trips = 0
+        # Of its own clock before emulated time: where that stood still, the motor's did not.
+        self.clock_ahead_ns = 0
         self._rng = np.random.default_rng(seed)
         self._commanded = 0.0
+        self._faults: tuple[Fault, ...] = ()
+        self._stuck_at: float | None = None
+        self._dark_until_ns = 0
+        self._unsolicited: list[Frame] = []
 
     @property
     @abstractmethod
@@ -62,6 +69,71 @@ class EmulatedActuator(ABC):
     def effort(self) -> float:
         """Return the effort on the joint [Nm or N]."""
         return self.direction * self.torque_constant * self.current
+
+    def take(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
+        """Hear a frame, or not, by the faults it has; see :meth:`handle`."""
+        if t_ns < self._dark_until_ns or self.has_fault('silent'):
+            return None
+        q, v = self._sensed(q, v)
+        return self.handle(frame, t_ns, q, v)
+
+    def run(self, t_ns: int, q: float, v: float) -> None:
+        """Run what is due at ``t_ns``, unless it is dark; see :meth:`control`."""
+        if t_ns >= self._dark_until_ns:
+            q, v = self._sensed(q, v)
+            self.control(t_ns, q, v)
+
+    def take_unsolicited(self) -> list[Frame]:
+        """Return the frames it has sent by itself since the last call, unless it is cut off."""
+        frames, self._unsolicited = self._unsolicited, []
+        return [] if self.has_fault('silent') else frames
+
+    def reply_delay_ns(self, frame: Frame) -> int:
+        """Return how much longer than others the answer to ``frame`` takes [ns]."""
+        return 0
+
+    def has_fault(self, name: str) -> bool:
+        """Tell whether it has the fault called ``name``."""
+        return any(fault.name == name for fault in self._faults)
+
+    def set_faults(self, faults: tuple[Fault, ...], q: float) -> None:
+        """
+        Have these faults from now on, and no others.
+
+        :param q: the joint's true position, where a stuck encoder stays [rad or m].
+        """
+        self._faults = faults
+        if not self.has_fault('stuck_encoder'):
+            self._stuck_at = None
+        elif self._stuck_at is None:
+            self._stuck_at = q
+
+    def happen(self, fault: Fault, t_ns: int) -> None:
+        """Let an event, or the beginning of a fault, happen at ``t_ns``."""
+        if fault.name in ('reboot', 'power_cycle'):
+            self._dark_until_ns = t_ns + round(fault.number('seconds') * 1e9)
+            self._unsolicited.clear()
+            self.restart(self._dark_until_ns)
+        elif fault.name == 'watchdog':
+            self.trip(t_ns)
+
+    def _fault_bits(self) -> int:
+        bits = 0
+        for fault in self._faults:
+            if fault.name == 'error_bits':
+                bits |= int(fault.number('bits'))
+        return bits
+
+    def _sensed(self, q: float, v: float) -> tuple[float, float]:
+        return (q, v) if self._stuck_at is None else (self._stuck_at, 0.0)
+
+    @abstractmethod
+    def restart(self, t_ns: int) -> None:
+        """Be as after power-on, which is complete at ``t_ns``: output off."""
+
+    @abstractmethod
+    def trip(self, t_ns: int) -> None:
+        """Do what it does when it has heard nothing for too long: output off."""
 
     @abstractmethod
     def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
@@ -85,6 +157,9 @@ class EmulatedActuator(ABC):
 
     def _normal(self, sigma: float) -> float:
         return sigma * float(self._rng.standard_normal()) if sigma > 0.0 else 0.0
+
+    def _encoder_noise_of(self, sigma: float) -> float:
+        return 0.0 if self._stuck_at is not None else self._normal(sigma)
 
     def _clamped(self, current: float) -> float:
         return min(max(current, -self.current_limit), self.current_limit)

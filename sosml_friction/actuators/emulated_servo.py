@@ -29,6 +29,8 @@ class EmulatedServo(EmulatedActuator):
     friction. Without a command for
     ``watchdog_ns`` the output goes off, which the status says until the next command.
 
+    While a bit of ``status`` is set from outside the output stays off.
+
     Not modelled: hobby-servo dead band, PWM resolution, gear backlash, potentiometer nonlinearity.
     """
 
@@ -82,6 +84,23 @@ class EmulatedServo(EmulatedActuator):
         """Return what the bridge does now."""
         return self._mode
 
+    def restart(self, t_ns: int) -> None:
+        """Forget the command and the watchdog's bit."""
+        self._mode = Mode.OFF
+        self._commanded = 0.0
+        self._tripped = False
+        self._sensor = math.nan
+        self._velocity = 0.0
+        self._loop_due_ns = t_ns
+        self._last_frame_ns = t_ns
+
+    def trip(self, t_ns: int) -> None:
+        """Turn the servo off and say so in the next state."""
+        self._mode = Mode.OFF
+        self._commanded = 0.0
+        self._tripped = True
+        self.watchdog_trips += 1
+
     def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
         """Take a command; one that cannot be decoded is not answered."""
         self.frames += 1
@@ -92,13 +111,14 @@ class EmulatedServo(EmulatedActuator):
             return None
         self._last_frame_ns = t_ns
         tripped, self._tripped = self._tripped, False
-        self._mode = command.mode
+        faults = self.status | ServoFlag(self._fault_bits())
+        self._mode = Mode.OFF if faults else command.mode
         self._target = command.target
         if self._mode is Mode.OFF:
             self._commanded = 0.0
         elif self._mode is Mode.CURRENT:
             self._commanded = self._clamped(command.target)
-        status = self.status
+        status = faults
         if self._mode is not Mode.OFF:
             status |= ServoFlag.OUTPUT_ON
         if tripped:
@@ -112,7 +132,7 @@ class EmulatedServo(EmulatedActuator):
             current = mean + self._normal(self._current_noise)
             self._current_sum, self._steps = -part * self.current, -part
         state = ServoState(
-            position=self._position(q) + self._normal(self._encoder_noise),
+            position=self._position(q) + self._encoder_noise_of(self._encoder_noise),
             velocity=self._velocity,
             current=current,
             status=status,
@@ -134,16 +154,16 @@ class EmulatedServo(EmulatedActuator):
             return
         self._loop_due_ns = t_ns + LOOP_PERIOD_NS
         before = self._sensor
-        self._sensor = self._position(q) + self._normal(self._encoder_noise)
+        self._sensor = self._position(q) + self._encoder_noise_of(self._encoder_noise)
         if not math.isnan(before):
             h = LOOP_PERIOD_NS * 1e-9
             rate = (self._sensor - before) / h
             self._velocity += -math.expm1(-h / VELOCITY_FILTER) * (rate - self._velocity)
         if self._mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
+            self.trip(t_ns)
+        if self._mode is not Mode.OFF and (self.status or self._fault_bits()):
             self._mode = Mode.OFF
             self._commanded = 0.0
-            self._tripped = True
-            self.watchdog_trips += 1
         if self._mode is Mode.POSITION:
             self._commanded = self._clamped(
                 self._kp * (self._target - self._sensor) - self._kd * self._velocity

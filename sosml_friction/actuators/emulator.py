@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from sosml_friction.actuators.configuration import RMD_X, ActuatorMount
 from sosml_friction.actuators.emulated_actuator import CURRENT_LOOP, EmulatedActuator
 from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
 from sosml_friction.actuators.emulated_servo import EmulatedServo
+from sosml_friction.actuators.fault import Fault, FaultPlace, parse_faults
 from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.frame_faults import FRAME_NS, FrameFaults, TimedFrame
 from sosml_friction.actuators.servo_dbc import ServoDbc
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile
@@ -25,8 +28,6 @@ FloatArray = NDArray[np.float64]
 
 # Friction as steep as 1.3 Nm over 5 mrad/s on a light forearm needs steps below 0.3 ms.
 STEP_NS = 250_000
-# A frame of 8 bytes at 1 Mbit/s: two replies of one actuator are at least this far apart.
-FRAME_NS = 130_000
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,11 @@ class EmulatorOptions:
     ``rmd_current_noise`` and ``servo_current_noise`` [A], ``rmd_encoder_noise`` [rad] before the
     0.01 degree rounding, ``servo_encoder_noise`` [rad], ``latency`` from request to reply [s] plus
     half-normal ``latency_jitter`` [s], ``comm_timeout`` of the motors and ``servo_watchdog`` [s],
-    0 for none in the motor; ``rmd_current_limit`` and ``servo_current_limit`` [A] are the
-    hardware's own; ``servo_kp`` [A/rad] and ``servo_kd`` [A s/rad] of the servo's position loop.
+    0 for none in the motor, ``timeout_echo``: whether a motor that timed out only echoes the next
+    request; ``rmd_current_limit`` and ``servo_current_limit`` [A] are the hardware's own;
+    ``servo_kp`` [A/rad] and ``servo_kd`` [A s/rad] of the servo's position loop;
+    ``rmd_gear_ratio``: motor turns per turn of the output, ``rmd_encoder_counts`` of 0x60 per turn
+    of the output, ``rmd_firmware`` of 0xB2 and ``rmd_model`` of 0xB5.
     """
 
     rmd_current_noise: float = 0.03
@@ -52,6 +56,11 @@ class EmulatorOptions:
     servo_kd: float = 6.0
     servo_watchdog: float = 0.05
     comm_timeout: float = 0.05
+    timeout_echo: bool = True
+    rmd_gear_ratio: float = 8.0
+    rmd_firmware: int = 20220206
+    rmd_model: str = 'X6-8'
+    rmd_encoder_counts: int = 131072
     latency: float = 3e-4
     latency_jitter: float = 5e-5
 
@@ -65,9 +74,13 @@ class ExoskeletonEmulator:
     after its arrival, a measurement is extrapolated from the one before. So the same frames at the
     same times give the same answers, bit for bit, for one seed.
 
-    Not modelled: bus arbitration, errors and load; joint end stops, sticking (a static smooth
-    friction creeps), backlash, joint elasticity, the wearer, temperature-dependent friction; and
-    what :class:`EmulatedRmdX` and :class:`EmulatedServo` say of themselves.
+    :meth:`inject` lets faults of :data:`~sosml_friction.actuators.fault.FAULTS` begin at the
+    present time. What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the
+    bus object's matter; here no frame passes meanwhile.
+
+    Not modelled: bus arbitration, error counters and load; joint end stops, sticking (a static
+    smooth friction creeps), backlash, joint elasticity, the wearer, temperature-dependent
+    friction; and what :class:`EmulatedRmdX` and :class:`EmulatedServo` say of themselves.
 
     :param model: the truth: rigid body, armature and friction of each joint.
     :param mounts: the actuator of each joint: type, identifier, direction, zero offset and, where
@@ -112,6 +125,13 @@ class ExoskeletonEmulator:
         self._last_reply_ns = [0] * len(self.actuators)
         self._grid_ns = 0
         self.foreign_frames = 0
+        self._frame_faults = FrameFaults(np.random.SeedSequence((seed, 1)))
+        self._faults: tuple[Fault, ...] = ()
+        self._wanted: tuple[Fault, ...] = ()
+        # Requests that arrive late, and replies nobody waits for: time, order, joint, frame.
+        self._late: list[tuple[int, int, int, Frame]] = []
+        self._sent: list[TimedFrame] = []
+        self._count = 0
 
     def _make(
         self,
@@ -132,11 +152,16 @@ class ExoskeletonEmulator:
                 current_noise=options.rmd_current_noise,
                 encoder_noise=options.rmd_encoder_noise,
                 comm_timeout_ns=round(options.comm_timeout * 1e9),
+                timeout_echo=options.timeout_echo,
+                gear_ratio=options.rmd_gear_ratio,
+                firmware=options.rmd_firmware,
+                model=options.rmd_model,
+                encoder_counts=options.rmd_encoder_counts,
                 seed=seed,
             )
         return EmulatedServo(
             joint.name,
-            dbc=ServoDbc(joint.dbc),
+            dbc=ServoDbc(joint.dbc, joint.dbc_map),
             torque_constant=constant,
             direction=joint.direction,
             zero_offset=joint.zero_offset,
@@ -181,12 +206,19 @@ class ExoskeletonEmulator:
         share = -math.expm1(-h / CURRENT_LOOP)
         effort = np.empty(len(actuators))
         while self._grid_ns + STEP_NS <= t_ns:
+            while self._late and self._late[0][0] <= self._grid_ns:
+                late_ns, _, i, frame = heapq.heappop(self._late)
+                self._sent += self._answer(i, frame, max(late_ns, self._grid_ns))
             # Plain floats: arithmetic on NumPy's scalars costs several times as much.
             states = zip(actuators, plant.q.tolist(), plant.v.tolist(), strict=True)
             for i, (actuator, q, v) in enumerate(states):
-                actuator.control(self._grid_ns, q, v)
+                actuator.run(self._grid_ns, q, v)
                 actuator.advance(share)
                 effort[i] = actuator.effort
+                for frame in actuator.take_unsolicited():
+                    self._sent += self._frame_faults.replies(
+                        actuator.name, [(self._grid_ns, frame)], self._faults
+                    )
             plant.step(effort, h)
             self._grid_ns += STEP_NS
 
@@ -201,9 +233,22 @@ class ExoskeletonEmulator:
             self.foreign_frames += 1
             return []
         self.advance(t_ns)
+        if self.bus_fault() is not None:
+            return []
+        name = self.names[i]
+        replies: list[TimedFrame] = []
+        for arrival_ns, heard in self._frame_faults.requests(name, frame, t_ns, self._faults):
+            if arrival_ns > t_ns:
+                self._count += 1
+                heapq.heappush(self._late, (arrival_ns, self._count, i, heard))
+            else:
+                replies += self._answer(i, heard, t_ns)
+        return replies
+
+    def _answer(self, i: int, frame: Frame, t_ns: int) -> list[TimedFrame]:
         ahead = (t_ns - self._grid_ns) * 1e-9
         v = float(self.plant.v[i])
-        reply = self.actuators[i].handle(frame, t_ns, float(self.plant.q[i]) + ahead * v, v)
+        reply = self.actuators[i].take(frame, t_ns, float(self.plant.q[i]) + ahead * v, v)
         if reply is None:
             return []
         options = self.options
@@ -212,7 +257,70 @@ class ExoskeletonEmulator:
         )
         t_reply = max(t_ns + round(delay * 1e9), self._last_reply_ns[i] + FRAME_NS)
         self._last_reply_ns[i] = t_reply
-        return [(t_reply, reply)]
+        t_reply += self.actuators[i].reply_delay_ns(frame)
+        return self._frame_faults.replies(self.names[i], [(t_reply, reply)], self._faults)
+
+    def take_sent(self) -> list[tuple[int, Frame]]:
+        """
+        Return the frames that left without :meth:`handle` returning them, with their times.
+
+        What an actuator says unasked, and answers to requests that arrived late. They are there
+        once :meth:`advance` has passed their time.
+        """
+        if self.bus_fault() is not None:
+            self._sent.clear()
+        sent, self._sent = self._sent, []
+        return sent
+
+    # ---- faults
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Return the faults that stand now."""
+        return self._faults
+
+    def bus_fault(self) -> Fault | None:
+        """Return the fault of the bus as a whole, or None."""
+        return next((own for own in self._faults if own.kind.place is FaultPlace.BUS), None)
+
+    def inject(self, faults: str) -> None:
+        """
+        Let faults begin, besides those that stand: ``drop joint=shoulder; delay seconds=0.01``.
+
+        :raises ConfigurationError: if one of them does not exist; then none begins.
+        """
+        for fault in parse_faults(faults, self.names):
+            self._set((*self._faults, *(() if fault.kind.event else (fault,))))
+            if fault.kind.place is FaultPlace.ACTUATOR:
+                for actuator in self._met_by(fault):
+                    actuator.happen(fault, self._grid_ns)
+
+    def clear(self, name: str = '') -> None:
+        """End the faults called ``name``, all if it is empty."""
+        self._set(tuple(own for own in self._faults if name and own.name != name))
+
+    def set_faults(self, faults: str) -> None:
+        """
+        Have these faults and no others: those that stand already go on, the others begin.
+
+        :raises ConfigurationError: if one of them does not exist; then nothing changes.
+        """
+        wanted = parse_faults(faults, self.names)
+        before, self._wanted = self._wanted, wanted
+        self._set(tuple(own for own in self._faults if own in wanted))
+        self.inject('; '.join(str(fault) for fault in wanted if fault not in before))
+
+    def _set(self, faults: tuple[Fault, ...]) -> None:
+        self._faults = faults
+        self._frame_faults.forget()
+        for actuator, q in zip(self.actuators, self.plant.q.tolist(), strict=True):
+            own = (fault for fault in faults if fault.kind.place is FaultPlace.ACTUATOR)
+            actuator.set_faults(
+                tuple(fault for fault in own if fault.joint in ('', actuator.name)), q
+            )
+
+    def _met_by(self, fault: Fault) -> list[EmulatedActuator]:
+        return [actuator for actuator in self.actuators if fault.joint in ('', actuator.name)]
 
 
 def hanging_position(count: int) -> tuple[float, ...]:

@@ -92,18 +92,32 @@ class Lockstep:
     def step(self) -> JointSample | None:
         """Run one cycle at its time on the grid of the driver's period."""
         period_ns = self.driver.configuration.period_ns
-        late_ns = self.clock.now_ns() - self._next_ns
-        if late_ns > 0:
-            self._next_ns += late_ns // period_ns * period_ns
+        self._align()
         self.clock.sleep_until_ns(self._next_ns)
         self._next_ns += period_ns
         sample = self.driver.step()
+        # A driver that sends nothing, for want of a bus, does not stop the plant.
+        self.emulator.advance(self.clock.now_ns())
         if sample is not None:
             self.samples.append(sample)
         return sample
 
+    def _align(self) -> None:
+        period_ns = self.driver.configuration.period_ns
+        late_ns = self.clock.now_ns() - self._next_ns
+        if late_ns > 0:
+            self._next_ns += late_ns // period_ns * period_ns
+
+    def _skip_the_past(self) -> None:
+        period_ns = self.driver.configuration.period_ns
+        late_ns = self.clock.now_ns() - self._next_ns
+        if late_ns > 0:
+            self._next_ns += late_ns // period_ns * period_ns
+
     def run(self, seconds: float) -> None:
-        """Run the cycles of ``seconds`` of emulated time."""
+        """Run the cycles of ``seconds`` of emulated time, from now on."""
+        self._align()
+        self._skip_the_past()
         end_ns = self._next_ns + round(seconds * 1e9)
         while self._next_ns < end_ns:
             self.step()

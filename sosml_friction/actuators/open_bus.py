@@ -11,6 +11,7 @@ from typing import Any
 import can
 
 from sosml_friction.actuators.slcan_client import SlcanClient
+from sosml_friction.actuators.slcan_pty import PTY_PREFIX, SlcanPtyBus
 from sosml_friction.actuators.slcan_server import SlcanServerBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 
@@ -24,7 +25,8 @@ def open_bus(interface: str, channel: str, bitrate: int) -> can.BusABC:
     :param interface: a python-can interface (``socketcan``, ``slcan``, ``virtual``,
         ``udp_multicast``, ``pcan``, ...) or ``slcan_server``, the adapter's end of slcan on TCP.
     :param channel: as that interface wants it: ``can0``, ``/dev/ttyACM0@1000000``,
-        ``socket://127.0.0.1:29536``, ``127.0.0.1:29536`` for ``slcan_server``.
+        ``socket://127.0.0.1:29536``, ``127.0.0.1:29536`` or ``pty:/tmp/can`` for
+        ``slcan_server``.
     :param bitrate: bit/s, set where the interface can.
     :raises ConfigurationError: if python-can has no such interface, or its driver is missing.
     :raises ActuatorError: if it cannot be opened.
@@ -32,7 +34,7 @@ def open_bus(interface: str, channel: str, bitrate: int) -> can.BusABC:
     arguments: dict[str, Any] = {'channel': channel, 'bitrate': bitrate}
     try:
         if interface == SLCAN_SERVER:
-            return SlcanServerBus(channel)
+            return (SlcanPtyBus if channel.startswith(PTY_PREFIX) else SlcanServerBus)(channel)
         if interface == 'slcan':
             if not channel.startswith('socket://'):
                 # A USB adapter may reset when it is opened: python-can's own pause stays.
@@ -42,6 +44,9 @@ def open_bus(interface: str, channel: str, bitrate: int) -> can.BusABC:
             return bus
         if interface in ('virtual', 'udp_multicast', 'socketcand'):
             del arguments['bitrate']
+        if interface == 'udp_multicast':
+            # What moves a joint is not for the network: by default it would leave this machine.
+            arguments['hop_limit'] = 0
         return can.Bus(interface=interface, **arguments)
     except can.CanInterfaceNotImplementedError as error:
         raise ConfigurationError(

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable
 
-from sosml_friction.actuators.actuator import Actuator, Request
+from sosml_friction.actuators.actuator import Actuator, Setpoint
 from sosml_friction.actuators.configuration import JointConfiguration
 from sosml_friction.actuators.frame import Frame
 from sosml_friction.actuators.servo_dbc import (
@@ -17,6 +17,7 @@ from sosml_friction.actuators.servo_dbc import (
     ServoDbc,
     ServoFlag,
 )
+from sosml_friction.actuators.start_up import Check, Request, Step
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
@@ -31,10 +32,16 @@ class ServoActuator(Actuator):
     """
 
     def __init__(
-        self, configuration: JointConfiguration, limits: JointLimits, rate: float
+        self,
+        configuration: JointConfiguration,
+        limits: JointLimits,
+        rate: float,
+        *,
+        margin: float = 0.0,
     ) -> None:
         super().__init__(configuration, limits)
-        self._dbc = ServoDbc(configuration.dbc)
+        self._dbc = ServoDbc(configuration.dbc, configuration.dbc_map)
+        self._margin = margin
         self._step = limits.velocity / rate
         self._sequence = 0
         self._target: float | None = None
@@ -51,6 +58,11 @@ class ServoActuator(Actuator):
         return self._dbc.command_id
 
     @property
+    def request_ids(self) -> frozenset[int]:
+        """Return the identifier of ``servo_command``."""
+        return frozenset({self.command_id})
+
+    @property
     def frames_per_cycle(self) -> float:
         """Return 2: command and state."""
         return 2.0
@@ -60,24 +72,62 @@ class ServoActuator(Actuator):
         frame = self._dbc.encode_command(ServoCommand(mode, self._sequence, target))
         return Request(frame, (self.reply_id, self._sequence))
 
+    def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
+        """Return state and position; the question is a command off."""
+        return [
+            Step('status', self.probe, self._check_status, lambda: self._silent('status')),
+            Step('position', list, self._check_position, lambda: self._silent('position')),
+        ]
+
+    def _silent(self, step: str) -> Check:
+        return Check(self.name, step, 'no answer', problem=self.silence())
+
+    def _check_status(self) -> Check:
+        current = self.measurement.current
+        text = f'flags: {self.flags()}, current '
+        text += 'not available' if math.isnan(current) else f'{current:.3f} A'
+        return Check(self.name, 'status', text, self.fault(), self.warning())
+
+    def warning(self) -> str:
+        """Return that there is no current to be measured."""
+        if not math.isnan(self.measurement.current):
+            return ''
+        return (
+            f'joint {self.name}: the bridge measures no current: its effort, and with it the '
+            'friction of this joint, is not available'
+        )
+
+    def _check_position(self) -> Check:
+        problem = self.out_of_band(self._margin)
+        where = 'outside' if problem else 'inside its limits'
+        return Check(self.name, 'position', f'{self.measurement.q:.4f}, {where}', problem)
+
     def probe(self) -> list[Request]:
         """Ask by commanding off: the bridge answers nothing else."""
         return [self._request(Mode.OFF)]
 
-    def command(self, effort: float, position: float, now_ns: int) -> list[Request]:
+    def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
         """Command the servo's position."""
+        position = setpoint.position
         if not math.isfinite(position):
             raise CanProtocolError(f'joint {self.name}: the position {position} is not finite')
         start = self.measurement.q if self._target is None else self._target
         target = min(max(position, start - self._step), start + self._step)
         target = min(max(target, self.limits.lower), self.limits.upper)
         self._target = target
+        return [self._position_request(target)]
+
+    def _position_request(self, target: float) -> Request:
         configuration = self.configuration
-        return [
-            self._request(
-                Mode.POSITION, configuration.direction * (target - configuration.zero_offset)
-            )
-        ]
+        return self._request(
+            Mode.POSITION, configuration.direction * (target - configuration.zero_offset)
+        )
+
+    def observe(self, now_ns: int) -> list[Request]:
+        """Command the last target again: the bridge answers nothing else."""
+        if self._target is None:
+            return self.release(now_ns)
+        return [self._position_request(self._target)]
 
     def release(self, now_ns: int) -> list[Request]:
         """Command off."""
@@ -99,6 +149,8 @@ class ServoActuator(Actuator):
         measurement.q = configuration.direction * state.position + configuration.zero_offset
         measurement.current = state.current
         measurement.tau = configuration.direction * configuration.torque_constant * state.current
+        measurement.position_raw = state.position / self._dbc.position_resolution()
+        measurement.speed = configuration.direction * state.velocity
         measurement.stamp_ns = stamp_ns
         self._status = state.status
 

@@ -5,13 +5,14 @@ The servo bridge's protocol, read from a DBC file: bytes to physical values and 
 
 ``config/elbow_servo.dbc`` is the default and documents sign and unit of every signal. Another DBC
 fits when it has messages ``servo_command`` and ``servo_state`` with the signals and units of
-:data:`COMMAND_SIGNALS` and :data:`STATE_SIGNALS`; identifiers, scales and places are its own.
+:data:`COMMAND_SIGNALS` and :data:`STATE_SIGNALS`; identifiers, scales and places are its own, and
+names too where a map says so.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from pathlib import Path
@@ -86,10 +87,13 @@ class ServoDbc:
     Encode and decode the two messages of a servo bridge.
 
     :param path: the DBC file.
-    :raises ConfigurationError: if it cannot be read, or lacks a message, a signal or a unit.
+    :param names: what the file calls things, as ``ours=theirs``: ``servo_state=STATE_1`` for a
+        message, ``servo_state.position=Pos`` for a signal.
+    :raises ConfigurationError: if it cannot be read, lacks a message, a signal or a unit, or a
+        name of the map is none of ours.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, names: Sequence[str] = ()) -> None:
         try:
             database = cantools.database.load_file(str(path), database_format='dbc')
         except (OSError, UnicodeDecodeError) as error:
@@ -98,15 +102,16 @@ class ServoDbc:
             reason = ' '.join(str(error).split())
             raise ConfigurationError(f'{path} is not a DBC file: {reason}') from error
         self.path = str(path)
+        self._names = _parse_map(names)
+        self._signals: dict[str, Any] = {}
+        self._theirs: dict[str, str] = {}
         self._command = self._message(database, 'servo_command', COMMAND_SIGNALS)
         self._state = self._message(database, 'servo_state', STATE_SIGNALS)
-        self._signals = {
-            signal.name: signal for signal in (*self._command.signals, *self._state.signals)
-        }
         current = self._signals['current']
         self._unavailable = -(1 << (current.length - 1))
 
-    def _message(self, database: Any, name: str, signals: Mapping[str, Any]) -> Any:
+    def _message(self, database: Any, ours: str, signals: Mapping[str, str]) -> Any:
+        name = self._names.get(ours, ours)
         try:
             message = database.get_message_by_name(name)
         except KeyError as error:
@@ -117,17 +122,21 @@ class ServoDbc:
             raise ConfigurationError(
                 f'message {name} of the DBC {self.path} has a 29-bit identifier: give it 11 bits'
             )
-        present = {signal.name: signal.unit or '' for signal in message.signals}
+        present = {signal.name: signal for signal in message.signals}
         for signal, unit in signals.items():
-            if signal not in present:
+            theirs = self._names.get(f'{ours}.{signal}', signal)
+            if theirs not in present:
                 raise ConfigurationError(
-                    f'message {name} of the DBC {self.path} has no signal {signal}: add it'
+                    f'message {name} of the DBC {self.path} has no signal {theirs}: add it'
                 )
-            if present[signal] != unit:
+            found = present[theirs].unit or ''
+            if found != unit:
                 raise ConfigurationError(
-                    f'signal {signal} of message {name} in the DBC {self.path} has the unit '
-                    f'{present[signal]!r}: it must be {unit!r}'
+                    f'signal {theirs} of message {name} in the DBC {self.path} has the unit '
+                    f'{found!r}: it must be {unit!r}'
                 )
+            self._signals[signal] = present[theirs]
+            self._theirs[signal] = theirs
         return message
 
     @property
@@ -215,8 +224,9 @@ class ServoDbc:
         )
 
     def _encode(self, message: Any, values: Mapping[str, Any]) -> bytes:
+        theirs = {self._theirs[name]: value for name, value in values.items()}
         try:
-            return bytes(message.encode(values, scaling=False, padding=False, strict=False))
+            return bytes(message.encode(theirs, scaling=False, padding=False, strict=False))
         except (cantools.database.Error, ValueError, KeyError) as error:
             raise CanProtocolError(
                 f'{message.name} cannot be encoded: {" ".join(str(error).split())}'
@@ -229,7 +239,10 @@ class ServoDbc:
                 f'{message.length} bytes'
             )
         try:
-            return dict(message.decode(frame.data, decode_choices=False, scaling=False))
+            values = message.decode(frame.data, decode_choices=False, scaling=False)
+            ours = COMMAND_SIGNALS if message is self._command else STATE_SIGNALS
+            # Of a multiplexed command only the signals of its mode are there.
+            return {name: values[t] for name in ours if (t := self._theirs[name]) in values}
         except (cantools.database.Error, ValueError, KeyError) as error:
             raise CanProtocolError(
                 f'frame {frame} is no valid {message.name}: {" ".join(str(error).split())}'
@@ -246,3 +259,24 @@ class ServoDbc:
         half = 1 << (signal.length - 1)
         low, high = (-half, half - 1) if signal.is_signed else (0, 2 * half - 1)
         return min(max(round(counts), low), high)
+
+
+def _parse_map(names: Sequence[str]) -> dict[str, str]:
+    known = {
+        f'{message}{"." if signal else ""}{signal}'
+        for message, signals in (
+            ('servo_command', COMMAND_SIGNALS),
+            ('servo_state', STATE_SIGNALS),
+        )
+        for signal in ('', *signals)
+    }
+    result: dict[str, str] = {}
+    for entry in names:
+        ours, _, theirs = entry.partition('=')
+        if ours.strip() not in known or not theirs.strip():
+            raise ConfigurationError(
+                f'{entry!r} in dbc_map is not OURS=THEIRS: OURS must be one of '
+                f'{", ".join(sorted(known))}'
+            )
+        result[ours.strip()] = theirs.strip()
+    return result

@@ -21,12 +21,15 @@ class SlcanClient(slcanBus):
 
     python-can's own reader costs three system calls a byte and waits a millisecond when there is
     nothing: a 500 Hz cycle cannot afford either. Only reading lines differs; frames are written
-    and parsed by python-can. A line that is no frame is skipped and counted in ``malformed``.
+    and parsed by python-can. A line that is no frame is skipped and counted in ``malformed``; a
+    bell, by which an adapter refuses a frame or a command (off the bus, queue full), in
+    ``refused``: python-can drops it without a word.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._received = SlcanLines()
         self.malformed = 0
+        self.refused = 0
         super().__init__(*args, **kwargs)
 
     def _read(self, timeout: float | None) -> str | None:
@@ -34,6 +37,9 @@ class SlcanClient(slcanBus):
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             line = self._received.pop()
+            if line is not None and line.endswith('\a'):
+                self.refused += 1
+                continue
             if line is not None:
                 return line + '\r'
             wait = None if deadline is None else max(0.0, deadline - time.monotonic())

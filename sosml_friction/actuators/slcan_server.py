@@ -8,7 +8,7 @@ import contextlib
 import select
 import socket
 import time
-from typing import Any
+from typing import Any, Protocol
 
 import can
 
@@ -18,6 +18,24 @@ _OK = b'\r'
 _VERSION = b'V1013\r'
 _SERIAL_NUMBER = b'NEMUL\r'
 _STATUS = b'F00\r'
+# Bit 7: bus error, as CAN232 tells bus-off.
+_BUS_ERROR = b'F80\r'
+
+
+class Connection(Protocol):
+    """What a client is reached through: a socket, or something like one."""
+
+    def fileno(self) -> int:
+        """Return the descriptor to wait on."""
+
+    def recv(self, size: int, /) -> bytes:
+        """Return what the client sent."""
+
+    def sendall(self, data: bytes, /) -> None:
+        """Send to the client."""
+
+    def close(self) -> None:
+        """Hang up."""
 
 
 class SlcanServerBus(can.BusABC):
@@ -31,12 +49,30 @@ class SlcanServerBus(can.BusABC):
     USB adapter's packets do. Frames sent while no client has opened the channel are dropped, as
     on a bus without a listener. When the client goes, the next one is accepted.
 
+    :attr:`fault` may be set to ``bus_off`` (frames are answered with a bell, the status F tells
+    it, none passes), ``tx_full`` (nothing is read, so that the client's frames pile up in the
+    line) or ``adapter_gone`` (the connection is closed and none accepted); '' for none.
+
     :param channel: ``HOST:PORT``; port 0 takes a free one, see :attr:`port`.
     :raises can.CanInitializationError: if the port cannot be listened on.
     """
 
     def __init__(self, channel: str = '127.0.0.1:29536', **kwargs: Any) -> None:
-        host, _, port = str(channel).rpartition(':')
+        self._listener: socket.socket | None = None
+        self._client: Connection | None = None
+        self._listen(str(channel))
+        self._open = False
+        self._lines = SlcanLines()
+        self._answers = b''
+        self.malformed = 0
+        self.fault = ''
+        self._can_protocol = can.CanProtocol.CAN_20
+        super().__init__(channel=channel, **kwargs)
+        host = str(channel).rpartition(':')[0] or '127.0.0.1'
+        self.channel_info = f'slcan server on {host}:{self.port}'
+
+    def _listen(self, channel: str) -> None:
+        host, _, port = channel.rpartition(':')
         try:
             self._listener = socket.create_server((host or '127.0.0.1', int(port)), backlog=1)
         except (OSError, ValueError, OverflowError) as error:
@@ -44,19 +80,11 @@ class SlcanServerBus(can.BusABC):
                 f'cannot listen for slcan on {channel}: {error}'
             ) from error
         self._listener.setblocking(False)
-        self._client: socket.socket | None = None
-        self._open = False
-        self._lines = SlcanLines()
-        self._answers = b''
-        self.malformed = 0
-        self._can_protocol = can.CanProtocol.CAN_20
-        super().__init__(channel=channel, **kwargs)
-        self.channel_info = f'slcan server on {host or "127.0.0.1"}:{self.port}'
 
     @property
     def port(self) -> int:
-        """Return the port that is listened on."""
-        return int(self._listener.getsockname()[1])
+        """Return the port that is listened on, 0 for none."""
+        return 0 if self._listener is None else int(self._listener.getsockname()[1])
 
     @property
     def connected(self) -> bool:
@@ -65,7 +93,7 @@ class SlcanServerBus(can.BusABC):
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame to the client, if there is one."""
-        if self._client is None or not self._open:
+        if self._client is None or not self._open or self.fault:
             return
         identifier = (
             f'T{msg.arbitration_id:08X}' if msg.is_extended_id else (f't{msg.arbitration_id:03X}')
@@ -83,6 +111,12 @@ class SlcanServerBus(can.BusABC):
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
+            if self.fault in ('tx_full', 'adapter_gone'):
+                if self.fault == 'adapter_gone':
+                    self._drop_client()
+                if timeout:
+                    time.sleep(timeout)
+                return None, False
             line = self._lines.pop()
             if line is not None:
                 message = self._take(line)
@@ -90,7 +124,10 @@ class SlcanServerBus(can.BusABC):
                     return message, False
                 continue
             wait = None if deadline is None else max(0.0, deadline - time.monotonic())
-            source = self._listener if self._client is None else self._client
+            if self._client is None and self._listener is None:
+                self._accept()
+            source = self._client or self._listener
+            assert source is not None
             ready, _, _ = select.select([source], [], [], wait)
             if not ready:
                 if self._answers:
@@ -102,6 +139,7 @@ class SlcanServerBus(can.BusABC):
                 self._read()
 
     def _accept(self) -> None:
+        assert self._listener is not None
         with contextlib.suppress(BlockingIOError, ConnectionError):
             client, _ = self._listener.accept()
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -112,6 +150,8 @@ class SlcanServerBus(can.BusABC):
         assert self._client is not None
         try:
             data = self._client.recv(4096)
+        except BlockingIOError:
+            return
         except OSError:
             data = b''
         if data:
@@ -131,7 +171,10 @@ class SlcanServerBus(can.BusABC):
         command = line[:1]
         if command in ('t', 'T'):
             message = _parse(line) if self._open else None
-            if message is None:
+            if self.fault:
+                message = None
+                self._answers += b'\a'
+            elif message is None:
                 self.malformed += self._open
                 self._answers += b'\a'
             else:
@@ -141,7 +184,8 @@ class SlcanServerBus(can.BusABC):
             return None
         if command in ('O', 'L', 'C'):
             self._open = command != 'C'
-        answer = {'V': _VERSION, 'v': _VERSION, 'N': _SERIAL_NUMBER, 'F': _STATUS}
+        status = _BUS_ERROR if self.fault else _STATUS
+        answer = {'V': _VERSION, 'v': _VERSION, 'N': _SERIAL_NUMBER, 'F': status}
         self._write(answer.get(command, _OK))
         return None
 
@@ -149,7 +193,8 @@ class SlcanServerBus(can.BusABC):
         """Close the connection and the port."""
         super().shutdown()
         self._drop_client()
-        self._listener.close()
+        if self._listener is not None:
+            self._listener.close()
 
 
 def _parse(line: str) -> can.Message | None:

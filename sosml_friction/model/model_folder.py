@@ -18,6 +18,12 @@ folder with its provenance. ::
           parameters:
             coulomb: {value: 0.8, unit: Nm}
             ...
+    effects:                    # of a diagnosed model: terms of sosml_friction.diagnosis
+      - effect: asymmetric_friction
+        joint: shoulder         # or '*', all joints
+        parameters:
+          viscous_asymmetry: {value: 0.1, unit: Nm s/rad}
+            ...
     provenance: {...}           # of a fitted model: which data, which versions
 """
 
@@ -25,7 +31,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +69,15 @@ class JointModel:
 
 
 @dataclass(frozen=True)
+class EffectTerm:
+    """Hold one term beyond the rigid body and the friction law; ``joint`` '*' is all joints."""
+
+    effect: str
+    joint: str
+    parameters: Mapping[str, Parameter]
+
+
+@dataclass(frozen=True)
 class RobotModelFile:
     """Hold the content of a model folder; ``urdf`` is the document, not its path."""
 
@@ -70,6 +85,7 @@ class RobotModelFile:
     joints: Mapping[str, JointModel]
     urdf: str | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    effects: tuple[EffectTerm, ...] = ()
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -142,6 +158,15 @@ class RobotModelFile:
             'urdf': urdf,
             'joints': joints,
         }
+        if self.effects:
+            document['effects'] = [
+                {
+                    'effect': term.effect,
+                    'joint': term.joint,
+                    'parameters': {key: p.to_dict() for key, p in term.parameters.items()},
+                }
+                for term in self.effects
+            ]
         if self.provenance:
             document['provenance'] = dict(self.provenance)
         return yaml.safe_dump(document, sort_keys=False, allow_unicode=True)
@@ -186,7 +211,7 @@ def read_model(path: str | Path) -> RobotModelFile:
         raise ConfigurationError(
             f'the URDF {urdf_path} named in {file} cannot be read: correct its entry urdf'
         ) from error
-    return RobotModelFile(model.name, model.joints, urdf, model.provenance)
+    return replace(model, urdf=urdf)
 
 
 def parse_model(text: str, where: str) -> RobotModelFile:
@@ -211,7 +236,35 @@ def parse_model(text: str, where: str) -> RobotModelFile:
     provenance = document.get('provenance') or {}
     if not isinstance(provenance, dict):
         raise ConfigurationError(f'{where} has a provenance that is no mapping: remove it')
-    return RobotModelFile(str(document.get('name', 'robot')), joints, None, provenance)
+    effects = _parse_effects(document.get('effects'), tuple(joints), where)
+    return RobotModelFile(str(document.get('name', 'robot')), joints, None, provenance, effects)
+
+
+def _parse_effects(entries: Any, joints: tuple[str, ...], where: str) -> tuple[EffectTerm, ...]:
+    if entries is None:
+        return ()
+    if not isinstance(entries, list):
+        raise ConfigurationError(f'{where} has effects that are no list: write one entry for each')
+    terms = []
+    for k, entry in enumerate(entries):
+        label = f'{where}: effects[{k}]'
+        if not isinstance(entry, dict) or set(entry) != {'effect', 'joint', 'parameters'}:
+            raise ConfigurationError(
+                f'{label} must have effect, joint and parameters, and nothing else'
+            )
+        if entry['joint'] not in (*joints, '*'):
+            raise ConfigurationError(
+                f'{label} acts in the joint {entry["joint"]!r}: use one of '
+                f'{", ".join(joints)}, or * for all'
+            )
+        if not isinstance(entry['parameters'], dict):
+            raise ConfigurationError(f'{label}.parameters is no mapping: name each parameter')
+        parameters = {
+            str(key): Parameter.from_dict(value, f'{label}.{key}')
+            for key, value in entry['parameters'].items()
+        }
+        terms.append(EffectTerm(str(entry['effect']), str(entry['joint']), parameters))
+    return tuple(terms)
 
 
 def _parse_joint(entry: Any, where: str) -> JointModel:

@@ -71,6 +71,8 @@ class Robot:
                 'prismatic with limits'
             )
         self.names = tuple(joints)
+        self.document = urdf
+        self.armature = tuple(float(a) for a in armature)
         self._order = np.array([model.joints[i].idx_v for i in ids])
         rotor = np.zeros(model.nv)
         rotor[self._order] = np.asarray(armature, dtype=float)
@@ -150,6 +152,47 @@ class Robot:
         """Return M q'' + C q' + g, (n,) [Nm or N]."""
         tau = pinocchio.rnea(self._model, self._data, self._in(q), self._in(v), self._in(a))
         return np.array(tau[self._order])
+
+    def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """
+        Return Y, (n, 10 n): M q'' + C q' + g = Y pi without rotors, linear in the inertias pi.
+
+        pi holds ten numbers for the body of each joint, in the order of the joints
+        (:meth:`inertial_parameters`).
+        """
+        Y = pinocchio.computeJointTorqueRegressor(
+            self._model, self._data, self._in(q), self._in(v), self._in(a)
+        )
+        # For one joint Pinocchio's binding returns a vector.
+        blocks = np.array(Y).reshape(self.n, self.n, 10)
+        if self._identity:
+            return blocks.reshape(self.n, 10 * self.n)
+        return blocks[np.ix_(self._order, self._order)].reshape(self.n, 10 * self.n)
+
+    def inertial_parameters(self) -> FloatArray:
+        """
+        Return (n, 10): m, m c (x, y, z), I (xx, xy, yy, xz, yz, zz) of the body of each joint.
+
+        In the joint's frame, I about its origin [kg, kg m, kg m2]; bodies that are fixed to one
+        another are one.
+        """
+        return np.array(
+            [self._model.inertias[int(i) + 1].toDynamicParameters() for i in self._order]
+        )
+
+    def gravity_under(self, q: FloatArray, acceleration: FloatArray) -> FloatArray:
+        """Return g(q), (n,), were the acceleration of gravity ``acceleration`` (3,) [m/s2]."""
+        kept = self._model.gravity.linear.copy()
+        self._model.gravity.linear = np.asarray(acceleration, dtype=float)
+        try:
+            return self.gravity(q)
+        finally:
+            self._model.gravity.linear = kept
+
+    @property
+    def gravity_acceleration(self) -> FloatArray:
+        """Return the acceleration of gravity in the base frame, (3,) [m/s2]."""
+        return np.array(self._model.gravity.linear)
 
     def energy(self, q: FloatArray, v: FloatArray) -> float:
         """Return kinetic (rotors included) plus potential energy [J]."""

@@ -47,9 +47,16 @@ RUN = 'run'
 LOGS = 'logs'
 
 # A busy machine may keep a process from running for longer than a real joint may go without a
-# command. Nobody wears the emulated one, so its watchdogs and the driver wait for half a second.
+# command. Nobody wears the emulated one, so its watchdogs and the driver wait for half a second,
+# and a joint may be left behind by its reference meanwhile.
 _PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
-_PATIENT_DRIVER = ('missed_limit:=250',)
+_PATIENT_DRIVER = (
+    'missed_limit:=250',
+    'reply_timeout:=0.02',
+    'host_timeout:=5.0',
+    'shoulder.tracking_limit:=1.0',
+    'elbow.tracking_limit:=1.0',
+)
 _PR_SET_PDEATHSIG = 1
 #: A service that has not replied by then [s] is asked again.
 _REPLY_PATIENCE = 5.0

@@ -22,11 +22,20 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from sosml_friction.actuators.clock import MonotonicClock
-from sosml_friction.actuators.configuration import DriverConfiguration
+from sosml_friction.actuators.configuration import (
+    AT_END,
+    LOST_TURNS,
+    MODES,
+    NO_TURN,
+    SHUT_DOWN_AT_END,
+    TORQUE_MODE,
+    DriverConfiguration,
+)
 from sosml_friction.actuators.cycle_thread import CycleThread
 from sosml_friction.actuators.driver import DriverReport, DriverState, JointDriver, JointSample
 from sosml_friction.actuators.joint_trajectory import JointTrajectory
 from sosml_friction.actuators.open_bus import open_bus
+from sosml_friction.actuators.sample_relay import SampleRelay
 from sosml_friction.actuators.velocity import lag
 from sosml_friction.exceptions import (
     ConfigurationError,
@@ -101,7 +110,8 @@ PARAMETERS = (
         'limit_margin',
         'double',
         0.1,
-        "how far outside the URDF's limits a joint may be before it is a fault",
+        "how far outside the URDF's limits a joint may be before it is a fault; on the way there "
+        'the torque outward fades',
         unit='rad or m',
         range=(0.0, 1.0),
     ),
@@ -112,6 +122,14 @@ PARAMETERS = (
         'deceleration of a stop, and of the catch when a moving joint is enabled',
         unit='rad/s^2 or m/s^2',
         range=(0.01, 1000.0),
+    ),
+    ParameterSpec(
+        'host_timeout',
+        'double',
+        1.0,
+        'callbacks of this node that hang for so long end in zero torque',
+        unit='s',
+        range=(0.2, 10.0),
     ),
     ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
     *MOUNT_PARAMETERS,
@@ -150,7 +168,75 @@ PARAMETERS = (
         'temperature above which it is a fault',
         unit='degC',
     ),
+    ParameterSpec(
+        '{joint}.tracking_limit',
+        'double',
+        0.2,
+        'distance from the reference beyond which it is a fault',
+        unit='rad or m',
+        range=(1e-4, 10.0),
+    ),
+    ParameterSpec(
+        '{joint}.mode',
+        'string',
+        TORQUE_MODE,
+        "what executes a trajectory (rmd_x): torque by the host's loop, or the motor's own speed "
+        'or position loop',
+        choices=MODES,
+    ),
+    ParameterSpec(
+        '{joint}.position_gain',
+        'double',
+        math.nan,
+        'speed per position error in mode speed (required there)',
+        unit='1/s',
+    ),
+    ParameterSpec(
+        '{joint}.counts_per_turn',
+        'integer',
+        0,
+        'encoder counts per turn of the output (rmd_x): measure by 0x60; 0: by 0x92, 0.01 degree',
+        range=(0, 2**30),
+    ),
+    ParameterSpec(
+        '{joint}.lost_turns',
+        'string',
+        NO_TURN,
+        'how a position outside the limits may be corrected at the start (rmd_x): by no turn, by '
+        'turns of the output or of the motor',
+        choices=LOST_TURNS,
+    ),
+    ParameterSpec(
+        '{joint}.gear_ratio',
+        'double',
+        math.nan,
+        'turns of the motor per turn of the output (required for lost_turns: motor)',
+    ),
+    ParameterSpec(
+        '{joint}.brake', 'bool', False, 'it has a brake, opened by ~/enable, closed at the end'
+    ),
+    ParameterSpec(
+        '{joint}.motor_watchdog_ms',
+        'integer',
+        0,
+        "time of the motor's own watchdog (0xB3), written to its ROM unless it trips in time "
+        'already; 0: left as it is',
+        unit='ms',
+        range=(0, 10000),
+    ),
+    ParameterSpec(
+        '{joint}.at_end',
+        'string',
+        SHUT_DOWN_AT_END,
+        'after zero current: shutdown (0x80, free) or stop (0x81, the motor holds)',
+        choices=AT_END,
+    ),
 )
+
+# How often the node says that its callbacks run [s].
+HEARTBEAT_PERIOD = 0.05
+# A cycle takes as long as opening a serial adapter again, 2 s, not much longer [ns].
+HANG_NS = 5_000_000_000
 
 
 class DriverNode(LifecycleNode):
@@ -174,6 +260,8 @@ class DriverNode(LifecycleNode):
         self._bus: can.BusABC | None = None
         self._driver: JointDriver | None = None
         self._thread: CycleThread | None = None
+        self._relay: SampleRelay | None = None
+        self._hangs = False
         self._channel = ''
         self._refused_trajectory = ''
         self._reported_fault = ''
@@ -216,6 +304,7 @@ class DriverNode(LifecycleNode):
         return super().on_configure(state)
 
     def _configure(self) -> None:
+        self._refuse_after_hang()
         values = declare(self, PARAMETERS)
         if self.get_parameter('use_sim_time').value:
             raise ConfigurationError(
@@ -230,15 +319,35 @@ class DriverNode(LifecycleNode):
         configuration = DriverConfiguration.from_parameters(values, config / 'elbow_servo.dbc')
         robot = model.make_robot()
         self._channel = f'{values["can_interface"]} {values["can_channel"]}'
-        self._bus = open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
+
+        def open_again() -> can.BusABC:
+            return open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
+
+        self._bus = open_again()
         clock = MonotonicClock()
-        self._driver = JointDriver(configuration, robot, self._bus, clock)
+        self._driver = JointDriver(configuration, robot, self._bus, clock, open_again)
         self._driver.configure()
         self._cycle_clock = clock
         self._create_entities(configuration, str(model.urdf))
         logger = self.get_logger()
         logger.info(f'model {model_path}, bus {self._channel}')
         logger.info(f'bus load: {self._driver.bus_load()}')
+        self._tell_checks(self._driver)
+
+    def _refuse_after_hang(self) -> None:
+        """Never give a bus a second owner: the thread that hung in it may still come back."""
+        if self._hangs:
+            raise ConfigurationError(
+                'a call into the CAN driver did not return, so the bus still has its owner: '
+                "switch the actuators' power off and start this program anew"
+            )
+
+    def _tell_checks(self, driver: JointDriver) -> None:
+        logger = self.get_logger()
+        for check in driver.checks:
+            logger.info(f'{check.joint}: {check.step}: {check.result}')
+            if check.warning:
+                logger.warning(check.warning)
 
     def _create_entities(self, configuration: DriverConfiguration, urdf: str) -> None:
         self._joint_states = self.create_lifecycle_publisher(
@@ -254,7 +363,10 @@ class DriverNode(LifecycleNode):
         subscription = self.create_subscription(
             JointTrajectoryMessage, 'joint_trajectory', self._on_trajectory, 10
         )
-        timer = self.create_timer(1.0, self._on_timer)
+        timers = (
+            self.create_timer(1.0, self._on_timer),
+            self.create_timer(HEARTBEAT_PERIOD, self._on_heartbeat),
+        )
         self._entities = [
             (self.destroy_lifecycle_publisher, self._joint_states),
             (self.destroy_lifecycle_publisher, self._temperatures),
@@ -262,7 +374,7 @@ class DriverNode(LifecycleNode):
             (self.destroy_publisher, self._diagnostics),
             *((self.destroy_service, service) for service in services),
             (self.destroy_subscription, subscription),
-            (self.destroy_timer, timer),
+            *((self.destroy_timer, timer) for timer in timers),
         ]
         self._message = JointState(name=list(configuration.names))
         description.publish(String(data=urdf))
@@ -272,21 +384,29 @@ class DriverNode(LifecycleNode):
         result = super().on_activate(state)
         if self._driver is None:
             return TransitionCallbackReturn.FAILURE
-        if self._driver.state is DriverState.UNCONFIGURED:
-            # A deactivation shut the actuators down: ask them again.
-            try:
+        try:
+            self._refuse_after_hang()
+            if self._driver.state is DriverState.UNCONFIGURED:
+                # A deactivation shut the actuators down: ask them again.
                 self._driver.configure()
-            except SosmlFrictionError as error:
-                self._failure = error
-                super().on_deactivate(state)
-                if not self._starting:
-                    self.get_logger().error(str(error))
-                return TransitionCallbackReturn.FAILURE
+                self._tell_checks(self._driver)
+        except SosmlFrictionError as error:
+            self._failure = error
+            super().on_deactivate(state)
+            if not self._starting:
+                self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
         self._stamps = StampConverter(
             self._cycle_clock.now_ns, lambda: int(self.get_clock().now().nanoseconds)
         )
         self._ended = ''
-        self._thread = CycleThread(self._driver, self._cycle_clock, self._publish)
+        driver = self._driver
+        self._relay = SampleRelay(
+            self._publish, driver.fault, max(2, round(driver.configuration.rate))
+        )
+        self._thread = CycleThread(driver, self._cycle_clock, self._relay.put)
+        self._relay.start()
+        driver.heartbeat()
         self._thread.start()
         return result
 
@@ -317,24 +437,39 @@ class DriverNode(LifecycleNode):
 
     def _stop_thread(self) -> None:
         if self._thread is not None:
-            self._thread.stop()
+            self._hangs = not self._thread.stop()
+            if self._hangs:
+                self.get_logger().fatal(
+                    'a call into the CAN driver does not return: the outputs are not known to be '
+                    "off, only the actuators' own watchdogs are left: switch the power off"
+                )
             self._thread = None
+        if self._relay is not None:
+            if not self._relay.stop():
+                self.get_logger().error('the publisher of joint_states hangs and is left behind')
+            self._relay = None
 
     def _release(self) -> None:
         self._stop_thread()
+        if self._driver is not None:
+            # It may have opened it anew.
+            self._bus = self._driver.bus
         self._driver = None
+        if self._hangs:
+            # Closing it could hang as well, and this process is to end.
+            self._bus = None
         if self._bus is not None:
             bus, self._bus = self._bus, None
             try:
                 bus.shutdown()
-            except can.CanError as error:
+            except (can.CanError, OSError) as error:
                 self.get_logger().warning(f'the CAN bus did not close: {error}')
         for destroy, entity in self._entities:
             destroy(entity)
         self._entities = []
 
     def _publish(self, sample: JointSample) -> None:
-        """Publish one sample; runs in the cycle's thread."""
+        """Publish one sample; runs in the relay's thread."""
         assert self._stamps is not None
         message = self._message
         message.header.stamp = Time(nanoseconds=self._stamps.to_ros_ns(sample.stamp_ns)).to_msg()
@@ -375,6 +510,10 @@ class DriverNode(LifecycleNode):
             return
         self._refused_trajectory = ''
 
+    def _on_heartbeat(self) -> None:
+        if self._driver is not None and self._thread is not None:
+            self._driver.heartbeat()
+
     def _on_timer(self) -> None:
         if self._driver is None:
             return
@@ -398,6 +537,9 @@ class DriverNode(LifecycleNode):
             self.get_logger().fatal(self._ended)
             self.trigger_deactivate()
 
+    def _stands_still(self, thread: CycleThread) -> bool:
+        return self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS
+
     def _statuses(
         self, report: DriverReport, thread: CycleThread | None
     ) -> list[DiagnosticStatus]:
@@ -407,6 +549,8 @@ class DriverNode(LifecycleNode):
             level, text = ERROR, self._ended
         elif report.state is DriverState.FAULT:
             level, text = ERROR, report.reason
+        elif thread is not None and self._stands_still(thread):
+            level, text = ERROR, 'the cycle hangs in the bus: the torque is what it was'
         elif self._refused_trajectory:
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
         elif report.trajectory_running:
@@ -422,7 +566,10 @@ class DriverNode(LifecycleNode):
             'cycles': report.cycles,
             'incomplete cycles': report.incomplete_cycles,
             'cycle overruns': thread.overruns if thread else 0,
+            'cycle overruns by lateness': thread.late.text() if thread else 'none',
+            'greatest lateness [ms]': thread.late.greatest_ns * 1e-6 if thread else 0.0,
             'cycles skipped': thread.skipped if thread else 0,
+            'samples not published': self._relay.dropped if self._relay else 0,
             'position skew [ms]': report.skew_ns * 1e-6,
             'velocity lag [ms]': 1e3
             * lag(configuration.velocity_window, 1.0 / configuration.rate),
@@ -433,8 +580,16 @@ class DriverNode(LifecycleNode):
             'frames received': report.bus.received,
             'replies missed': report.bus.missed,
             'frames stale': report.bus.stale,
+            'frames unsolicited': report.bus.unsolicited,
+            'requests echoed': report.bus.echoes,
             'frames foreign': report.bus.foreign,
+            'commands by another program': report.bus.intruders,
             'frames undecodable': report.bus.undecodable,
+            'frames not sent': report.bus.not_sent,
+            'error frames': report.bus.error_frames,
+            'last error frame': report.bus_trouble,
+            'bus failures': report.bus.failures,
+            'bus opened again': report.bus.reopened,
             'load': self._driver.bus_load(),
         }
         statuses = [
@@ -447,17 +602,25 @@ class DriverNode(LifecycleNode):
                 'velocity': joint.v,
                 'effort': joint.tau if math.isfinite(joint.tau) else 'not measured',
                 'current [A]': joint.current,
+                'speed by the actuator': joint.speed,
+                'position raw [counts]': joint.position_raw,
+                'latency [ms]': joint.latency * 1e3,
+                'tracking error': joint.tracking_error,
                 'temperature [degC]': joint.temperature,
                 'voltage [V]': joint.voltage,
                 'flags': joint.flags,
                 'firmware': joint.firmware or 'not told',
+                'model': joint.model or 'not told',
+                'uptime [s]': joint.uptime,
                 'replies missed': joint.missed,
+                'watchdog of the motor tripped': joint.timeouts,
+                'restarts': joint.restarts,
             }
             statuses.append(
                 make_status(
                     f'{name}: {joint.name}',
-                    ERROR if joint.problem else OK,
-                    joint.problem or 'no fault',
+                    ERROR if joint.problem else WARN if joint.warning else OK,
+                    joint.problem or joint.warning or 'no fault',
                     values,
                     self._channel,
                 )

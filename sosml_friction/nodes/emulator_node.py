@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-import heapq
 import sys
-import threading
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
@@ -14,8 +12,9 @@ from typing import Any
 
 import can
 from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.parameter import Parameter
 
-from sosml_friction.actuators.clock import MonotonicClock
 from sosml_friction.actuators.configuration import mounts_from_parameters
 from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
 from sosml_friction.actuators.emulator import (
@@ -23,9 +22,10 @@ from sosml_friction.actuators.emulator import (
     ExoskeletonEmulator,
     hanging_position,
 )
-from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.emulator_thread import EmulatorThread
+from sosml_friction.actuators.fault import FAULTS, parse_faults
 from sosml_friction.actuators.open_bus import SLCAN_SERVER, open_bus
-from sosml_friction.exceptions import ActuatorError
+from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status
 from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
@@ -47,8 +47,21 @@ _OPTIONS = {
     'servo_kd': ("derivative gain of the servo's position loop", 'A s/rad'),
     'servo_watchdog': ('the bridge turns the servo off after so long without a command', 's'),
     'comm_timeout': ('a motor turns off after so long without a frame; 0: never', 's'),
+    'timeout_echo': ('whether a motor that has turned off so only echoes the next request', ''),
+    'rmd_gear_ratio': ("an RMD-X's motor turns per turn of its output", ''),
+    'rmd_firmware': ('the version 0xB2 gives; it decides on the layout of frames', ''),
+    'rmd_model': ('the model 0xB5 gives', ''),
+    'rmd_encoder_counts': ('counts of 0x60 per turn of the output', ''),
     'latency': ('from a request to its reply', 's'),
     'latency_jitter': ('standard deviation of the half-normal time added to it', 's'),
+}
+
+_TYPES: dict[type, str] = {bool: 'bool', float: 'double', int: 'integer', str: 'string'}
+_RANGES: dict[type, tuple[float, float] | None] = {
+    bool: None,
+    float: (0.0, 1e6),
+    int: (1, 2**31 - 1),
+    str: None,
 }
 
 PARAMETERS = (
@@ -63,10 +76,13 @@ PARAMETERS = (
         'can_interface',
         'string',
         SLCAN_SERVER,
-        'slcan_server (slcan on a TCP port) or any python-can interface',
+        'slcan_server (slcan on a TCP port or a terminal) or any python-can interface',
     ),
     ParameterSpec(
-        'can_channel', 'string', '127.0.0.1:29536', 'its channel; HOST:PORT of the server'
+        'can_channel',
+        'string',
+        '127.0.0.1:29536',
+        'its channel; HOST:PORT of the server, or pty:PATH',
     ),
     ParameterSpec(
         'can_bitrate', 'integer', 1000000, 'the bit rate', unit='bit/s', range=(10000, 1000000)
@@ -79,75 +95,36 @@ PARAMETERS = (
         'where the joints rest at the start; empty: hanging, -pi/2 and zeros',
         unit='rad or m',
     ),
+    ParameterSpec(
+        'faults',
+        'string',
+        '',
+        'the faults that stand now (may be set while it runs; see docs/faults.md), with '
+        'semicolons between them, as in drop joint=shoulder fraction=0.5; one of '
+        + ', '.join(fault.name for fault in FAULTS),
+        read_only=False,
+    ),
     *(
         ParameterSpec(
             option.name,
-            'bool' if isinstance(option.default, bool) else 'double',
+            _TYPES[type(option.default)],
             option.default,
             _OPTIONS[option.name][0],
             unit=_OPTIONS[option.name][1],
-            range=None if isinstance(option.default, bool) else (0.0, 1e6),
+            range=_RANGES[type(option.default)],
         )
         for option in fields(EmulatorOptions)
     ),
     *MOUNT_PARAMETERS,
 )
 
-# The plant is kept up to date at least this often.
-_TICK = 2e-3
-
-
-class EmulatorThread(threading.Thread):
-    """
-    Own the bus: take frames when they come, send replies when they are due.
-
-    Emulated time is the time since the start. A reply later than due, for want of the processor,
-    is sent at once.
-    """
-
-    def __init__(self, bus: can.BusABC, emulator: ExoskeletonEmulator) -> None:
-        super().__init__(name='emulator', daemon=True)
-        self._bus = bus
-        self._clock = MonotonicClock()
-        self._emulator = emulator
-        self._stop_event = threading.Event()
-        self.error: BaseException | None = None
-
-    def run(self) -> None:
-        """Run until :meth:`stop`; an exception is kept in ``error``."""
-        replies: list[tuple[int, int, Frame]] = []
-        count = 0
-        start_ns = self._clock.now_ns()
-        try:
-            while not self._stop_event.is_set():
-                now_ns = self._clock.now_ns() - start_ns
-                while replies and replies[0][0] <= now_ns:
-                    self._bus.send(heapq.heappop(replies)[2].to_message())
-                wait = _TICK
-                if replies:
-                    wait = min(wait, (replies[0][0] - now_ns) * 1e-9)
-                message = self._bus.recv(wait)
-                now_ns = self._clock.now_ns() - start_ns
-                frame = None if message is None else Frame.from_message(message)
-                if frame is None:
-                    self._emulator.advance(now_ns)
-                    continue
-                for t_ns, reply in self._emulator.handle(frame, now_ns):
-                    count += 1
-                    heapq.heappush(replies, (t_ns, count, reply))
-        except BaseException as error:
-            self.error = error
-
-    def stop(self) -> None:
-        """End and wait."""
-        self._stop_event.set()
-        if self.is_alive():
-            self.join()
-
 
 class EmulatorNode(ProgramNode):
     """
     Run :class:`ExoskeletonEmulator` on a CAN bus; it publishes nothing but ``/diagnostics``.
+
+    The parameter ``faults`` may be set while it runs: what is new in it begins, what is gone ends,
+    an empty one ends all. A fault that does not exist is refused with a reason.
 
     :raises SosmlFrictionError: if a parameter, the model or the bus does not fit.
     """
@@ -171,14 +148,28 @@ class EmulatorNode(ProgramNode):
             options=options,
             seed=values['seed'],
         )
+        parse_faults(values['faults'], self._emulator.names)
         self._bus = open_bus(values['can_interface'], values['can_channel'], values['can_bitrate'])
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(1.0, self._on_timer)
         self._thread = EmulatorThread(self._bus, self._emulator)
+        self._thread.set_faults(values['faults'])
+        self.add_on_set_parameters_callback(self._on_parameters)
         self._thread.start()
         self.get_logger().info(
             f'emulating {model_path} on {values["can_interface"]} {self._bus.channel_info}'
         )
+
+    def _on_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            if parameter.name != 'faults' or self._thread is None:
+                continue
+            try:
+                self._thread.set_faults(str(parameter.value))
+            except ConfigurationError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+            self.get_logger().info(f'faults: {parameter.value or "none"}')
+        return SetParametersResult(successful=True)
 
     def _on_timer(self) -> None:
         if self._thread is not None and self._thread.error is not None:
@@ -193,7 +184,9 @@ class EmulatorNode(ProgramNode):
                 'running',
                 {
                     'emulated time [s]': emulator.time_ns * 1e-9,
+                    'time lost [s]': self._thread.lost_ns * 1e-9 if self._thread else 0.0,
                     'frames foreign': emulator.foreign_frames,
+                    'faults': '; '.join(map(str, emulator.faults)) or 'none',
                 },
             )
         ]

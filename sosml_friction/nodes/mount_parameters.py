@@ -33,4 +33,10 @@ MOUNT_PARAMETERS = (
         '',
         'DBC of the servo bridge; empty: config/elbow_servo.dbc of the package',
     ),
+    ParameterSpec(
+        '{joint}.dbc_map',
+        'string_array',
+        (),
+        "the DBC's own names as OURS=THEIRS: servo_state=STATE_1, servo_state.position=Pos",
+    ),
 )

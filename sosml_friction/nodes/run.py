@@ -130,7 +130,8 @@ class _StopSignal:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
             self._before[number] = signal.signal(number, lambda *_: self._event.set())
         self._fd_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
-        threading.Thread(target=self._watch, name='signals', daemon=True).start()
+        self._watcher = threading.Thread(target=self._watch, name='signals', daemon=True)
+        self._watcher.start()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -152,3 +153,5 @@ class _StopSignal:
             signal.signal(number, handler)
         self._before.clear()
         os.close(self._write)
+        # In C++ while the interpreter ends, it would abort the process.
+        self._watcher.join(1.0)

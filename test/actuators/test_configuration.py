@@ -78,7 +78,26 @@ def test_nothing_physical_has_a_silent_default(values, key):
         ('shoulder.current_limit', 0.0),
         ('shoulder.kd', -1.0),
         ('elbow.temperature_limit', float('inf')),
+        # A single wait would be longer than an actuator may be silent.
+        ('reply_timeout', 0.1),
+        ('shoulder.mode', 'fast'),
+        ('elbow.mode', 'speed'),
+        ('shoulder.lost_turns', 'some'),
+        ('shoulder.at_end', 'run'),
+        ('shoulder.motor_watchdog_ms', -1),
+        ('shoulder.counts_per_turn', -1),
+        ('shoulder.tracking_limit', 0.0),
+        ('host_timeout', 0.0),
         ('joints', []),
+        # As a YAML file may say it that was read without ROS.
+        ('joints', 'shoulder'),
+        ('rate', 'fast'),
+        ('missed_limit', [3]),
+        ('shoulder.can_id', '1'),
+        ('shoulder.can_id', True),
+        ('shoulder.kp', 'abc'),
+        ('shoulder.brake', 1),
+        ('elbow.dbc_map', 'a=b'),
         ('joints', ['shoulder', 'shoulder']),
         ('rate', 0.0),
     ],
@@ -88,6 +107,24 @@ def test_a_value_that_does_not_fit_is_refused_by_name(values, key, value):
     with pytest.raises(ConfigurationError) as caught:
         build(values)
     assert key.split('.')[-1] in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'needs'),
+    [('mode', 'speed', 'position_gain'), ('lost_turns', 'motor', 'gear_ratio')],
+)
+def test_what_a_choice_needs_must_be_given(values, key, value, needs):
+    values[f'shoulder.{key}'] = value
+    with pytest.raises(ConfigurationError, match=f'shoulder.{needs} is nan'):
+        build(values)
+    values[f'shoulder.{needs}'] = 8.0
+    assert getattr(build(values).joints[0], needs) == 8.0
+
+
+def test_gains_are_needed_only_by_the_loop_on_the_host(values):
+    del values['shoulder.kp'], values['shoulder.kd']
+    values['shoulder.mode'] = 'position'
+    assert build(values).joints[0].mode == 'position'
 
 
 def test_two_motors_with_one_id_are_refused(values):

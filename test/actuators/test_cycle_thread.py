@@ -61,6 +61,9 @@ def test_a_cycle_that_takes_too_long_is_counted_and_the_lost_ones_are_skipped():
     script, _, thread = run([2_500_000, 0, 7_000_000, 0])
     assert script.starts == [0, 2_500_000, 4_000_000, 11_000_000, 12_000_000]
     assert (thread.overruns, thread.skipped) == (2, 2)
+    # Late by 0.5 and by 5 ms: the second began at 4 ms and should have ended by 6.
+    assert thread.late.text() == '<= 0.5 ms: 1, <= 5 ms: 1'
+    assert thread.late.greatest_ns == 5_000_000
 
 
 @pytest.mark.parametrize('culprit', ['step', 'publish'])
@@ -91,3 +94,22 @@ def test_stop_waits_until_the_outputs_are_off():
     assert script.shut_downs == 1
     assert not thread.is_alive()
     assert thread.error is None
+
+
+def test_a_cycle_that_hangs_in_the_bus_is_not_waited_for_for_ever():
+    script = Script(MonotonicClock(), [])
+    entered, release = threading.Event(), threading.Event()
+
+    def hang():
+        entered.set()
+        release.wait(60.0)
+
+    script.step = hang
+    thread = CycleThread(script, MonotonicClock(), lambda _: None)
+    thread.start()
+    assert entered.wait(30.0)
+    assert not thread.stop(patience=0.01)
+    assert script.shut_downs == 0
+    release.set()
+    assert thread.stop(patience=30.0)
+    assert script.shut_downs == 1

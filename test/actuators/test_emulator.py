@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ QUIET = EmulatorOptions(
     servo_encoder_noise=0.0,
     latency_jitter=0.0,
 )
+NO_TIMEOUT = replace(QUIET, comm_timeout=0.0)
 DBC = ServoDbc(share_directory() / 'config' / 'elbow_servo.dbc')
 
 
@@ -125,13 +127,92 @@ def test_without_a_timeout_the_last_command_runs_on():
     assert emulator.effort[0] == pytest.approx(0.625)
 
 
-@pytest.mark.parametrize('request_', [rmd_x.Shutdown(), rmd_x.Stop()])
-def test_shutdown_and_stop_are_echoed_and_end_the_torque(request_):
+def test_shutdown_is_echoed_and_ends_the_torque():
     emulator = emulated_exoskeleton(options=QUIET)
     ask(emulator, rmd_x.SetCurrent(1.0), 0)
-    assert ask(emulator, request_, 5 * MS)[1] == request_
+    assert ask(emulator, rmd_x.Shutdown(), 5 * MS)[1] == rmd_x.Shutdown()
     emulator.advance(20 * MS)
     assert abs(emulator.effort[0]) < 1e-4
+
+
+def test_stop_is_echoed_and_the_motor_holds_by_itself():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    ask(emulator, rmd_x.SetCurrent(3.0), 0)
+    emulator.advance(50 * MS)
+    assert emulator.v[0] > 0.1
+    assert ask(emulator, rmd_x.Stop(), 50 * MS)[1] == rmd_x.Stop()
+    emulator.advance(1000 * MS)
+    assert abs(emulator.v[0]) < 0.01
+    # Up against gravity: that takes torque.
+    assert emulator.q[0] > -math.pi / 2 + 0.005
+    assert emulator.effort[0] > 0.01
+
+
+def test_the_motors_speed_loop_follows_a_speed():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    _, reply = ask(emulator, rmd_x.SetSpeed(0.5), 0)
+    assert isinstance(reply, rmd_x.Motion)
+    assert reply.of == rmd_x.Command.SPEED
+    emulator.advance(1000 * MS)
+    # Gravity grows by some 5 Nm/rad: at 0.5 rad/s over 225 Nm/rad of integral that is 0.01 rad/s,
+    # and friction's falling side as much again.
+    assert emulator.v[0] == pytest.approx(0.5, abs=0.04)
+    assert ask(emulator, rmd_x.ReadMode(), 1000 * MS)[1].mode is rmd_x.ControlMode.SPEED
+
+
+def test_the_motors_position_loop_goes_to_an_angle_no_faster_than_told():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    ask(emulator, rmd_x.SetPosition(math.radians(30.0), math.radians(40.0)), 0)
+    fastest = 0.0
+    for k in range(2000):
+        emulator.advance(k * MS)
+        fastest = max(fastest, float(emulator.v[0]))
+    assert emulator.q[0] == pytest.approx(-math.pi / 2 + math.radians(30.0), abs=0.01)
+    assert fastest <= 1.1 * math.radians(40.0)
+
+
+def test_a_motor_that_timed_out_says_so_every_second_and_echoes_one_request():
+    emulator = emulated_exoskeleton(options=QUIET)
+    ask(emulator, rmd_x.SetCurrent(0.5), 0)
+    emulator.advance(2100 * MS)
+    said = emulator.take_sent()
+    assert [frame.data[0] for _, frame in said] == [0xF1, 0xF1, 0xF1]
+    assert said[0][0] == pytest.approx(50 * MS, abs=MS)
+    request = rmd_x.encode_request(1, rmd_x.SetCurrent(1.0))
+    ((_, echo),) = emulator.handle(request, 2100 * MS)
+    assert echo == Frame(0x241, request.data)
+    assert emulator.actuator('shoulder').commanded_current == 0.0
+    ask(emulator, rmd_x.SetCurrent(1.0), 2101 * MS)
+    assert emulator.actuator('shoulder').commanded_current == 1.0
+
+
+def test_a_reset_motor_is_dark_for_a_while_and_counts_its_uptime_anew():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    ask(emulator, rmd_x.SetCurrent(1.0), 500 * MS)
+    assert ask(emulator, rmd_x.ReadUptime(), 500 * MS)[1].milliseconds == 500
+    assert emulator.handle(rmd_x.encode_request(1, rmd_x.Reset()), 600 * MS) == []
+    assert emulator.handle(rmd_x.encode_request(1, rmd_x.ReadUptime()), 1000 * MS) == []
+    assert emulator.actuator('shoulder').commanded_current == 0.0
+    assert ask(emulator, rmd_x.ReadUptime(), 1800 * MS)[1].milliseconds == 100
+
+
+def test_the_brake_answers_late_and_a_locked_motor_gives_no_torque():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    t_reply, _ = ask(emulator, rmd_x.LockBrake(), 0)
+    assert t_reply > 50 * MS
+    ask(emulator, rmd_x.SetCurrent(1.0), MS)
+    assert emulator.actuator('shoulder').commanded_current == 0.0
+    ask(emulator, rmd_x.ReleaseBrake(), 200 * MS)
+    ask(emulator, rmd_x.SetCurrent(1.0), 300 * MS)
+    assert emulator.actuator('shoulder').commanded_current == 1.0
+
+
+def test_the_timeout_can_be_written():
+    emulator = emulated_exoskeleton(options=NO_TIMEOUT)
+    ask(emulator, rmd_x.SetCurrent(0.5), 0)
+    assert ask(emulator, rmd_x.SetTimeout(20), MS)[1] == rmd_x.SetTimeout(20)
+    emulator.advance(40 * MS)
+    assert emulator.actuator('shoulder').watchdog_trips == 1
 
 
 def test_status_and_version_are_told():

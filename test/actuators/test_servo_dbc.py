@@ -132,6 +132,58 @@ def test_another_layout_with_the_same_signals_is_taken(tmp_path):
     assert int.from_bytes(frame.data[2:4], 'little') == 10000
 
 
+RENAMED = (
+    'servo_command=EB_CMD',
+    'servo_state=EB_STATE',
+    'servo_command.target_position=PosRef',
+    'servo_state.position=PosAct',
+    'servo_state.sequence_echo=Ctr',
+)
+
+
+@pytest.fixture
+def renamed(tmp_path):
+    """Return the shipped DBC under the names another bridge gives the same things."""
+    text = PATH.read_text()
+    for ours, theirs in (
+        ('servo_command', 'EB_CMD'),
+        ('servo_state', 'EB_STATE'),
+        ('target_position', 'PosRef'),
+        ('sequence_echo', 'Ctr'),
+        (' position ', ' PosAct '),
+    ):
+        text = text.replace(ours, theirs)
+    file = tmp_path / 'renamed.dbc'
+    file.write_text(text)
+    return file
+
+
+def test_another_bridges_names_are_mapped_to_ours(renamed):
+    other = ServoDbc(renamed, RENAMED)
+    command = ServoCommand(Mode.POSITION, 8, 1.0)
+    assert other.encode_command(command) == DBC.encode_command(command)
+    assert other.decode_command(DBC.encode_command(command)).target == pytest.approx(1.0)
+    frame = Frame(0x171, bytes.fromhex('1D 18 0C FE EE 02 01 07'))
+    assert other.decode_state(frame) == DBC.decode_state(frame)
+    assert other.encode_state(other.decode_state(frame)) == frame
+
+
+def test_without_the_map_the_name_that_is_missing_is_told(renamed):
+    with pytest.raises(ConfigurationError, match='has no message servo_command'):
+        ServoDbc(renamed)
+    with pytest.raises(ConfigurationError, match='has no signal position'):
+        ServoDbc(renamed, [entry for entry in RENAMED if 'PosAct' not in entry])
+
+
+@pytest.mark.parametrize(
+    'entry', ['speed=Speed', 'servo_state.position', 'servo_state.angle=A', '']
+)
+def test_a_map_of_what_does_not_exist_is_refused_with_what_does(entry):
+    with pytest.raises(ConfigurationError, match=r'servo_state\.position') as caught:
+        ServoDbc(PATH, [entry])
+    assert repr(entry) in str(caught.value)
+
+
 @pytest.mark.parametrize('content', [None, 'this is no DBC', '\x00\x01'])
 def test_a_file_that_is_no_dbc_is_refused_in_one_sentence(tmp_path, content):
     file = tmp_path / 'broken.dbc'

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sosml_friction.actuators.open_bus import open_bus
+from sosml_friction.actuators.slcan_client import SlcanClient
 from sosml_friction.actuators.slcan_lines import SlcanLines
 from sosml_friction.actuators.slcan_server import SlcanServerBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
@@ -207,3 +208,54 @@ def test_the_server_survives_a_client_that_reads_nothing_and_vanishes(server):
     for _ in range(100):
         server.send(MESSAGES[0])
     connect(server).shutdown()
+
+
+# ---- a terminal in place of a port
+
+
+def test_frames_pass_both_ways_over_a_terminal_and_its_link_goes_at_the_end(tmp_path):
+    path = tmp_path / 'ttyCAN'
+    server = open_bus('slcan_server', f'pty:{path}', 1_000_000)
+    for _ in range(2):
+        client = SlcanClient(channel=str(path), bitrate=1_000_000, sleep_after_open=0.0)
+        for sender, receiver in ((client, server), (server, client)):
+            for message in MESSAGES * 20:
+                sender.send(message)
+                received = None
+                while received is None:
+                    received = receiver.recv(PATIENCE)
+                assert same(received, message)
+        client.shutdown()
+        assert server.recv(0.1) is None
+        assert not server.connected
+    server.shutdown()
+    assert not path.is_symlink()
+
+
+def test_a_terminal_that_is_unplugged_is_an_error_and_comes_back(tmp_path):
+    path = tmp_path / 'ttyCAN'
+    server = open_bus('slcan_server', f'pty:{path}', 1_000_000)
+    client = SlcanClient(channel=str(path), bitrate=1_000_000, sleep_after_open=0.0)
+    server.fault = 'adapter_gone'
+    assert server.recv(0.0) is None
+    assert not path.is_symlink()
+
+    def read_on():
+        while True:
+            client.recv(PATIENCE)
+
+    with pytest.raises(can.CanOperationError):
+        read_on()
+    client.shutdown()
+    server.fault = ''
+    assert server.recv(0.0) is None
+    assert path.is_symlink()
+    server.shutdown()
+
+
+def test_a_terminal_does_not_replace_a_file(tmp_path):
+    path = tmp_path / 'precious'
+    path.write_text('x')
+    with pytest.raises(ActuatorError, match='cannot make the terminal'):
+        open_bus('slcan_server', f'pty:{path}', 1_000_000)
+    assert path.read_text() == 'x'

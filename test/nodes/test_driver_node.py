@@ -7,6 +7,8 @@ from __future__ import annotations
 import math
 import signal
 import socket
+import subprocess
+import sys
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,6 +33,14 @@ from sosml_friction.share import share_directory
 
 PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
 HANGING = np.array([-np.pi / 2, 0.0])
+# On a loaded machine either process may stand still for a while: no test here is about that.
+PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
+PATIENT = (
+    'missed_limit:=500',
+    'reply_timeout:=0.02',
+    'shoulder.tracking_limit:=2.0',
+    'elbow.tracking_limit:=2.0',
+)
 
 
 def free_port() -> int:
@@ -62,6 +72,7 @@ class Chain:
         node = self.start_node(
             'emulator_node',
             f'can_channel:=127.0.0.1:{self.port}',
+            *PATIENT_HARDWARE,
             *parameters,
             files=(PARAMETER_FILE,),
         )
@@ -74,6 +85,8 @@ class Chain:
         return self.start_node(
             'driver_node',
             f'can_channel:=socket://127.0.0.1:{self.port}',
+            *PATIENT,
+            'host_timeout:=10.0',
             *parameters,
             files=(PARAMETER_FILE,),
         )
@@ -206,7 +219,9 @@ def test_lifecycle_and_a_lost_bus(chain):
     assert change(Transition.TRANSITION_CONFIGURE)
     assert not chain.enable().success
     plant = chain.fresh('emulator_node: shoulder')
-    assert plant['frames'] == '3'
+    # The start-up only asks: version, model, status, uptime, status with angle, status again.
+    assert plant['frames'] == '8'
+    assert plant['commanded current [A]'] == '0'
     assert change(Transition.TRANSITION_ACTIVATE)
     ros.spin_until(lambda: len(chain.states) > 100)
     ros.spin_until(lambda: chain.enable().success)
@@ -225,8 +240,84 @@ def test_lifecycle_and_a_lost_bus(chain):
     response = chain.enable()
     assert not response.success
     assert 'the CAN bus failed' in response.message
+
+    # The adapter comes back: the driver opens it by itself, and waits to be enabled.
+    chain.emulator()
+    count = len(chain.states)
+    ros.spin_until(lambda: len(chain.states) > count + 100)
+    assert chain.fresh('driver_node: driver')['state'] == 'fault'
+    assert float(chain.value('emulator_node: shoulder', 'commanded current [A]')) == 0.0
+    assert int(chain.value('driver_node: bus', 'bus opened again')) >= 1
+    ros.spin_until(lambda: chain.enable().success)
     assert driver.stop(signal.SIGINT) == 0
     assert 'Traceback' not in driver.output
+
+
+def test_an_elbow_without_current_has_no_effort_and_no_friction_all_the_way(chain):
+    """NaN from the bridge's "not available" to joint_states to the observer, which says why."""
+    ros = chain.ros
+    chain.emulator('servo_current_available:=false')
+    chain.start_node('observer_node', files=(PARAMETER_FILE,))
+    estimates = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
+    chain.driver()
+    ros.spin_until(lambda: len(estimates) > 200)
+    assert all(math.isnan(state.effort[1]) for state in chain.states)
+    assert all(math.isfinite(state.effort[0]) for state in chain.states)
+    assert all(math.isnan(estimate.effort[1]) for estimate in estimates)
+    assert math.isfinite(estimates[-1].effort[0])
+    sentence = 'friction of this joint unavailable: its actuator reports no current'
+    ros.spin_until(lambda: chain.diagnostics.get('observer_node: elbow', ('', {}))[0] == sentence)
+    assert chain.fresh('driver_node: elbow')['effort'] == 'not measured'
+    assert 'measures no current' in chain.diagnostics['driver_node: elbow'][0]
+
+
+HANGING_CALLBACK = """
+import sys, time
+from sosml_friction.nodes import driver_node
+
+driver_node.DriverNode._on_stop = lambda *_: time.sleep(3600)
+sys.exit(driver_node.main(sys.argv[1:]))
+"""
+
+
+def test_a_callback_that_hangs_ends_in_zero_current_on_the_wire(chain, tmp_path):
+    """Not by the motor's watchdog: the cycle goes on, and commands nothing."""
+    ros = chain.ros
+    chain.emulator()
+    arguments = ['--ros-args', '--params-file', str(PARAMETER_FILE)]
+    for parameter in (*PATIENT, f'can_channel:=socket://127.0.0.1:{chain.port}'):
+        arguments += ['-p', parameter]
+    log = (tmp_path / 'hanging.log').open('wb')
+    driver = subprocess.Popen(
+        [sys.executable, '-c', HANGING_CALLBACK, *arguments], stdout=log, stderr=log
+    )
+    try:
+        ros.spin_until(lambda: chain.enable().success)
+        chain.send([1.0], [HANGING + np.array([0.4, 0.4])])
+        ros.spin_until(
+            lambda: (
+                float(chain.fresh('emulator_node: shoulder')['commanded current [A]']) > 0.5
+                and chain.fresh('driver_node: driver')['trajectory running'] == 'False'
+            )
+        )
+        stop = ros.node.create_client(Trigger, 'driver_node/stop')
+        ros.spin_until(stop.service_is_ready)
+        answer = stop.call_async(Trigger.Request())
+        ros.spin_until(
+            lambda: float(chain.fresh('emulator_node: shoulder')['commanded current [A]']) == 0.0
+        )
+        frames = int(chain.value('emulator_node: shoulder', 'frames'))
+        ros.spin_until(
+            lambda: int(chain.fresh('emulator_node: shoulder')['frames']) > frames + 500
+        )
+        assert float(chain.value('emulator_node: shoulder', 'commanded current [A]')) == 0.0
+        assert float(chain.value('emulator_node: elbow', 'commanded current [A]')) == 0.0
+        assert chain.value('emulator_node: shoulder', 'watchdog trips') == '0'
+        assert not answer.done()
+    finally:
+        driver.kill()
+        driver.wait()
+        log.close()
 
 
 @pytest.mark.parametrize(
@@ -234,6 +325,9 @@ def test_lifecycle_and_a_lost_bus(chain):
     [
         (['shoulder.torque_constant:=-1.0'], 'shoulder.torque_constant is -1'),
         (['shoulder.direction:=2'], 'shoulder.direction is 2'),
+        (['shoulder.mode:=fast'], "shoulder.mode of driver_node is 'fast'"),
+        (['shoulder.mode:=speed'], 'shoulder.position_gain is nan'),
+        (['elbow.dbc_map:=[speed=Speed]'], "'speed=Speed' in dbc_map"),
         (['shoulder.driver:=servo'], "shoulder.driver of driver_node is 'servo'"),
         (['joints:=[shoulder]'], 'name the same, in the same order'),
         (['model:=/no/such/model'], 'model /no/such/model cannot be read'),
@@ -245,7 +339,7 @@ def test_lifecycle_and_a_lost_bus(chain):
     ],
 )
 def test_a_bad_configuration_is_one_line_and_exit_code_two(start_node, parameters, sentence):
-    needs_bus = ('lower rate', 'same order', 'the DBC')
+    needs_bus = ('lower rate', 'same order', 'the DBC', 'dbc_map')
     bus = (
         ['can_interface:=virtual', 'can_channel:=nobody']
         if sentence.startswith(needs_bus) or any(s in sentence for s in needs_bus)

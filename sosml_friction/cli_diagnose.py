@@ -1,0 +1,110 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml diagnose``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def diagnose(
+    bags: Annotated[list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR', help="Model folder that is put to the test; default: the bag's own."
+        ),
+    ] = None,
+    holdout: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='BAG',
+            help='Another recording, on which the gain is measured; default: stretches of the '
+            'bags that are left out in turn.',
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR',
+            help='Where to write; default: <name of the first bag>_diagnosis in this folder.',
+        ),
+    ] = None,
+    without: Annotated[
+        str | None,
+        typer.Option(metavar='EFFECT,...', help='Causes not to look for.'),
+    ] = None,
+    urdf: Annotated[
+        Path | None,
+        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+    ] = None,
+    namespace: Annotated[
+        str | None,
+        typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
+    ] = None,
+    json: Annotated[
+        bool, typer.Option('--json', help='Print one JSON object on stdout instead of sentences.')
+    ] = False,
+) -> None:
+    """
+    Say what a model gets wrong about recordings, name the cause, and measure the gain.
+
+    Checks the data, refits the nominal parameters within 3.5 %, and looks in what is left for the
+    causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
+    it would predict recordings simulated without it, is physically possible, and improves the
+    forward simulation; causes that the data cannot separate come as a set, with the experiment
+    that would separate them. Writes diagnosis.json, report.html and, with a cause, the extended
+    model.
+
+    Exit code 1 if the data are too bad to tell.
+
+    Example: sosml diagnose recording --model config/exoskeleton --out why
+    """
+    from sosml_friction.diagnosis.diagnosis import diagnose as run
+    from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
+    from sosml_friction.report.diagnosis_document import (
+        check_diagnosis_folder,
+        diagnosis_document,
+        diagnosis_lines,
+        write_diagnosis,
+    )
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.progress import progress
+
+    name = bags[0].resolve()
+    stem = name.stem if name.suffix == '.mcap' else name.name
+    folder = check_diagnosis_folder(out if out is not None else Path(f'{stem}_diagnosis'))
+    leave = tuple(x.strip() for x in without.split(',')) if without else ()
+    with progress(f'reading {bags[0]}') as step:
+        recorded = [read_recorded_robot(bag, model, urdf, namespace) for bag in bags]
+        other = None if holdout is None else read_recorded_robot(holdout, model, urdf, namespace)
+        nominal = recorded[0].nominal
+        provenance = {
+            'bags': [{'bag': bag.name, 'sha256': bag_hash(bag)} for bag in bags],
+            'holdout': None
+            if holdout is None
+            else {'bag': holdout.name, 'sha256': bag_hash(holdout)},
+            'model': nominal.name,
+        }
+        diagnosis = run(
+            [entry.log for entry in recorded],
+            nominal,
+            None if other is None else other.log,
+            without=leave,
+            step=step,
+        )
+        write_diagnosis(folder, diagnosis, nominal, provenance, step)
+    if json:
+        document = diagnosis_document(diagnosis, provenance)
+        typer.echo(to_json({**document, 'output': str(folder)}))
+    else:
+        for line in diagnosis_lines(diagnosis):
+            typer.echo(line)
+        typer.echo(f'diagnosis.json and report.html are in {folder}')
+    if diagnosis.verdict == 'bad_data':
+        print(f'sosml: {" ".join(diagnosis.sentence.split())}', file=sys.stderr)
+        raise typer.Exit(1)

@@ -1,0 +1,172 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a named cause is the whole of what acts along its own axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner, effort_unit, in_joint
+from sosml_friction.diagnosis.evidence import (
+    Baseline,
+    Score,
+    System,
+    Target,
+    fit_baseline,
+    score,
+)
+from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.diagnosis.signals import Signals
+
+if TYPE_CHECKING:
+    from sosml_friction.diagnosis.selection import Finding
+
+_HATS = 6
+#: Lowest knot of speed, as a share of the top speed: below it is the turning around.
+_SLOWEST = 0.04
+#: Displacement of the sign as shares of the fitted one, and smoothing of position, of the ways in
+#: which friction may turn around at a reversal.
+_TURNS = ((0.3, 1.0), (2.0, 1.0), (1.0, 3.0))
+#: Axis along which each effect says how effort depends on it.
+AXES: Mapping[str, str] = {
+    'coulomb': 'speed',
+    'viscous': 'speed',
+    'stribeck': 'speed',
+    'presliding_hysteresis': 'speed',
+    'thermal_drift': 'speed',
+}
+
+
+class Reversal(Effect):
+    """Add the differences between ways to turn around at a reversal and the fitted one."""
+
+    identifier: ClassVar[str] = 'reversal'
+    amplitudes: ClassVar[tuple[str, ...]] = ('faster', 'slower', 'smoother')
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the differences of the sign."""
+        scale = float(signals.scales.displacement[joint])
+        columns = []
+        for share, wider in _TURNS:
+            q = signals.q[:, joint : joint + 1]
+            if wider != 1.0:
+                q = signals.band.smooth(q, wider)
+            z = sign_state(np.ascontiguousarray(q[:, 0]), share * scale)
+            columns.append(z - signals.sign[:, joint])
+        return in_joint(signals, joint, *columns)
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+
+
+class SpeedCurve(Effect):
+    """Add s f(|q'|) with any piecewise linear f: what friction by speed could explain at most."""
+
+    identifier: ClassVar[str] = 'speed'
+    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(_HATS))
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s times hat functions on knots of |q'| in geometric steps."""
+        speed = np.abs(signals.v[:, joint])
+        knots = float(signals.scales.speed[joint]) * np.geomspace(_SLOWEST, 1.0, _HATS)
+        s = signals.sign[:, joint]
+        return in_joint(
+            signals, joint, *(s * np.interp(speed, knots, hat) for hat in np.eye(_HATS))
+        )
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """
+    Hold what a free curve along an axis of a joint still predicts beside the named causes.
+
+    ``gain``: whitened energy it removes, ``energy``: on data left out; ``floor``: what ``gain``
+    has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
+    that the causes of this axis and the curve explain together.
+    """
+
+    axis: str
+    joint: int
+    gain: float
+    energy: float
+    floor: float
+    share: float
+
+    def significant(self, largest_share: float) -> bool:
+        """Tell whether it is beyond chance, and too much for the causes to be the whole."""
+        return self.gain > self.floor and self.energy > 0.0 and self.share > largest_share
+
+
+def leftovers(
+    laboratory: Laboratory,
+    accepted: Sequence[Finding],
+    credible: Callable[[FloatArray, System], FloatArray],
+) -> tuple[Leftover, ...]:
+    """
+    Return what a free curve still predicts beside the causes of each joint with such an axis.
+
+    Friction that turns around in another way at reversals is taken out of both sides first. The
+    floor is ``axis_margin`` times the largest gain over simulated recordings that hold the
+    accepted causes, nominal deviations, other turning around and noise, and nothing else.
+
+    :param credible: scales a variant of friction to what the data show beside a system.
+    """
+    mine = [f for f in accepted if f.effect.identifier in AXES]
+    joints = sorted({f.joint for f in mine})
+    if not joints:
+        return ()
+    curve, turns = SpeedCurve(), Reversal()
+    system = laboratory.system.extended(
+        [f.columns for f in accepted] + [laboratory.single(turns, i, {}) for i in joints]
+    )
+    curves = {i: laboratory.single(curve, i, {}).beside(system) for i in joints}
+
+    def gains(y: FloatArray) -> tuple[Baseline, dict[int, Score]]:
+        target = Target.make(system, y)
+        base = fit_baseline(system, target)
+        return base, {
+            i: score(system, target, base, its, its.products(system, y))
+            for i, its in curves.items()
+        }
+
+    base, found = gains(laboratory.y)
+    settings = laboratory.settings
+    rng = np.random.default_rng([settings.seed, 1000 + len(accepted)])
+    largest = dict.fromkeys(joints, 0.0)
+    p = len(laboratory.nominal.bound)
+    bounded = np.isfinite(laboratory.nominal.bound)
+    for _ in range(settings.axis_nulls):
+        x = np.array(base.x)
+        x[:p][bounded] = (
+            rng.uniform(-0.9, 0.9, int(bounded.sum())) * laboratory.nominal.bound[bounded]
+        )
+        y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
+        y += credible(laboratory.friction_variants(rng), system)
+        y += rng.standard_normal(y.shape)
+        for i, s in gains(y)[1].items():
+            largest[i] = max(largest[i], s.gain)
+    result = []
+    for i in joints:
+        named = sum(max(f.score.gain, 0.0) for f in mine if f.joint == i)
+        gain = found[i].gain
+        result.append(
+            Leftover(
+                AXES[next(f for f in mine if f.joint == i).effect.identifier],
+                i,
+                gain,
+                found[i].energy,
+                settings.axis_margin * largest[i],
+                gain / max(named + gain, 1e-300),
+            )
+        )
+    return tuple(result)

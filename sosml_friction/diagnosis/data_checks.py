@@ -1,0 +1,184 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is wrong with the data themselves: looked at first, without a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.signals import Signals, even_stretches
+from sosml_friction.observers.signal_noise import signal_noise
+
+FloatArray = NDArray[np.float64]
+
+#: Shares of samples lost or repeated that are named, and that make data useless.
+_SOME, _USELESS = 5e-3, 0.2
+#: Velocity that lags by more than this, and than one sampling interval, is named [s].
+_LAG = 1.5e-3
+#: Effort so coarse against its own size that a torque cannot be told.
+_COARSE = 0.2
+
+
+@dataclass(frozen=True)
+class Check:
+    """
+    Hold one finding about the data.
+
+    ``kind``: time_base, dropped_samples, velocity_lag, quantisation, motion or effort;
+    ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a person;
+    ``values``: the numbers, SI units in their names.
+    """
+
+    kind: str
+    severity: str
+    joint: str
+    sentence: str
+    values: dict[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings."""
+        return {
+            'kind': self.kind,
+            'severity': self.severity,
+            'joint': self.joint,
+            'sentence': self.sentence,
+            'values': dict(self.values),
+        }
+
+
+def check_log(log: JointLog) -> list[Check]:
+    """Return what stamps, resolution and motion of a recording say, worst first."""
+    checks = [_time_base(log)]
+    for i, name in enumerate(log.names):
+        checks.extend(_joint(log, i, name))
+    order = {'bad': 0, 'warning': 1, 'note': 2}
+    return sorted(checks, key=lambda check: order[check.severity])
+
+
+def _time_base(log: JointLog) -> Check:
+    steps = np.diff(log.time)
+    forwards = steps[steps > 0.0]
+    if not len(forwards):
+        return Check('time_base', 'bad', '*', 'time does not go forwards: record stamps')
+    step = float(np.median(forwards))
+    lost = float(np.maximum(np.rint(forwards / step) - 1.0, 0.0).sum())
+    lost_share = lost / (lost + len(log))
+    # The same effort and position twice, where noise makes that unlikely: a repeated sample.
+    same = (np.diff(log.tau, axis=0) == 0.0).all(axis=1) & (np.diff(log.q, axis=0) == 0.0).all(
+        axis=1
+    )
+    chance = _chance_of_repeat(log)
+    repeated = float((steps == 0.0).mean() + max(float(same[steps > 0.0].mean()) - chance, 0.0))
+    backward = int((steps < 0.0).sum())
+    jitter = float(np.std(forwards[forwards < 1.5 * step])) if len(forwards) else 0.0
+    values = {
+        'step_s': step,
+        'jitter_s': jitter,
+        'lost_share': lost_share,
+        'repeated_share': repeated,
+        'backward_stamps': float(backward),
+    }
+    worst = max(lost_share, repeated)
+    if worst > _USELESS:
+        sentence = (
+            f'{100 * lost_share:.0f} % of the samples are lost and {100 * repeated:.0f} % '
+            'repeated: record again'
+        )
+        return Check('dropped_samples', 'bad', '*', sentence, values)
+    if worst > _SOME or backward:
+        sentence = (
+            f'{100 * lost_share:.2g} % of the samples are lost, {100 * repeated:.2g} % repeated, '
+            f'{backward} stamps go backwards; holes were bridged'
+        )
+        return Check('dropped_samples', 'warning', '*', sentence, values)
+    sentence = f'{1.0 / step:.4g} samples per second, jitter {1e6 * jitter:.3g} us'
+    return Check('time_base', 'note', '*', sentence, values)
+
+
+def _chance_of_repeat(log: JointLog) -> float:
+    """Return the share of repeats that quantisation explains: as many as with a gap of two."""
+    if len(log) < 10:
+        return 1.0
+    same = (log.tau[2:] == log.tau[:-2]).all(axis=1) & (log.q[2:] == log.q[:-2]).all(axis=1)
+    return 1.5 * float(same.mean())
+
+
+def _joint(log: JointLog, i: int, name: str) -> list[Check]:
+    checks = []
+    q, tau = log.q[:, i], log.tau[:, i]
+    if not np.isfinite(tau).any():
+        checks.append(
+            Check('effort', 'bad', name, f'{name} has no effort: let its driver report one')
+        )
+        return checks
+    size = float(np.nanstd(tau))
+    quantum_q, noise_q = signal_noise(q)
+    quantum, noise = signal_noise(tau)
+    values = {
+        'position_quantum': quantum_q,
+        'position_noise': noise_q,
+        'effort_quantum': quantum,
+        'effort_noise': noise,
+    }
+    if not np.ptp(q[np.isfinite(q)]) > 10.0 * max(quantum_q, 1e-12):
+        checks.append(Check('motion', 'bad', name, f'{name} hardly moved: record motion', values))
+    elif quantum > _COARSE * max(size, 1e-300) and noise < quantum:
+        sentence = (
+            f'the effort of {name} has steps of {quantum:.3g}, a {size / quantum:.1f}th of its '
+            'size: small causes are out of reach'
+        )
+        checks.append(Check('quantisation', 'warning', name, sentence, values))
+    else:
+        sentence = (
+            f'{name}: position in steps of {quantum_q:.3g} with noise {noise_q:.2g}, effort in '
+            f'steps of {quantum:.3g} with noise {noise:.2g}'
+        )
+        checks.append(Check('quantisation', 'note', name, sentence, values))
+    return checks
+
+
+def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:
+    """
+    Return how late the recorded velocity of a joint is beside the slope of its position.
+
+    v_recorded(t) = v(t - lag) = v - lag v' + lag^2 v'' / 2, by least squares on v, v' and v'' of
+    the smoothed position; lag is minus the coefficient of v' over that of v. None where no
+    velocity was recorded. It is no fault of the model: the diagnosis takes its velocity from
+    position.
+    """
+    stretch = next((s for s in even_stretches(log) if len(s) == len(signals.q)), None)
+    if stretch is None or not np.isfinite(stretch.v[:, i]).all():
+        return None
+    band = signals.band
+    recorded = band.apply(stretch.v[:, i])
+    v, a = band.apply(signals.v[:, i]), band.apply(signals.a[:, i])
+    jerk = np.gradient(a, band.output_step)
+    X = np.column_stack([v, a, jerk])
+    size = np.linalg.norm(X, axis=0)
+    if not (size > 0.0).all():
+        return None
+    beta, *_ = np.linalg.lstsq(X / size, recorded, rcond=None)
+    coefficients = beta / size
+    if abs(coefficients[0]) < 0.2:
+        return None
+    residual = recorded - X @ coefficients
+    groups = uniform_filter1d(residual, max(1, len(residual) // 200))
+    spread = float(np.std(groups)) * np.sqrt(200.0)
+    error = spread / float(size[1]) / abs(coefficients[0])
+    lag = -float(coefficients[1] / coefficients[0])
+    name = log.names[i]
+    values = {'lag_s': lag, 'lag_std_error_s': error, 'scale': float(coefficients[0])}
+    if lag > max(_LAG, 0.75 * band.step) and lag > 4.0 * error:
+        sentence = (
+            f'the recorded velocity of {name} is {1e3 * lag:.1f} ms late; the diagnosis uses the '
+            'slope of position instead'
+        )
+        return Check('velocity_lag', 'warning', name, sentence, values)
+    sentence = f'the recorded velocity of {name} lags by {1e3 * lag:.2f} ms'
+    return Check('velocity_lag', 'note', name, sentence, values)

@@ -1,0 +1,73 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that differs between the directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+    level,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class AsymmetricFriction(Effect):
+    """
+    Add c_v |q'| + c_c |s|: slope and level forwards exceed those backwards by 2 c_v and 2 c_c.
+
+    ``by_speed`` is 1, or 0 for a difference of the level alone, c_v = 0. While the joint moves
+    the level's part is a constant, as a bias of effort is: only a hold without torque, or rest,
+    tells the two apart.
+    """
+
+    identifier: ClassVar[str] = 'asymmetric_friction'
+    amplitudes: ClassVar[tuple[str, ...]] = ('viscous_asymmetry', 'coulomb_asymmetry')
+    inner: ClassVar[tuple[str, ...]] = ('by_speed',)
+    twins: ClassVar[tuple[str, ...]] = ('effort_bias',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return |q'| and |s|."""
+        constant = np.abs(signals.sign[:, joint])
+        speed = np.abs(signals.v[:, joint])
+        if inner['by_speed'] == 0.0:
+            speed = np.zeros_like(speed)
+        return in_joint(signals, joint, speed, constant)
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort = effort_unit(signals, joint)
+        return {
+            'viscous_asymmetry': f'{effort} s/{length_unit(signals, joint)}',
+            'coulomb_asymmetry': effort,
+            'by_speed': '1',
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        return ({'by_speed': 1.0}, {'by_speed': 0.0})
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        top = float(signals.scales.speed[joint])
+        viscous = np.nan_to_num(signals.scales.viscous[joint])
+        friction = level(signals, joint)
+        if abs(amplitude[0]) * top > friction + viscous * top or abs(amplitude[1]) > friction:
+            return 'one direction would have no friction left'
+        return ''

@@ -1,0 +1,70 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A torque that repeats with position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+_TURN = 2.0 * np.pi
+#: The slowest passes, as a share of the top speed.
+_SLOW = 0.04
+#: Frequencies are tried so far apart, times the range of motion [rad]; two that differ by 2 pi are
+#: orthogonal.
+_SPACING = 2.5
+_MOST = 400
+
+
+class Cogging(Effect):
+    """
+    Add A cos w q + B sin w q: cogging or mesh ripple, the same in both directions.
+
+    ``frequency`` w [rad/rad or rad/m]: periods per turn, or 2 pi over the period in m.
+    """
+
+    identifier: ClassVar[str] = 'cogging'
+    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
+    inner: ClassVar[tuple[str, ...]] = ('frequency',)
+    refined: ClassVar[tuple[str, ...]] = ('frequency',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return cos w q and sin w q."""
+        angle = inner['frequency'] * signals.q[:, joint]
+        return in_joint(signals, joint, np.cos(angle), np.sin(angle))
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort = effort_unit(signals, joint)
+        return {
+            'cosine': effort,
+            'sine': effort,
+            'frequency': f'rad/{length_unit(signals, joint)}',
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        span, top = float(signals.scales.span[joint]), float(signals.scales.speed[joint])
+        # Two periods in the range of motion at least, and a slow pass within the band.
+        low = 2.0 * _TURN / span
+        if length_unit(signals, joint) == 'rad':
+            low = max(low, 4.0)
+        high = min(_TURN * signals.band.cutoff / (_SLOW * top), _MOST * _SPACING / span)
+        return [{'frequency': float(w)} for w in np.arange(low, high, _SPACING / span)]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        span = float(signals.scales.span[joint])
+        return {'frequency': (_TURN / span, _MOST * _SPACING / span)}

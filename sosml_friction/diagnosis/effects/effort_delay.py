@@ -1,0 +1,47 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Effort that is late, or early, beside position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from sosml_friction.diagnosis.band import first_derivative
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class EffortDelay(Effect):
+    """Add -d dtau/dt: effort comes a ``delay`` d [s] after position, in all joints."""
+
+    identifier: ClassVar[str] = 'effort_delay'
+    amplitudes: ClassVar[tuple[str, ...]] = ('delay',)
+    of_robot: ClassVar[bool] = True
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return -dtau/dt."""
+        return -first_derivative(signals.torque, signals.band.step)[:, :, None]
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'delay': 's'}
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if abs(amplitude[0]) < 0.75 * signals.band.step:
+            return 'a delay within a sampling interval is where in it a sample is taken'
+        if abs(amplitude[0]) > 0.05:
+            return 'a delay of over 50 ms would be seen'
+        return ''

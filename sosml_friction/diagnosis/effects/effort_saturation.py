@@ -1,0 +1,58 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A torque constant that drops at high current."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class EffortSaturation(Effect):
+    """
+    Add excess * (tau / tau_99)^3: measured effort exceeds the torque by ``excess`` at tau_99.
+
+    tau_99 = ``reference`` is what 99 % of the nominal effort stay below.
+    """
+
+    identifier: ClassVar[str] = 'effort_saturation'
+    amplitudes: ClassVar[tuple[str, ...]] = ('excess',)
+    inner: ClassVar[tuple[str, ...]] = ('reference',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the cube of the effort."""
+        return in_joint(signals, joint, (signals.torque[:, joint] / inner['reference']) ** 3)
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort = effort_unit(signals, joint)
+        return {'excess': effort, 'reference': effort}
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        reference = float(np.quantile(np.abs(signals.torque[:, joint]), 0.99))
+        return ({'reference': max(reference, 1e-9)},)
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if not 0.0 < amplitude[0] < 0.5 * inner['reference']:
+            return 'saturation makes the effort exceed the torque, by less than half'
+        return ''

@@ -1,0 +1,53 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""An encoder that runs out of true."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    length_unit,
+)
+from sosml_friction.diagnosis.rigid_terms import moved_body
+from sosml_friction.diagnosis.signals import Signals
+
+
+class EncoderEccentricity(Effect):
+    """Add (M d2/dt2 + dg/dq) (A cos q + B sin q): position is wrong once per turn."""
+
+    identifier: ClassVar[str] = 'encoder_eccentricity'
+    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of a wrong position."""
+        q = signals.q[:, joint]
+        parts = [moved_body(signals, joint, x) for x in (np.cos(q), np.sin(q))]
+        return np.stack(parts, axis=2)
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'cosine': 'rad', 'sine': 'rad'}
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether the joint turns."""
+        return length_unit(signals, joint) == 'rad'
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if float(np.hypot(*amplitude)) > 0.03:
+            return 'an eccentricity of over 30 mrad would be seen'
+        return ''

@@ -1,0 +1,54 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A first moment of mass that is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Gravity(Effect):
+    """
+    Add Y_mc change: mass times distance of the joint's body is not the nominal one.
+
+    Y_mc are the columns of the torque regressor; the two components across the joint's axis.
+    """
+
+    identifier: ClassVar[str] = 'gravity'
+    amplitudes: ClassVar[tuple[str, ...]] = ('first_moment_1', 'first_moment_2')
+    parameter_error: ClassVar[bool] = True
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the columns of the regressor."""
+        across = first_moments(signals, joint)
+        return np.array(signals.regressor[:, :, [10 * joint + 1 + k for k in across]])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'first_moment_1': 'kg m', 'first_moment_2': 'kg m'}
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether gravity acts on a body that turns."""
+        return (
+            effort_unit(signals, joint) == 'Nm'
+            and bool(signals.robot.gravity_acceleration.any())
+            and len(first_moments(signals, joint)) == 2
+        )
+
+
+def first_moments(signals: Signals, joint: int) -> list[int]:
+    """Return which components of the first moment the joint itself feels most: two, or fewer."""
+    block = signals.regressor[:: max(1, len(signals.q) // 500), joint, 10 * joint + 1 :][:, :3]
+    felt = np.sqrt(np.mean(block**2, axis=0))
+    return sorted(int(k) for k in np.argsort(-felt)[:2] if felt[k] > 1e-9)

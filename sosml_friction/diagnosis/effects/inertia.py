@@ -1,0 +1,49 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A reflected rotor inertia that is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Inertia(Effect):
+    """Add change * q'': the inertia about the joint's axis is not the nominal one."""
+
+    identifier: ClassVar[str] = 'inertia'
+    amplitudes: ClassVar[tuple[str, ...]] = ('change',)
+    parameter_error: ClassVar[bool] = True
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return q''."""
+        return in_joint(signals, joint, signals.a[:, joint])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'change': 'kg m2' if effort_unit(signals, joint) == 'Nm' else 'kg'}
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        whole = float(signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint])
+        if whole + amplitude[0] < 0.3 * whole:
+            return 'hardly any inertia would be left'
+        return ''

@@ -1,0 +1,57 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Torque of one joint in another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    in_joint,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class JointCoupling(Effect):
+    """
+    Add c tau_other: a belt or cable passes on, or a sensor picks up, another joint's torque.
+
+    ``source``: the other joint, counted from 0 in the model's order.
+    """
+
+    identifier: ClassVar[str] = 'joint_coupling'
+    amplitudes: ClassVar[tuple[str, ...]] = ('coupling',)
+    inner: ClassVar[tuple[str, ...]] = ('source',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the other joint's nominal effort."""
+        return in_joint(signals, joint, signals.torque[:, int(inner['source'])])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'coupling': '1', 'source': 'joint'}
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        return [{'source': float(k)} for k in range(signals.robot.n) if k != joint]
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether there is another joint."""
+        return signals.robot.n > 1
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if abs(amplitude[0]) > 0.5:
+            return 'more than half of the torque would pass over'
+        return ''

@@ -1,0 +1,43 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A gear or shaft that gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+from sosml_friction.diagnosis.effect import FloatArray, Inner, effort_unit, length_unit
+from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.diagnosis.two_mass import Transmission, resonances, transmission_column
+
+
+class JointElasticity(Transmission):
+    """
+    Add what a body behind a spring needs more: M d'' + dg/dq d, d the deflection.
+
+    M d'' + c d' + K d = -tau_load, K = ``stiffness``; sqrt(K / M) may be in the band.
+    """
+
+    identifier: ClassVar[str] = 'joint_elasticity'
+    inner: ClassVar[tuple[str, ...]] = ('stiffness',)
+    refined: ClassVar[tuple[str, ...]] = ('stiffness',)
+    inseparable: ClassVar[tuple[str, ...]] = ('backlash',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of the deflection."""
+        return transmission_column(signals, joint, inner['stiffness'], 0.0)
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort, length = effort_unit(signals, joint), length_unit(signals, joint)
+        return {'amplitude': '1', 'stiffness': f'{effort}/{length}'}
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        return [{'stiffness': float(k)} for k in resonances(signals, joint)]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        found = resonances(signals, joint)
+        return {'stiffness': (0.5 * float(found[0]), 2.0 * float(found[-1]))}

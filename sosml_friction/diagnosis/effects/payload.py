@@ -1,0 +1,78 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A mass on the last body that the model does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Payload(Effect):
+    """
+    Add m Y (1, r, r r'): a point mass m at r from the last joint, towards the body's own centre.
+
+    ``distance`` = |r| [m].
+    """
+
+    identifier: ClassVar[str] = 'payload'
+    amplitudes: ClassVar[tuple[str, ...]] = ('mass',)
+    inner: ClassVar[tuple[str, ...]] = ('distance',)
+    refined: ClassVar[tuple[str, ...]] = ('distance',)
+    of_robot: ClassVar[bool] = True
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of a point mass of 1 kg."""
+        pi = signals.robot.inertial_parameters()[-1]
+        r = pi[1:4] / np.linalg.norm(pi[1:4]) * inner['distance']
+        tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
+        entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+        point = np.concatenate([[1.0], r, entries])
+        return np.asarray(signals.regressor[:, :, -10:] @ point)[:, :, None]
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'mass': 'kg', 'distance': 'm'}
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        centre = body_centre(signals)
+        return [{'distance': centre * share} for share in (1.0, 1.5, 2.0, 2.5)]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        centre = body_centre(signals)
+        return {'distance': (0.7 * centre, 3.0 * centre)}
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether the last body turns and has a centre off its axis."""
+        return effort_unit(signals, signals.robot.n - 1) == 'Nm' and body_centre(signals) > 1e-6
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if amplitude[0] <= 0.0:
+            return 'a payload has a positive mass'
+        return ''
+
+
+def body_centre(signals: Signals) -> float:
+    """Return how far the last body's centre of mass is from its joint [m]."""
+    pi = signals.robot.inertial_parameters()[-1]
+    return float(np.linalg.norm(pi[1:4])) / float(pi[0]) if pi[0] > 0.0 else 0.0

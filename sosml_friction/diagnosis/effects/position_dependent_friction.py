@@ -1,0 +1,68 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that changes with posture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+    level,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class PositionDependentFriction(Effect):
+    """
+    Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
+
+    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn.
+    """
+
+    identifier: ClassVar[str] = 'position_dependent_friction'
+    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
+    inner: ClassVar[tuple[str, ...]] = ('frequency',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s cos w q and s sin w q."""
+        angle = inner['frequency'] * signals.q[:, joint]
+        s = signals.sign[:, joint]
+        return in_joint(signals, joint, s * np.cos(angle), s * np.sin(angle))
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort = effort_unit(signals, joint)
+        return {
+            'cosine': effort,
+            'sine': effort,
+            'frequency': f'rad/{length_unit(signals, joint)}',
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        if length_unit(signals, joint) == 'rad':
+            return ({'frequency': 1.0}, {'frequency': 2.0})
+        span = float(signals.scales.span[joint])
+        return tuple({'frequency': np.pi * k / span} for k in (1.0, 2.0))
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if float(np.hypot(*amplitude)) > 1.5 * level(signals, joint):
+            return 'friction would be negative in some posture'
+        return ''

@@ -1,0 +1,73 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that builds up over a distance after each reversal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+)
+from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.diagnosis.signals import Signals
+
+
+class PreslidingHysteresis(Effect):
+    """
+    Add F (z(x_s) - s): friction of level F follows the displacement over x_s, not the sign.
+
+    z is Dahl's state with ``displacement`` x_s [rad or m]; s the one of the nominal model.
+    """
+
+    identifier: ClassVar[str] = 'presliding_hysteresis'
+    amplitudes: ClassVar[tuple[str, ...]] = ('level',)
+    inner: ClassVar[tuple[str, ...]] = ('displacement',)
+    refined: ClassVar[tuple[str, ...]] = ('displacement',)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return z - s."""
+        q = np.ascontiguousarray(signals.q[:, joint])
+        z = sign_state(q, float(inner['displacement']))
+        return in_joint(signals, joint, z - signals.sign[:, joint])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {
+            'level': effort_unit(signals, joint),
+            'displacement': length_unit(signals, joint),
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        smallest = float(signals.scales.sign_limit[joint])
+        return [{'displacement': smallest * k} for k in (1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0)]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        smallest = float(signals.scales.sign_limit[joint])
+        return {'displacement': (smallest, 40.0 * smallest)}
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        coulomb = float(signals.scales.coulomb[joint])
+        if amplitude[0] <= 0.0:
+            return 'the level of friction would be negative'
+        if np.isfinite(coulomb) and not 0.4 * coulomb < amplitude[0] < 1.6 * coulomb:
+            return f'what builds up is {amplitude[0] / coulomb:.2f} of Coulomb friction, not all'
+        return ''

@@ -1,0 +1,49 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A spring between the bodies: a cable, a strap, a limb."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Spring(Effect):
+    """Add k (q - q_0) as k q + offset."""
+
+    identifier: ClassVar[str] = 'spring'
+    amplitudes: ClassVar[tuple[str, ...]] = ('stiffness', 'offset')
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return q and 1."""
+        return in_joint(signals, joint, signals.q[:, joint], np.ones(len(signals.q)))
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort = effort_unit(signals, joint)
+        return {'stiffness': f'{effort}/{length_unit(signals, joint)}', 'offset': effort}
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if amplitude[0] <= 0.0:
+            return 'a spring has a positive stiffness'
+        return ''

@@ -1,0 +1,72 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that is larger near standstill."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+    level,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Stribeck(Effect):
+    """
+    Add S s exp(-(|q'| / v_s)^d): breakaway is S above Coulomb friction.
+
+    S = ``stribeck`` > 0, v_s = ``stribeck_velocity``, d = ``exponent``.
+    """
+
+    identifier: ClassVar[str] = 'stribeck'
+    amplitudes: ClassVar[tuple[str, ...]] = ('stribeck',)
+    inner: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
+    refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s exp(-(|q'| / v_s)^d)."""
+        v = np.abs(signals.v[:, joint]) / inner['stribeck_velocity']
+        return in_joint(signals, joint, signals.sign[:, joint] * np.exp(-(v ** inner['exponent'])))
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {
+            'stribeck': effort_unit(signals, joint),
+            'stribeck_velocity': f'{length_unit(signals, joint)}/s',
+            'exponent': '1',
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        speeds = signals.scales.speed[joint] * np.geomspace(0.01, 0.25, 7)
+        return [{'stribeck_velocity': float(v), 'exponent': 1.0} for v in speeds]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        top = float(signals.scales.speed[joint])
+        return {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': (0.5, 2.5)}
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if amplitude[0] <= 0.0:
+            return 'friction would fall towards standstill'
+        if amplitude[0] > 2.0 * level(signals, joint):
+            return 'breakaway would be over three times Coulomb friction'
+        return ''

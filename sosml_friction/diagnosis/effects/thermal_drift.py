@@ -1,0 +1,80 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that changes as the gear warms up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+#: No gear warms up faster than this [s]; a shorter time would be a start, not a drift.
+_FASTEST = 60.0
+
+
+class ThermalDrift(Effect):
+    """
+    Add (1 - exp(-t / T)) (a q' + b s); with a temperature, (theta - theta_0) (a q' + b s).
+
+    ``time_constant`` T [s], 0 where temperature is measured (a and b are then per degC).
+    """
+
+    identifier: ClassVar[str] = 'thermal_drift'
+    amplitudes: ClassVar[tuple[str, ...]] = ('viscous_drift', 'coulomb_drift')
+    inner: ClassVar[tuple[str, ...]] = ('time_constant',)
+    refined: ClassVar[tuple[str, ...]] = ('time_constant',)
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether the recording is long enough to see a drift, or temperature is known."""
+        return float(signals.time[-1]) > 1.5 * _FASTEST or self._measured(signals, joint)
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the warming times q' and s."""
+        if inner['time_constant'] == 0.0 and signals.temperature is not None:
+            warm = signals.temperature[:, joint] - signals.temperature[0, joint]
+        else:
+            warm = 1.0 - np.exp(-signals.time / max(inner['time_constant'], 1e-9))
+        return in_joint(signals, joint, warm * signals.v[:, joint], warm * signals.sign[:, joint])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        effort, per = effort_unit(signals, joint), ''
+        if self._measured(signals, joint):
+            per = '/degC'
+        return {
+            'viscous_drift': f'{effort} s/{length_unit(signals, joint)}{per}',
+            'coulomb_drift': f'{effort}{per}',
+            'time_constant': 's',
+        }
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        if self._measured(signals, joint):
+            return ({'time_constant': 0.0},)
+        whole = float(signals.time[-1])
+        return [{'time_constant': max(_FASTEST, whole * share)} for share in (0.4, 0.8, 1.6)]
+
+    def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        if self._measured(signals, joint):
+            return {}
+        return {'time_constant': (_FASTEST, 4.0 * float(signals.time[-1]))}
+
+    @staticmethod
+    def _measured(signals: Signals, joint: int) -> bool:
+        """Tell whether temperature is known throughout, and changes by more than 2 degC."""
+        if signals.temperature is None:
+            return False
+        values = signals.temperature[:, joint]
+        return bool(np.isfinite(values).all() and np.ptp(values) > 2.0)

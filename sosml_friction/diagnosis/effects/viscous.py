@@ -1,0 +1,53 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Viscous friction of another size than the model says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import (
+    Effect,
+    FloatArray,
+    Inner,
+    effort_unit,
+    in_joint,
+    length_unit,
+)
+from sosml_friction.diagnosis.signals import Signals
+
+
+class Viscous(Effect):
+    """Add change * q': the slope of friction is not the nominal one."""
+
+    identifier: ClassVar[str] = 'viscous'
+    amplitudes: ClassVar[tuple[str, ...]] = ('change',)
+    parameter_error: ClassVar[bool] = True
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return q'."""
+        return in_joint(signals, joint, signals.v[:, joint])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'change': f'{effort_unit(signals, joint)} s/{length_unit(signals, joint)}'}
+
+    def applies(self, signals: Signals, joint: int) -> bool:
+        """Tell whether the model has a viscous friction to be wrong."""
+        return bool(np.isfinite(signals.scales.viscous[joint]))
+
+    def implausible(
+        self,
+        signals: Signals,
+        joint: int,
+        inner: Inner,
+        amplitude: FloatArray,
+        error: FloatArray,
+    ) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if signals.scales.viscous[joint] + amplitude[0] < 0.0:
+            return 'viscous friction would be negative'
+        return ''

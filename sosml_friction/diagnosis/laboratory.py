@@ -1,0 +1,317 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings made ready for selection: whitened columns of the nominal and of all candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.bursts import Bursts, find_bursts
+from sosml_friction.diagnosis.effect import Effect, Inner
+from sosml_friction.diagnosis.evidence import (
+    Blocks,
+    CandidateColumns,
+    System,
+    make_blocks,
+    whiten_all,
+)
+from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
+from sosml_friction.diagnosis.nominal import Nominal, make_nominal
+from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.diagnosis.structure import Structure
+from sosml_friction.exceptions import DataError
+
+FloatArray = NDArray[np.float64]
+
+#: A grid with more points than this takes no part in the fit that leaves only noise.
+_SMALL_GRID = 12
+#: Added to the normalised equations of that fit, whose columns are many and alike.
+_RIDGE = 1e-8
+#: So many lines in position are taken off before the noise is fitted, each of at least so much of
+#: the energy.
+_LINES, _LINE = 16, 0.02
+#: A line of pure noise, the strongest of some hundred, takes less than this times its variance.
+_CHANCE = 15.0
+#: Least noise, as a share of the effort.
+_LEAST_NOISE = 1e-6
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Hold one effect in one joint (its first where it is of the whole robot) and its grid."""
+
+    effect: Effect
+    joint: int
+    grid: Sequence[Inner]
+
+
+class Laboratory:
+    """
+    Filter, whiten and multiply once; then any target can be tried against any candidate.
+
+    :param signals: stretches of the recordings.
+    :param library: effects to look for, by identifier.
+    :param step: called with what is being done.
+    """
+
+    def __init__(
+        self,
+        signals: Sequence[Signals],
+        library: dict[str, Effect],
+        settings: DiagnosisSettings,
+        step: Callable[[str], None] = lambda text: None,
+    ) -> None:
+        self.signals = tuple(signals)
+        self.settings = settings
+        self.robot = signals[0].robot
+        self.nominal: Nominal = make_nominal(signals[0], settings.tolerance)
+        self.candidates = self._candidates(library)
+        step('computing the columns of all candidates')
+        self._Z = [self._filtered(s, self.nominal.columns(s)) for s in signals]
+        self._y = [self._filtered(s, (s.tau - s.torque)[:, :, None])[:, :, 0] for s in signals]
+        self._C = [self._all_columns(candidate) for candidate in self.candidates]
+        self.structures = [Candidate(Structure(), i, ({},)) for i in range(self.robot.n)]
+        self._S = [self._all_columns(candidate) for candidate in self.structures]
+        self.noise: tuple[NoiseModel, ...] = ()
+        self.bursts: Bursts
+        self.blocks: Blocks
+        self.y: FloatArray
+        self.system: System
+        self.columns: list[CandidateColumns] = []
+        self.structure_columns: list[CandidateColumns] = []
+        step('whitening')
+        self.fit_noise()
+
+    def _candidates(self, library: dict[str, Effect]) -> list[Candidate]:
+        first = self.signals[0]
+        result = []
+        for effect in library.values():
+            joints = (0,) if effect.of_robot else range(self.robot.n)
+            for i in joints:
+                if effect.applies(first, i):
+                    grid = effect.grid(first, i)
+                    if grid:
+                        result.append(Candidate(effect, i, tuple(grid)))
+        return result
+
+    def _filtered(self, signals: Signals, columns: FloatArray) -> FloatArray:
+        return signals.band.apply(columns)
+
+    def _all_columns(self, candidate: Candidate) -> tuple[NDArray[np.int64], list[FloatArray]]:
+        """Return the joints a candidate acts in, and its filtered columns (K, m, g, k)."""
+        parts: list[FloatArray] = []
+        acting: list[NDArray[np.int64]] = []
+        for signals in self.signals:
+            first = candidate.effect.columns(signals, candidate.joint, candidate.grid[0])
+            rows = np.flatnonzero(np.abs(first).max(axis=(0, 2)) > 0.0)
+            if not len(rows):
+                rows = np.array([candidate.joint])
+            count = signals.band.count(len(first))
+            part = np.empty((count, len(rows), len(candidate.grid), first.shape[2]))
+            for g, inner in enumerate(candidate.grid):
+                columns = (
+                    first if g == 0 else candidate.effect.columns(signals, candidate.joint, inner)
+                )
+                part[:, :, g] = signals.band.apply(np.ascontiguousarray(columns[:, rows]))
+            acting.append(rows)
+            parts.append(part)
+        if any(not np.array_equal(rows, acting[0]) for rows in acting):
+            # A stretch in which a joint does not move has no column of its own there.
+            whole = np.unique(np.concatenate(acting))
+            for k, rows in enumerate(acting):
+                wide = np.zeros((len(parts[k]), len(whole), *parts[k].shape[2:]))
+                wide[:, np.searchsorted(whole, rows)] = parts[k]
+                parts[k] = wide
+            acting = [whole]
+        return acting[0], parts
+
+    def _own(self, signals: Signals, columns: FloatArray) -> FloatArray:
+        """Return the columns filtered, without filtering joints that they are zero in."""
+        result = np.zeros((signals.band.count(len(columns)), *columns.shape[1:]))
+        for i in range(columns.shape[1]):
+            if columns[:, i].any():
+                result[:, i] = signals.band.apply(np.ascontiguousarray(columns[:, i]))
+        return result
+
+    def fit_noise(self, extra: Sequence[FloatArray] = ()) -> None:
+        """
+        Fit the noise to what the whole library leaves, and whiten everything by it.
+
+        :param extra: filtered columns (K, n, k) of each stretch to add to the library.
+        """
+        models, left = [], []
+        for i in range(self.robot.n):
+            parts = []
+            for s in range(len(self.signals)):
+                stack = [self._Z[s][:, i]]
+                for candidate, (rows, columns) in zip(self.candidates, self._C, strict=True):
+                    at = np.flatnonzero(rows == i)
+                    if len(at) and len(candidate.grid) <= _SMALL_GRID:
+                        stack.append(columns[s][:, at[0]].reshape(len(columns[s]), -1))
+                at = np.flatnonzero(self._S[i][0] == i)
+                stack.append(self._S[i][1][s][:, at[0]].reshape(len(self._Z[s]), -1))
+                if extra:
+                    stack.append(extra[s][:, i])
+                parts.append(np.concatenate(stack, axis=1))
+            X = np.concatenate(parts)
+            y = np.concatenate([part[:, i] for part in self._y])
+            size = np.linalg.norm(X, axis=0)
+            X = X[:, size > 0.0] / size[size > 0.0]
+            G = X.T @ X
+            G += np.diag(np.full(len(G), _RIDGE))
+            beta = np.linalg.solve(G, X.T @ y)
+            residual = self._without_lines(i, y - X @ beta)
+            ends = np.cumsum([len(part) for part in self._y])[:-1]
+            least = _LEAST_NOISE * max(float(self.signals[0].scales.effort[i]), 1e-12)
+            stretches = np.split(residual, ends)
+            models.append(fit_noise(stretches, least))
+            left.append(stretches)
+        self.noise = tuple(models)
+        self.bursts = self._find_bursts(left)
+        self.y = self._masked(whiten_all(self._y, self.noise))
+        blocks = self.settings.blocks
+        if len(self.y) < 20 * blocks:
+            raise DataError(
+                f'{len(self.y)} samples are left of the recording in the band of '
+                f'{self.signals[0].band.cutoff:.3g} Hz: record longer'
+            )
+        self.blocks = make_blocks(len(self.y), blocks, self.settings.folds)
+        self.system = System.make(
+            self._masked(whiten_all(self._Z, self.noise)),
+            self.nominal.bound,
+            self.nominal.prior,
+            self.blocks,
+        )
+        self.columns = [self._products(*entry) for entry in self._C]
+        self.structure_columns = [self._products(*entry) for entry in self._S]
+
+    def _without_lines(self, i: int, residual: FloatArray) -> FloatArray:
+        """
+        Return what is left of a residual without the strongest points of the large grids.
+
+        They are lines in position; left in, the noise model would whiten them away. The strongest
+        is fitted and taken off, again and again, while it takes more than chance would.
+        """
+        for candidate, (rows, columns) in zip(self.candidates, self._C, strict=True):
+            at = np.flatnonzero(rows == i)
+            if not len(at) or len(candidate.grid) <= _SMALL_GRID:
+                continue
+            C = np.concatenate([part[:, at[0]] for part in columns])
+            inverse = np.linalg.pinv(np.einsum('tgk,tgl->gkl', C, C))
+            kept: list[FloatArray] = []
+            left = residual
+            for _ in range(_LINES):
+                d = np.einsum('tgk,t->gk', C, left)
+                gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
+                best = int(np.argmax(gain))
+                if gain[best] < _LINE * float(left @ left) + _CHANCE * float(left @ left) / len(
+                    left
+                ):
+                    break
+                kept.append(C[:, best])
+                X = np.concatenate(kept, axis=1)
+                left = residual - X @ np.linalg.lstsq(X, residual, rcond=1e-9)[0]
+            residual = left
+        return residual
+
+    def _products(self, rows: NDArray[np.int64], parts: Sequence[FloatArray]) -> CandidateColumns:
+        noise = [self.noise[i] for i in rows]
+        whitened = whiten_all(parts, noise)
+        whitened[self.bursts.mask[:, rows]] = 0.0
+        return CandidateColumns.make(self.system, rows, whitened)
+
+    def _masked(self, x: FloatArray) -> FloatArray:
+        """Return whitened rows with those of bursts set to zero, so that they say nothing."""
+        x[self.bursts.mask] = 0.0
+        return x
+
+    def _find_bursts(self, left: list[list[FloatArray]]) -> Bursts:
+        """Return where what the whole library leaves is far beyond noise, and refit the noise."""
+        found = self._bursts(left)
+        if found.mask.any():
+            models = []
+            for i, stretches in enumerate(left):
+                calm = []
+                first = 0
+                for x in stretches:
+                    mask = found.mask[first : first + len(x) - ORDER, i]
+                    first += len(x) - ORDER
+                    edges = np.flatnonzero(np.diff(np.append(np.append(True, mask), True)))
+                    for a, b in zip(edges[::2], edges[1::2], strict=False):
+                        if b - a > 10 * ORDER:
+                            calm.append(x[ORDER + a : ORDER + b])
+                models.append(fit_noise(calm, 1e-12) if calm else self.noise[i])
+            self.noise = tuple(models)
+            found = self._bursts(left)
+        return found
+
+    def _bursts(self, left: list[list[FloatArray]]) -> Bursts:
+        parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(self.signals))]
+        residual = np.concatenate([part[ORDER:] for part in parts])
+        step = self.signals[0].band.output_step
+        times = np.concatenate(
+            [
+                signals.time[signals.band.first :: signals.band.factor][: len(part)][ORDER:]
+                for signals, part in zip(self.signals, parts, strict=True)
+            ]
+        )
+        return find_bursts(residual, times, step)
+
+    def unwhitened(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """
+        Return residual (rows, n), nominal columns (rows, n, p) and inertia (rows, n).
+
+        In the band, in Nm or N, in the rows of the whitened ones; the inertia is M_ii at each row.
+        """
+        y = np.concatenate([part[ORDER:] for part in self._y])
+        Z = np.concatenate([part[ORDER:] for part in self._Z])
+        inertia = []
+        for signals, part in zip(self.signals, self._y, strict=True):
+            q = signals.q[signals.band.first :: signals.band.factor][: len(part)][ORDER:]
+            coarse = np.array([np.diag(self.robot.inertia(x)) for x in q[::10]])
+            inertia.append(np.repeat(coarse, 10, axis=0)[: len(q)])
+        return y, Z, np.concatenate(inertia)
+
+    def split(self, rows: FloatArray) -> list[FloatArray]:
+        """Return what has one entry per whitened row as one array per stretch."""
+        ends = np.cumsum([len(part) - ORDER for part in self._y])[:-1]
+        return np.split(rows, ends)
+
+    def own_columns(self, effect: Effect, joint: int, inner: Inner) -> FloatArray:
+        """Return an effect's columns in the band (rows, n, k), in Nm or N."""
+        parts = [
+            self._own(signals, effect.columns(signals, joint, inner)) for signals in self.signals
+        ]
+        return np.concatenate([part[ORDER:] for part in parts])
+
+    def single(self, effect: Effect, joint: int, inner: Inner) -> CandidateColumns:
+        """Return the whitened columns of an effect at one value of its inner parameters."""
+        return self._products(*self._all_columns(Candidate(effect, joint, (inner,))))
+
+    def friction_variants(self, rng: np.random.Generator) -> FloatArray:
+        """
+        Return the whitened difference (rows, n) between friction of another build-up and s.
+
+        Coulomb friction along the same motion, position smoothed more or less, and the sign's
+        displacement between a quarter and one and a half of what the nominal columns take: how
+        friction turns around at a reversal is not known, and no cause.
+        """
+        parts = []
+        share = rng.uniform(0.25, 1.5, self.robot.n)
+        wider = float(rng.choice([1.0, 1.5, 3.0]))
+        for signals in self.signals:
+            q = signals.band.smooth(signals.q, wider)
+            difference = np.empty_like(q)
+            for i in range(self.robot.n):
+                scale = float(signals.scales.displacement[i] * share[i])
+                z = sign_state(np.ascontiguousarray(q[:, i]), scale)
+                coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
+                difference[:, i] = coulomb * (z - signals.sign[:, i])
+            parts.append(signals.band.apply(difference))
+        return self._masked(whiten_all(parts, self.noise))

@@ -1,0 +1,51 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The registry of causes."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import inspect
+import pkgutil
+
+from sosml_friction.diagnosis import effects
+from sosml_friction.diagnosis.effect import Effect
+from sosml_friction.exceptions import ConfigurationError
+
+
+def _found() -> dict[str, type[Effect]]:
+    """Return the concrete effects of every module in ``diagnosis/effects``, by identifier."""
+    result: dict[str, type[Effect]] = {}
+    for entry in sorted(pkgutil.iter_modules(effects.__path__), key=lambda module: module.name):
+        module = importlib.import_module(f'{effects.__name__}.{entry.name}')
+        for _, kind in inspect.getmembers(module, inspect.isclass):
+            if issubclass(kind, Effect) and kind.__module__ == module.__name__:
+                result[kind.identifier] = kind
+    return result
+
+
+EFFECTS: dict[str, type[Effect]] = _found()
+
+
+def make_library(without: tuple[str, ...] = ()) -> dict[str, Effect]:
+    """
+    Return one of each effect, by identifier.
+
+    :param without: effects to leave out.
+    :raises ConfigurationError: if there is no effect of such a name.
+    """
+    unknown = sorted(set(without) - set(EFFECTS))
+    if unknown:
+        raise ConfigurationError(
+            f'effect {unknown[0]!r} is unknown: use {", ".join(sorted(EFFECTS))}'
+        )
+    return {name: kind() for name, kind in EFFECTS.items() if name not in without}
+
+
+def library_hash(library: dict[str, Effect]) -> str:
+    """Return the SHA-256 of the source of the effects: what was looked for, fixed beforehand."""
+    digest = hashlib.sha256()
+    for name in sorted(library):
+        digest.update(inspect.getsource(inspect.getmodule(library[name])).encode())  # type: ignore[arg-type]
+    return digest.hexdigest()

@@ -1,0 +1,498 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Forward selection of causes with a floor from simulated recordings without any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.stats import f as f_distribution
+
+from sosml_friction.diagnosis.adequacy import Leftover, leftovers
+from sosml_friction.diagnosis.effect import Effect, Inner
+from sosml_friction.diagnosis.evidence import (
+    Baseline,
+    CandidateColumns,
+    Score,
+    System,
+    Target,
+    fit_baseline,
+    score,
+)
+from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.settings import DiagnosisSettings
+
+FloatArray = NDArray[np.float64]
+
+#: So many of the best candidates have their inner parameters refined before the best is chosen.
+_REFINED = 4
+#: Implausible candidates that explain so many times more than the best plausible one forbid it.
+_MASKED = 1.25
+#: A rival explains what the best explains: beside it, less than this share of its gain is left.
+_OVERLAP = 0.5
+#: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
+#: that the best leaves beyond noise: what neither explains could have decided between them.
+_RIVAL = 0.1
+#: A twin's evidence is at least this share of the best's.
+_TWIN = 0.8
+#: What keeps so much of its gain beside an impossible candidate does not stand in for it.
+_INDEPENDENT = 0.5
+BIC_CLOSE = 10.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    Hold one candidate with its evidence.
+
+    ``delta_bic``: fall of the cost less the price of its parameters and of its grid;
+    ``p_adjusted``: of the F test, times the number of all candidates tried; ``floor``: what
+    ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or ''.
+    """
+
+    effect: Effect
+    joint: int
+    inner: Inner
+    score: Score
+    columns: CandidateColumns
+    delta_bic: float
+    p_adjusted: float
+    floor: float = np.nan
+    objection: str = ''
+    rivals: tuple[Finding, ...] = ()
+    failed: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Return effect and joint."""
+        return self.effect.identifier, self.joint
+
+
+@dataclass
+class Selection:
+    """
+    Hold what was accepted, in order, and what the search was left with.
+
+    ``ranking``: the first round's candidates, best first; ``rejected``: the best that was not
+    accepted, with the gates it failed; ``structure``: what axes without physics still explain on
+    data left out (energy per joint), and their floor; ``leftovers``: what free curves along the
+    axes of the accepted still explain; ``floors``: of the first round by candidate.
+    """
+
+    accepted: list[Finding] = field(default_factory=list)
+    ranking: list[Finding] = field(default_factory=list)
+    rejected: Finding | None = None
+    masked: Finding | None = None
+    structure_gain: FloatArray = field(default_factory=lambda: np.zeros(0))
+    structure_floor: FloatArray = field(default_factory=lambda: np.zeros(0))
+    structure_energy: FloatArray = field(default_factory=lambda: np.zeros(0))
+    named_energy: float = 0.0
+    leftovers: tuple[Leftover, ...] = ()
+    settings: DiagnosisSettings | None = None
+    before: Baseline | None = None
+    after: Baseline | None = None
+    system: System | None = None
+    target: Target | None = None
+
+
+class Selector:
+    """Select causes in a laboratory."""
+
+    def __init__(
+        self, laboratory: Laboratory, step: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self.laboratory = laboratory
+        self.settings = laboratory.settings
+        self.step = step
+        self.trials = sum(len(c.grid) for c in laboratory.candidates)
+
+    def run(self) -> Selection:
+        """Return the causes that passed all gates, after backward elimination."""
+        lab, result = self.laboratory, Selection(settings=self.settings)
+        while True:
+            system = lab.system.extended([f.columns for f in result.accepted])
+            target = Target.make(system, lab.y)
+            baseline = fit_baseline(system, target)
+            if result.before is None:
+                result.before = baseline
+            result.after, result.system, result.target = baseline, system, target
+            columns = self._columns(system, result.accepted)
+            found = self.ranked(system, target, baseline, columns)
+            if not result.ranking:
+                result.ranking = found[:30]
+            if (
+                self._distinct(result.accepted) >= self.settings.most_causes
+                or len(result.accepted) >= self.settings.most_terms
+            ):
+                break
+            choice = self._best(system, target, baseline, found)
+            if choice is None:
+                break
+            best, masked = choice
+            self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
+            floor, _ = self.floors(system, baseline, columns, best, len(result.accepted))
+            best = replace(best, floor=floor[best.key])
+            known = any(finding.key == best.key for finding in result.accepted)
+            failed = self.gates(best, known)
+            if masked is not None:
+                failed.append(
+                    f'{masked.effect.identifier} explains more but is impossible: '
+                    f'{masked.objection}'
+                )
+                result.masked = masked
+            if failed:
+                result.rejected = replace(best, failed=tuple(failed))
+                break
+            result.accepted.append(best)
+            self.step(f'found {best.effect.identifier}')
+        self._eliminate(result)
+        self._judge_structure(result)
+        self.step('looking for more along the axes of the causes')
+        result.leftovers = leftovers(lab, result.accepted, self.credible)
+        return result
+
+    @staticmethod
+    def _distinct(accepted: Sequence[Finding]) -> int:
+        return len({finding.key for finding in accepted})
+
+    def _columns(self, system: System, accepted: Sequence[Finding]) -> list[CandidateColumns]:
+        if not accepted:
+            return self.laboratory.columns
+        return [columns.beside(system) for columns in self.laboratory.columns]
+
+    def ranked(
+        self,
+        system: System,
+        target: Target,
+        baseline: Baseline,
+        columns: Sequence[CandidateColumns],
+    ) -> list[Finding]:
+        """Return every candidate at the best point of its grid, best first."""
+        found = []
+        for candidate, its in zip(self.laboratory.candidates, columns, strict=True):
+            d = its.products(system, target.y)
+            s = score(system, target, baseline, its, d)
+            inner = candidate.grid[s.best]
+            found.append(
+                self._finding(candidate.effect, candidate.joint, inner, s, its, len(its.A[0]))
+            )
+        return sorted(found, key=lambda finding: -finding.delta_bic)
+
+    def _finding(
+        self,
+        effect: Effect,
+        joint: int,
+        inner: Inner,
+        s: Score,
+        columns: CandidateColumns,
+        grid: int,
+    ) -> Finding:
+        rows = len(self.laboratory.y) * len(columns.rows)
+        k = int((s.amplitude != 0.0).sum()) + len(effect.refined)
+        k = max(k, 1)
+        bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
+        residual = max(float(rows) - s.gain, 1.0)
+        statistic = max(s.gain, 0.0) / k / (residual / rows)
+        p = float(f_distribution.sf(statistic, k, rows)) * self.trials
+        objection = effect.implausible(
+            self.laboratory.signals[0], joint, inner, s.amplitude, s.error
+        )
+        return Finding(
+            effect, joint, inner, s, columns, float(bic), min(p, 1.0), objection=objection
+        )
+
+    def refine(
+        self, system: System, target: Target, baseline: Baseline, finding: Finding
+    ) -> Finding:
+        """Return a finding with its continuous inner parameters where the cost is least."""
+        effect, joint = finding.effect, finding.joint
+        bounds = effect.inner_bounds(self.laboratory.signals[0], joint)
+        names = [name for name in effect.refined if name in bounds]
+        grid = next(
+            len(c.grid)
+            for c in self.laboratory.candidates
+            if c.effect.identifier == effect.identifier and c.joint == joint
+        )
+
+        def at(inner: Inner) -> tuple[Score, CandidateColumns]:
+            its = self.laboratory.single(effect, joint, inner)
+            its = its.beside(system)
+            return score(system, target, baseline, its, its.products(system, target.y)), its
+
+        if not names:
+            its = self.laboratory.single(effect, joint, finding.inner)
+            its = its.beside(system)
+            return replace(finding, columns=its)
+        periodic = names == ['frequency']
+        start = np.array([float(finding.inner[name]) for name in names])
+        low = np.array([bounds[name][0] for name in names])
+        high = np.array([bounds[name][1] for name in names])
+        seen: dict[tuple[float, ...], float] = {}
+
+        def inner_of(u: FloatArray) -> dict[str, float]:
+            # A frequency has its own scale, one cycle over the range; the others are sizes.
+            if periodic:
+                span = float(self.laboratory.signals[0].scales.span[joint])
+                x = start + u * 2.5 / span
+            else:
+                x = start * np.exp(u)
+            x = np.clip(x, low, high)
+            return {**finding.inner, **dict(zip(names, x.tolist(), strict=True))}
+
+        def cost(u: FloatArray) -> float:
+            inner = inner_of(u)
+            key = tuple(inner[name] for name in names)
+            if key not in seen:
+                seen[key] = -at(inner)[0].gain
+            return seen[key]
+
+        size = 0.4 if periodic else 0.3
+        simplex = np.vstack([np.zeros(len(names)), size * np.eye(len(names))])
+        found = minimize(
+            cost,
+            np.zeros(len(names)),
+            method='Nelder-Mead',
+            options={'initial_simplex': simplex, 'maxfev': 25 * len(names), 'xatol': 0.01,
+                     'fatol': 0.5},
+        )  # fmt: skip
+        inner = inner_of(found.x)
+        s, its = at(inner)
+        if s.gain < finding.score.gain:
+            inner = dict(finding.inner)
+            s, its = at(inner)
+        return self._finding(effect, joint, inner, s, its, grid)
+
+    def _best(
+        self, system: System, target: Target, baseline: Baseline, found: Sequence[Finding]
+    ) -> tuple[Finding, Finding | None] | None:
+        """Return the best plausible candidate refined, with its rivals, and who masks it."""
+        if found[0].delta_bic < BIC_CLOSE:
+            return None
+        self.step('refining the best candidates')
+        top: list[Finding] = []
+        plausible = 0
+        for finding in found:
+            if finding.delta_bic < BIC_CLOSE:
+                break
+            if plausible and finding.delta_bic < 0.5 * found[0].delta_bic:
+                break
+            refined = self.refine(system, target, baseline, finding)
+            top.append(refined)
+            plausible += not refined.objection
+            if plausible >= _REFINED or (plausible and len(top) >= 2 * _REFINED):
+                break
+        top.sort(key=lambda finding: -finding.delta_bic)
+        possible = [finding for finding in top if not finding.objection]
+        if not possible:
+            top[0] = replace(top[0])
+            return top[0], top[0]
+        impossible = [finding for finding in top if finding.objection]
+        best, masked = possible[0], None
+        for k, finding in enumerate(possible):
+            hides = self._masked_by(system, finding, impossible)
+            if hides is None:
+                best, masked = finding, None
+                break
+            if k == 0:
+                masked = hides
+        beside = system.extended([best.columns])
+        aim = Target.make(beside, self.laboratory.y)
+        after = fit_baseline(beside, aim)
+        excess = max(after.cost - self.laboratory.y.size, 0.0)
+        rivals = []
+        for other in (finding for finding in possible if finding is not best):
+            behind = best.delta_bic - other.delta_bic
+            twin = (
+                other.joint == best.joint
+                and other.effect.identifier in best.effect.twins
+                and other.delta_bic > _TWIN * best.delta_bic
+            )
+            if twin or behind < BIC_CLOSE:
+                rivals.append(other)
+            elif behind < _RIVAL * excess:
+                its = other.columns.beside(beside)
+                left = score(beside, aim, after, its, its.products(beside, aim.y))
+                if left.gain < _OVERLAP * other.score.gain:
+                    rivals.append(other)
+        return replace(best, rivals=tuple(rivals)), masked
+
+    def _masked_by(
+        self, system: System, finding: Finding, impossible: Sequence[Finding]
+    ) -> Finding | None:
+        """Return the impossible candidate that explains the same as a finding, and more."""
+        for other in impossible:
+            if other.score.gain <= _MASKED * finding.score.gain:
+                continue
+            beside = system.extended([other.columns])
+            aim = Target.make(beside, self.laboratory.y)
+            its = finding.columns.beside(beside)
+            left = score(beside, aim, fit_baseline(beside, aim), its, its.products(beside, aim.y))
+            if left.gain < _INDEPENDENT * finding.score.gain:
+                return other
+        return None
+
+    def floors(
+        self,
+        system: System,
+        baseline: Baseline,
+        columns: Sequence[CandidateColumns],
+        best: Finding | None,
+        generation: int,
+    ) -> tuple[dict[tuple[str, int], float], FloatArray]:
+        """
+        Return the floor of a candidate and of structure, from simulated recordings.
+
+        Each is the nominal model with the causes accepted so far along the measured motion, its
+        parameters off by up to their tolerance, friction that turns around in another way at
+        reversals, and noise as measured; it is scored as the measurement is.
+
+        :param best: the candidate, None for structure alone.
+        :param generation: how many causes are accepted, for the seed.
+        """
+        lab, settings = self.laboratory, self.settings
+        rng = np.random.default_rng([settings.seed, generation])
+        wanted = [
+            (f'{c.effect.identifier}', c.joint, its)
+            for c, its in zip(lab.candidates, columns or lab.columns, strict=True)
+            if best is not None and (c.effect.identifier, c.joint) == best.key
+        ]
+        structures = [s.beside(system) for s in lab.structure_columns]
+        # What the candidate explains is not held for friction that turns around in another way.
+        beside = system if best is None else system.extended([best.columns])
+        largest = {(name, joint): 0.0 for name, joint, _ in wanted}
+        structure = np.zeros(lab.robot.n)
+        p = len(lab.nominal.bound)
+        for _ in range(settings.nulls):
+            x = np.array(baseline.x)
+            bounded = np.isfinite(lab.nominal.bound)
+            share = rng.uniform(-0.9, 0.9, int(bounded.sum()))
+            x[:p][bounded] = share * lab.nominal.bound[bounded]
+            y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
+            y += self.credible(lab.friction_variants(rng), beside)
+            y += rng.standard_normal(y.shape)
+            target = Target.make(system, y)
+            base = fit_baseline(system, target)
+            for name, joint, its in wanted:
+                s = score(system, target, base, its, its.products(system, y))
+                largest[(name, joint)] = max(largest[(name, joint)], s.cv_gain)
+            for i, its in enumerate(structures):
+                s = score(system, target, base, its, its.products(system, y))
+                structure[i] = max(structure[i], s.cv_gain)
+        floor = {
+            key: max(settings.floor, settings.floor_margin * value)
+            for key, value in largest.items()
+        }
+        return floor, np.maximum(settings.floor, settings.floor_margin * structure)
+
+    def credible(self, variant: FloatArray, system: System) -> FloatArray:
+        """Return a variant of friction as large, per joint, as data show it beside a system."""
+        lab = self.laboratory
+        Z = system.Z
+        result = np.empty_like(variant)
+        for i in range(variant.shape[1]):
+            x = variant[:, i]
+            G = Z[:, i].T @ Z[:, i]
+            G += np.diag(1e-9 * np.diag(G) + 1e-12)
+            rest = x - Z[:, i] @ np.linalg.solve(G, Z[:, i].T @ x)
+            shown = float(rest @ lab.y[:, i]) / max(float(rest @ rest), 1e-300)
+            result[:, i] = x * min(1.2 * abs(shown), 1.5)
+        return result
+
+    def gates(self, finding: Finding, known: bool = False) -> list[str]:
+        """
+        Return what speaks against naming a finding.
+
+        :param known: its effect is named in this joint already, and this is another harmonic: it
+            has to gain over all folds, but one may lack the part of the turn that shows it.
+        """
+        settings, s = self.settings, finding.score
+        failed = []
+        if finding.objection:
+            failed.append(finding.objection)
+        if not finding.delta_bic > settings.least_bic:
+            failed.append(f'delta BIC is {finding.delta_bic:.1f}')
+        if not finding.p_adjusted < settings.largest_p:
+            failed.append(f'p is {finding.p_adjusted:.2g}')
+        if not s.cv_gain > finding.floor:
+            failed.append(
+                f'it removes {100 * s.cv_gain:.1f} % of what is unexplained on data left out, '
+                f'within the floor of {100 * finding.floor:.1f} %'
+            )
+        if s.improved < self.settings.folds_improved and not known:
+            failed.append(f'{100 * s.improved:.0f} % of the folds improve')
+        if s.cv_gain < s.cv_se and not known:
+            failed.append('the gain is within its standard error over the folds')
+        return failed
+
+    def _judge_structure(self, result: Selection) -> None:
+        """Measure what axes without physics still predict on data left out."""
+        lab = self.laboratory
+        assert result.system is not None
+        assert result.target is not None
+        assert result.after is not None
+        system, target = result.system, result.target
+        _, floor = self.floors(system, result.after, [], None, 100 + len(result.accepted))
+        gains, energy = [], []
+        for its in lab.structure_columns:
+            its = its.beside(system)
+            s = score(system, target, result.after, its, its.products(system, target.y))
+            gains.append(s.cv_gain)
+            energy.append(s.energy)
+        result.structure_gain = np.array(gains)
+        result.structure_floor = floor
+        result.structure_energy = np.array(energy)
+        assert result.before is not None
+        result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
+
+    def _eliminate(self, result: Selection) -> None:
+        """Take out causes that the others, accepted later, have made unnecessary."""
+        lab = self.laboratory
+        while len(result.accepted) > 1:
+            worst, which = np.inf, -1
+            for k, finding in enumerate(result.accepted):
+                others = [f.columns for j, f in enumerate(result.accepted) if j != k]
+                system = lab.system.extended(others)
+                target = Target.make(system, lab.y)
+                base = fit_baseline(system, target)
+                its = finding.columns.beside(system)
+                s = score(system, target, base, its, its.products(system, target.y))
+                margin = s.cv_gain - finding.floor
+                if margin < worst:
+                    worst, which = margin, k
+            if worst > 0.0:
+                break
+            del result.accepted[which]
+            self._refit(result)
+        self._drop_impossible(result)
+
+    def _refit(self, result: Selection) -> None:
+        lab = self.laboratory
+        result.system = lab.system.extended([f.columns for f in result.accepted])
+        result.target = Target.make(result.system, lab.y)
+        result.after = fit_baseline(result.system, result.target)
+
+    def _drop_impossible(self, result: Selection) -> None:
+        """Take out causes whose amplitude, fitted with all others, is impossible."""
+        again = True
+        while again:
+            again = False
+            assert result.after is not None
+            first = len(self.laboratory.nominal.bound)
+            for k, finding in enumerate(result.accepted):
+                count = finding.columns.C.shape[3]
+                amplitude = result.after.x[first : first + count]
+                first += count
+                reason = finding.effect.implausible(
+                    self.laboratory.signals[0], finding.joint, finding.inner, amplitude,
+                    finding.score.error,
+                )  # fmt: skip
+                if reason:
+                    result.rejected = replace(finding, objection=reason, failed=(reason,))
+                    del result.accepted[k]
+                    self._refit(result)
+                    again = True
+                    break

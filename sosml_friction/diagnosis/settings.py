@@ -1,0 +1,47 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How a diagnosis looks at data, and what it takes to name a cause."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """
+    Say how data are seen and when a cause is named.
+
+    ``band`` [Hz]: both sides of the model are low-passed there; None for the frequency at which
+    the noise of position, as inertial effort, reaches that of effort, at most ``widest_band``.
+    ``tolerance``: relative error of a nominal parameter that is normal and no cause; within it
+    parameters are refitted freely. ``blocks`` stretches of time make ``folds`` folds, each left
+    out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
+    ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
+    whatever the nulls say; ``floor_margin`` times the largest gain of a null does too.
+    A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
+    what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
+    recordings: of recordings without more it left up to 2.5 times as much.
+    ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
+    share of folds that must gain. ``most_causes``: so many are named at most, of
+    ``most_terms`` with their harmonics.
+    ``seed``: of the nulls.
+    """
+
+    band: float | None = None
+    widest_band: float = 60.0
+    tolerance: float = 0.035
+    blocks: int = 14
+    folds: int = 7
+    nulls: int = 20
+    axis_nulls: int = 8
+    axis_margin: float = 3.0
+    axis_share: float = 0.03
+    floor: float = 0.03
+    floor_margin: float = 1.5
+    largest_p: float = 0.01
+    least_bic: float = 10.0
+    folds_improved: float = 0.7
+    most_causes: int = 4
+    most_terms: int = 10
+    seed: int = 0

@@ -1,0 +1,333 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""One recording as the diagnosis sees it: even samples, smooth derivatives, nominal torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.band import Band, first_derivative
+from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.exceptions import DataError
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.robot import Robot
+from sosml_friction.observers.signal_noise import signal_noise
+
+FloatArray = NDArray[np.float64]
+
+#: The sign of motion changes over so much of a joint's range, or so many quanta of position.
+_SIGN_SHARE, _SIGN_QUANTA = 4e-4, 4.0
+#: Displacements tried, as shares of that.
+_SIGN_SHARES = (0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
+#: A stretch without holes lasts at least so many cycles of the band's edge.
+_SHORTEST_CYCLES = 60.0
+#: Narrowest band [Hz].
+_NARROWEST = 12.0
+#: Largest share of the sampling frequency that the band may be.
+_HIGHEST = 0.1
+
+
+@dataclass(frozen=True)
+class Scales:
+    """
+    Hold what is characteristic of a robot and its data, per joint (n,).
+
+    ``displacement`` [rad or m] over which the sign of motion changes, and ``sign_limit``, what it
+    may be at most; ``speed`` [rad/s or m/s]:
+    the fastest but for 1 % of samples; ``span`` [rad or m]: the range of motion; ``coulomb``,
+    ``viscous``, ``stribeck``, ``stribeck_velocity``, ``bias``: nominal friction; NaN where the
+    model has none. ``effort`` [Nm or N]: root mean square of the measured effort.
+    """
+
+    displacement: FloatArray
+    sign_limit: FloatArray
+    speed: FloatArray
+    span: FloatArray
+    effort: FloatArray
+    coulomb: FloatArray
+    viscous: FloatArray
+    stribeck: FloatArray
+    stribeck_velocity: FloatArray
+    bias: FloatArray
+
+
+@dataclass(frozen=True)
+class Signals:
+    """
+    Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
+
+    ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives;
+    ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
+    :func:`~sosml_friction.diagnosis.sign_state.sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
+    the nominal model, rotors included; ``friction`` (N, n): its friction;
+    ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
+    the start of the first recording.
+    """
+
+    time: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    tau: FloatArray
+    sign: FloatArray
+    rigid: FloatArray
+    friction: FloatArray
+    regressor: FloatArray
+    robot: Robot
+    scales: Scales
+    band: Band
+    temperature: FloatArray | None = None
+    cache: dict[object, FloatArray] = field(default_factory=dict)
+
+    @property
+    def torque(self) -> FloatArray:
+        """Return the effort that the nominal model expects, (N, n)."""
+        return self.rigid + self.friction
+
+
+def even_stretches(log: JointLog) -> list[JointLog]:
+    """
+    Return the log's stretches without holes, each interpolated to even samples.
+
+    A hole is a step of more than five usual ones, a step backwards, or an unknown position;
+    shorter ones are bridged by a line. Repeated stamps are left out.
+    """
+    time = log.time
+    known = np.isfinite(log.q).all(axis=1) & np.isfinite(log.tau).any(axis=1)
+    rows = np.flatnonzero(known)
+    if len(rows) < 2:
+        return []
+    rows = rows[np.append(True, np.diff(time[rows]) != 0.0)]
+    steps = np.diff(time[rows])
+    forwards = steps[steps > 0.0]
+    if not len(forwards):
+        return []
+    step = float(np.median(forwards))
+    cuts = np.flatnonzero((steps < 0.0) | (steps > 5.0 * step)) + 1
+    stretches = []
+    for run in np.split(rows, cuts):
+        count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
+        if count < 3:
+            continue
+        even = np.linspace(time[run[0]], time[run[-1]], count)
+        columns = {
+            name: np.column_stack([np.interp(even, time[run], x) for x in array[run].T])
+            for name, array in (('q', log.q), ('v', log.v), ('tau', log.tau))
+        }
+        temperature = None
+        if log.temperature is not None:
+            temperature = np.column_stack(
+                [np.interp(even, time[run], x) for x in log.temperature[run].T]
+            )
+        t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
+        q, v, tau = columns['q'], columns['v'], columns['tau']
+        stretches.append(JointLog(log.names, t_ns, q, v, tau, temperature))
+    return stretches
+
+
+def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings) -> Band:
+    """
+    Return the band: up to where differentiated position is as noisy as effort.
+
+    White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
+    M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
+    band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
+    is taken.
+    """
+    if settings.band is not None:
+        return Band(settings.band, step)
+    inertia = np.diag(robot.inertia(np.nanmedian(log.q, axis=0)))
+    found = [settings.widest_band]
+    for i in range(robot.n):
+        quantum, noise = signal_noise(log.q[:, i])
+        noise = max(noise, quantum / np.sqrt(12.0) if noise > 0.1 * quantum else 0.0)
+        effort = signal_noise(log.tau[:, i])[1]
+        if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
+            found.append(
+                float(np.sqrt(np.sqrt(5.0) * effort / (inertia[i] * noise)) / (2.0 * np.pi))
+            )
+    widest = min(settings.widest_band, _HIGHEST / step)
+    return Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+
+
+def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
+    """Return the scales of the joints over all recordings."""
+    n = robot.n
+    quantum = np.array([max(signal_noise(log.q[:, i])[0] for log in logs) for i in range(n)])
+    noise = np.array([max(signal_noise(log.q[:, i])[1] for log in logs) for i in range(n)])
+    q = np.concatenate([log.q for log in logs])
+    tau = np.concatenate([log.tau for log in logs])
+    span = np.ptp(q, axis=0)
+    speed = np.zeros(n)
+    for log in logs:
+        dt = float(np.median(np.diff(log.time)))
+        wide = max(1, round(0.05 / dt))
+        if len(log) > 2 * wide:
+            slope = np.abs(log.q[wide:] - log.q[:-wide]) / (wide * dt)
+            speed = np.maximum(speed, np.quantile(slope, 0.99, axis=0))
+    friction = {
+        name: np.full(n, np.nan)
+        for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
+    }
+    for i, joint in enumerate(model.joints.values()):
+        if joint.friction is None:
+            continue
+        for name, values in friction.items():
+            if name in joint.friction.parameters:
+                values[i] = joint.friction.parameters[name].value
+    # A quantum that noise dithers is no resolution.
+    resolution = np.where(noise > 0.0, np.minimum(quantum, 12.0 * noise), quantum)
+    limit = np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution)
+    return Scales(
+        displacement=limit,
+        sign_limit=limit,
+        speed=np.maximum(speed, 1e-12),
+        span=np.maximum(span, 1e-12),
+        effort=np.sqrt(np.nanmean(tau**2, axis=0)),
+        **friction,
+    )
+
+
+def make_signals(
+    stretch: JointLog, robot: Robot, scales: Scales, band: Band, start_s: float
+) -> Signals:
+    """
+    Return the signals of one even stretch.
+
+    :param start_s: time of its first sample [s].
+    """
+    step = band.step
+    q = band.smooth(stretch.q)
+    v = first_derivative(q, step)
+    a = first_derivative(v, step)
+    sign = np.column_stack(
+        [sign_state(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
+    )
+    regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
+    rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
+    return Signals(
+        time=start_s + np.arange(len(q), dtype=np.float64) * step,
+        q=q,
+        v=v,
+        a=a,
+        tau=np.where(np.isfinite(stretch.tau), stretch.tau, 0.0),
+        sign=sign,
+        rigid=rigid,
+        friction=nominal_friction(v, sign, scales),
+        regressor=regressor,
+        robot=robot,
+        scales=scales,
+        band=band,
+        temperature=stretch.temperature,
+    )
+
+
+def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatArray:
+    """Return the friction of the model along a motion, (N, n); 0 where the model has none."""
+    known = {
+        name: np.nan_to_num(getattr(scales, name))
+        for name in ('coulomb', 'viscous', 'stribeck', 'bias')
+    }
+    vs = np.where(np.isfinite(scales.stribeck_velocity), scales.stribeck_velocity, 1.0)
+    level = known['coulomb'] + known['stribeck'] * np.exp(-np.abs(v) / vs)
+    return np.asarray(level * sign + known['viscous'] * v + known['bias'])
+
+
+def prepare(
+    logs: list[JointLog],
+    model: RobotModelFile,
+    robot: Robot,
+    settings: DiagnosisSettings,
+    known: Scales | None = None,
+) -> list[Signals]:
+    """
+    Return the signals of all recordings, stretch after stretch.
+
+    :param known: scales found on other recordings, to be used as they are.
+    :raises DataError: if nothing is long enough.
+    """
+    scales = known or find_scales(logs, model, robot)
+    cut: list[tuple[JointLog, float]] = []
+    offset = 0.0
+    band: Band | None = None
+    for log in logs:
+        for stretch in even_stretches(log):
+            step = float(np.median(np.diff(stretch.time)))
+            if band is None or abs(band.step - step) > 1e-3 * step:
+                chosen = choose_band(stretch, robot, step, settings)
+                # One band for all: what is compared must be filtered alike.
+                band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
+            if len(stretch) * step < _SHORTEST_CYCLES / band.cutoff:
+                continue
+            cut.append((stretch, offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9))
+        offset += float(log.time[-1]) + 1.0
+    if not cut or band is None:
+        raise DataError(
+            'no stretch of the recording is long enough without a hole in position or effort: '
+            'record at least 10 s at one go'
+        )
+    prepared = [make_signals(stretch, robot, scales, band, begin) for stretch, begin in cut]
+    return prepared if known else _with_fitted_sign(prepared)
+
+
+def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
+    """
+    Return the signals with the displacement of the sign that fits each joint best.
+
+    It is a number of the gear and not of the nominal model. What :func:`find_scales` says is the
+    most that still counts as a sign; friction that builds up over more is a cause.
+    """
+    first = prepared[0]
+    scales, n = first.scales, first.robot.n
+    displacement = scales.displacement.copy()
+    for i in range(n):
+        known, effort = [], []
+        for signals in prepared:
+            columns = np.column_stack(
+                [
+                    signals.regressor[:, i],
+                    signals.a[:, i],
+                    signals.v[:, i],
+                    np.ones(len(signals.q)),
+                ]
+            )
+            known.append(signals.band.apply(columns[:, np.abs(columns).max(axis=0) > 0.0]))
+            effort.append(signals.band.apply(signals.tau[:, i]))
+        width = min(part.shape[1] for part in known)
+        X = np.concatenate([part[:, :width] for part in known])
+        X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
+        basis = np.linalg.svd(X, full_matrices=False)
+        U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
+        y = np.concatenate(effort)
+        y = y - U @ (U.T @ y)
+        best = -1.0
+        for share in _SIGN_SHARES:
+            state = np.concatenate(
+                [
+                    signals.band.apply(
+                        sign_state(
+                            np.ascontiguousarray(signals.q[:, i]),
+                            float(scales.displacement[i] * share),
+                        )
+                    )
+                    for signals in prepared
+                ]
+            )
+            state = state - U @ (U.T @ state)
+            explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+            if explained > best:
+                best, displacement[i] = explained, float(scales.displacement[i] * share)
+    fitted = replace(scales, displacement=displacement, sign_limit=scales.displacement)
+    result = []
+    for signals in prepared:
+        sign = np.column_stack(
+            [sign_state(np.ascontiguousarray(signals.q[:, i]), displacement[i]) for i in range(n)]
+        )
+        friction = nominal_friction(signals.v, sign, fitted)
+        result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
+    return result

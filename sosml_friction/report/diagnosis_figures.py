@@ -1,0 +1,159 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of a diagnosis: what is unexplained before and after, and what was considered."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.report.drawing import (
+    FONT,
+    GREY,
+    FloatArray,
+    draw_line,
+    label_axes,
+    legend_below,
+    new_figure,
+)
+
+_BEFORE, _AFTER = '#D55E00', '#0072B2'
+_BINS = 24
+#: A bin is at least so much of the range: narrower ones draw a plateau's noise as a vertical line.
+_NARROWEST = 0.02
+#: Bars of the ranking.
+_BARS = 12
+
+
+def rows_of(diagnosis: Diagnosis) -> dict[str, FloatArray]:
+    """Return time (rows,) and q, v, load and effort (rows, n) of the rows of the residuals."""
+    laboratory = diagnosis.laboratory
+    assert laboratory is not None
+    parts: dict[str, list[FloatArray]] = {k: [] for k in ('time', 'q', 'v', 'load', 'tau')}
+    y, _, _ = laboratory.unwhitened()
+    for signals, part in zip(laboratory.signals, laboratory.split(y), strict=True):
+        rows = slice(signals.band.first, None, signals.band.factor)
+        for name, x in (
+            ('time', signals.time),
+            ('q', signals.q),
+            ('v', signals.v),
+            ('load', signals.rigid),
+        ):
+            kept = x[rows][: signals.band.count(len(x))]
+            parts[name].append(kept[-len(part) :])
+        parts['tau'].append(signals.band.apply(signals.tau)[-len(part) :])
+    return {name: np.concatenate(x) for name, x in parts.items()}
+
+
+def residual_over_time(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatArray,
+                       rows: dict[str, FloatArray]) -> Figure:  # fmt: skip
+    """Return measured effort, and below what the refitted and the extended model leave of it."""
+    figure = new_figure(10.0, 4.6)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
+    unit = diagnosis.units[i]
+    draw_line(top, rows['time'], rows['tau'][:, i], color=GREY, linewidth=1.0)
+    draw_line(bottom, rows['time'], before[:, i], color=_BEFORE, linewidth=0.9)
+    draw_line(bottom, rows['time'], after[:, i], color=_AFTER, linewidth=0.9)
+    label_axes(top, '', f'measured effort [{unit}]')
+    label_axes(bottom, 'time [s]', f'unexplained [{unit}]')
+    legend_below(
+        figure,
+        [
+            Line2D([], [], color=_BEFORE, label='refitted model'),
+            Line2D([], [], color=_AFTER, label='with what was named'),
+        ],
+    )
+    return figure
+
+
+def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatArray,
+                    rows: dict[str, FloatArray]) -> Figure:  # fmt: skip
+    """Return the mean unexplained effort against velocity, position and load, by direction."""
+    figure = new_figure(10.0, 3.6)
+    axes = figure.subplots(1, 3, sharey=True)
+    unit = diagnosis.units[i]
+    length = 'rad' if unit == 'Nm' else 'm'
+    forwards = rows['v'][:, i] > 0.0
+    for ax, (name, label) in zip(
+        axes,
+        (
+            ('v', f'velocity [{length}/s]'),
+            ('q', f'position [{length}]'),
+            ('load', f'load [{unit}]'),
+        ),
+        strict=True,
+    ):
+        x = rows[name][:, i]
+        if np.ptp(x) <= 1e-9 * max(float(np.abs(x).max()), 1e-300):
+            ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center', fontsize=FONT)
+            label_axes(ax, label, '')
+            continue
+        edges = _bin_edges(x)
+        place = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, len(edges) - 2)
+        for way, dashes in ((forwards, '-'), (~forwards, '--')):
+            for values, colour in ((before, _BEFORE), (after, _AFTER)):
+                middle, mean = [], []
+                for k in range(len(edges) - 1):
+                    inside = way & (place == k)
+                    if inside.sum() >= 5:
+                        middle.append(float(x[inside].mean()))
+                        mean.append(float(values[inside, i].mean()))
+                ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
+        label_axes(ax, label, f'mean unexplained effort [{unit}]' if name == 'v' else '')
+    legend_below(
+        figure,
+        [
+            Line2D([], [], color=_BEFORE, label='refitted model, forwards'),
+            Line2D([], [], color=_BEFORE, linestyle='--', label='backwards'),
+            Line2D([], [], color=_AFTER, label='with what was named, forwards'),
+            Line2D([], [], color=_AFTER, linestyle='--', label='backwards'),
+        ],
+    )
+    return figure
+
+
+def _bin_edges(x: FloatArray) -> FloatArray:
+    """Return quantiles of x, at least a fiftieth of its range apart."""
+    least = _NARROWEST * float(np.ptp(x))
+    kept = [float(x.min())]
+    for edge in np.quantile(x, np.linspace(0.0, 1.0, _BINS + 1)[1:]):
+        if edge - kept[-1] >= least:
+            kept.append(float(edge))
+    # What was left out at the upper end belongs to the last bin.
+    kept[-1] = float(x.max())
+    return np.array(kept)
+
+
+def ranking_bars(diagnosis: Diagnosis) -> Figure:
+    """Return the held-out gain of the first round's best candidates, with standard errors."""
+    entries = list(diagnosis.ranking[:_BARS])[::-1]
+    figure = new_figure(10.0, 0.6 + 0.32 * len(entries))
+    ax = figure.subplots()
+    named = {(cause.effect, cause.joint) for cause in diagnosis.causes}
+    place = np.arange(len(entries))
+    ax.barh(
+        place,
+        [100.0 * max(entry['cv_gain'], 0.0) for entry in entries],
+        xerr=[100.0 * entry['cv_gain_se'] for entry in entries],
+        color=[
+            _AFTER
+            if (entry['effect'], entry['joint']) in named
+            else ('#d9d9d9' if entry['objection'] else '#9ecae1')
+            for entry in entries
+        ],
+        ecolor=GREY,
+    )
+    labels = [
+        f'{entry["effect"].replace("_", " ")}, {entry["joint"]}'
+        + (' (impossible)' if entry['objection'] else '')
+        for entry in entries
+    ]
+    ax.set_yticks(place, labels, fontsize=FONT)
+    floor = [cause.evidence.get('floor') for cause in diagnosis.causes]
+    known = [f for f in floor if f is not None]
+    if known:
+        ax.axvline(100.0 * known[0], color='black', linestyle=':', linewidth=1.2)
+    label_axes(ax, 'removed of what is unexplained, on data left out [%]', '')
+    return figure

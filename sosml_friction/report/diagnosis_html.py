@@ -1,0 +1,142 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a diagnosis: verdict first, then what it rests on."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.report.diagnosis_figures import (
+    binned_residual,
+    ranking_bars,
+    residual_over_time,
+    rows_of,
+)
+from sosml_friction.report.drawing import to_png
+from sosml_friction.report.html_page import number_cell, page, picture
+from sosml_friction.report.number_text import format_number
+
+_METHOD = (
+    'Unexplained is measured effort minus that of the nominal model, whose parameters were '
+    'refitted within 3.5 % of their values; both sides were low-passed alike. A cause is named '
+    'if, on stretches of data left out of its fit, it removes more than it does of recordings '
+    'simulated without it, if its size is physically possible, and if the forward simulation '
+    'of data left out gets better. Percentages of the ranking are shares of the energy of the '
+    'whitened residual.'
+)
+_FORWARD = (
+    'The position error is the first order in the effort error of a simulation that is driven by '
+    'the measured effort and restarted from the measured state.'
+)
+
+
+def render_diagnosis(diagnosis: Diagnosis) -> str:
+    """Return the report as one HTML document, pictures included."""
+    title = f'Diagnosis: {diagnosis.verdict.replace("_", " ")}'
+    parts = [f'<h1>{escape(title)}</h1>', _result(diagnosis), _notes(diagnosis)]
+    parts.append(_causes(diagnosis))
+    if diagnosis.laboratory is not None:
+        parts.append(_gain(diagnosis))
+        parts.append(_pictures(diagnosis))
+        parts.append(f'<p>{escape(_METHOD)} {escape(_FORWARD)}</p>')
+    checks = ''.join(f'<li>{escape(check.sentence)}</li>' for check in diagnosis.checks)
+    parts.append(f'<h2>Data</h2><ul>{checks}</ul>')
+    parts.append(f'<p>Library <code>{diagnosis.library_hash}</code></p>')
+    return page(title, parts)
+
+
+def _result(diagnosis: Diagnosis) -> str:
+    text = f'<p>{escape(diagnosis.sentence)}</p>'
+    if diagnosis.recommendation is not None:
+        text += f'<p>Next: {escape(diagnosis.recommendation.sentence)}</p>'
+    return f'<div class="result">{text}</div>'
+
+
+def _notes(diagnosis: Diagnosis) -> str:
+    notes = [check.sentence for check in diagnosis.checks if check.severity != 'note']
+    if diagnosis.rejected is not None:
+        rejected = diagnosis.rejected
+        notes.append(
+            f'Not named: {rejected["effect"].replace("_", " ")} ({rejected["joint"]}), because '
+            + '; '.join(rejected['failed'])
+        )
+    if not notes:
+        return ''
+    return f'<div class="note"><ul>{"".join(f"<li>{escape(n)}</li>" for n in notes)}</ul></div>'
+
+
+def _causes(diagnosis: Diagnosis) -> str:
+    if not diagnosis.causes:
+        return ''
+    rows = []
+    for cause in diagnosis.causes:
+        for k, (name, p) in enumerate(cause.parameters.items()):
+            what = f'{cause.effect.replace("_", " ")}, {cause.joint}' if k == 0 else ''
+            rivals = ', '.join(r.replace('_', ' ') for r in cause.rivals) if k == 0 else ''
+            error = format_number(p.std_error, p.std_error) if np.isfinite(p.std_error) else ''
+            rows.append(
+                f'<tr><td>{escape(what)}</td><td>{escape(name.replace("_", " "))}</td>'
+                + number_cell(format_number(p.value, p.std_error))
+                + number_cell(error)
+                + f'<td>{escape(p.unit)}</td><td>{escape(rivals)}</td></tr>'
+            )
+    return (
+        '<h2>Causes</h2><table><thead><tr><th>cause</th><th>parameter</th><th class="n">value</th>'
+        '<th class="n">standard error</th><th>unit</th><th>or as well</th></tr></thead><tbody>'
+        + ''.join(rows)
+        + '</tbody></table>'
+    )
+
+
+def _gain(diagnosis: Diagnosis) -> str:
+    gain = diagnosis.gain
+    if gain is None:
+        return ''
+    rows = []
+    for i, name in enumerate(diagnosis.names):
+        unit = diagnosis.units[i]
+        length = 'mrad' if unit == 'Nm' else 'mm'
+        rows.append(
+            f'<tr><td>{escape(name)}</td>'
+            + number_cell(f'{gain.inverse_before[i]:.4g} → {gain.inverse_after[i]:.4g} {unit}')
+            + number_cell(f'{gain.relative_before[i]:.2f} → {gain.relative_after[i]:.2f} %')
+            + number_cell(
+                f'{1e3 * gain.forward_before[i]:.3g} → {1e3 * gain.forward_after[i]:.3g} {length}'
+            )
+            + '</tr>'
+        )
+    return (
+        f'<h2>Gain, on {escape(gain.on)}</h2><table><thead><tr><th>joint</th>'
+        '<th class="n">effort error</th><th class="n">relative</th>'
+        f'<th class="n">position after {gain.horizon_s:g} s</th></tr></thead><tbody>'
+        + ''.join(rows)
+        + '</tbody></table>'
+    )
+
+
+def _pictures(diagnosis: Diagnosis) -> str:
+    parts = []
+    before, after = diagnosis.residual_before, diagnosis.residual_after
+    rows = rows_of(diagnosis)
+    if before is not None and after is not None:
+        for i, name in enumerate(diagnosis.names):
+            parts.append(f'<h2>{escape(name)}</h2>')
+            figure = residual_over_time(diagnosis, i, before, after, rows)
+            parts.append(picture(to_png(figure), 'Effort, and what is unexplained of it'))
+            figure = binned_residual(diagnosis, i, before, after, rows)
+            parts.append(
+                picture(to_png(figure), 'Mean of what is unexplained, by velocity, posture, load')
+            )
+    if diagnosis.ranking:
+        parts.append('<h2>What was considered</h2>')
+        parts.append(
+            picture(
+                to_png(ranking_bars(diagnosis)),
+                'First round: what each candidate removes on data left out, with standard errors; '
+                'dark: named; dotted: floor of the first',
+            )
+        )
+    return ''.join(parts)

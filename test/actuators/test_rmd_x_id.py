@@ -1,0 +1,48 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Reading and writing the identifier of an RMD-X on 0x300."""
+
+from __future__ import annotations
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.rmd_x_id import MotorId, ReadId, SetId, decode_id, encode_id
+from sosml_friction.exceptions import CanProtocolError
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        ('79 00 00 00 00 00 00 02', SetId(2)),
+        ('79 00 01 00 00 00 42 02', MotorId(2)),
+        ('79 00 01 00 00 00 00 00', ReadId()),
+    ],
+)
+def test_published_frames_pass_both_ways(text, message):
+    frame = Frame(0x300, bytes.fromhex(text))
+    assert encode_id(message) == frame
+    assert decode_id(frame) == message
+
+
+@given(st.integers(1, 32))
+def test_every_id_round_trips(motor):
+    for message in (SetId(motor), MotorId(motor)):
+        assert decode_id(encode_id(message)) == message
+
+
+@pytest.mark.parametrize('motor', [0, 33])
+def test_an_id_no_motor_has_is_refused(motor):
+    with pytest.raises(CanProtocolError, match='between 1 and 32'):
+        encode_id(SetId(motor))
+
+
+@given(st.sampled_from([0x300, 0x141]), st.binary(max_size=8))
+def test_garbage_is_a_value_or_a_protocol_error(can_id, data):
+    # Any other exception fails the test.
+    with contextlib.suppress(CanProtocolError):
+        assert decode_id(Frame(can_id, data)) is not None

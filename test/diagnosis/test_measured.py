@@ -1,0 +1,113 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Measured data: what the diagnosis says of the EMPS axis and of a motor's cogging."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.extension import extended_model
+from sosml_friction.model.model_folder import (
+    FrictionParameters,
+    JointModel,
+    RobotModelFile,
+    read_model,
+)
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.share import share_directory
+
+ROTOR = """<robot name="rotor"><link name="base"/><link name="rotor"><inertial>
+<origin xyz="0 0 0"/><mass value="0.1"/>
+<inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>
+<joint name="motor" type="revolute"><parent link="base"/><child link="rotor"/>
+<axis xyz="0 0 1"/><limit lower="-10" upper="10" effort="1" velocity="100"/></joint></robot>"""
+
+
+@pytest.fixture(scope='module')
+def emps_nominal():
+    """Return the published symmetric model: data/README.md."""
+    model = read_model(share_directory() / 'config/emps')
+    parameters = {
+        'coulomb': Parameter(20.3935, 'N'),
+        'viscous': Parameter(203.5034, 'N s/m'),
+        'bias': Parameter(-3.1648, 'N'),
+    }
+    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
+    slider = dataclasses.replace(model.joints['slider'], friction=friction)
+    return dataclasses.replace(model, joints={'slider': slider})
+
+
+@pytest.fixture(scope='module')
+def emps(emps_log, emps_nominal):
+    return diagnose([emps_log], emps_nominal)
+
+
+def test_emps_names_direction_first_then_the_period_of_the_screw_and_not_stribeck(emps):
+    assert emps.verdict == 'named'
+    first, second = emps.causes[:2]
+    assert first.effect == 'asymmetric_friction'
+    # Published: Fv+ 166.706, Fv- 240.424 N s/m, half of whose difference is -36.86.
+    value = first.parameters['viscous_asymmetry']
+    assert value.value == pytest.approx(-36.86, abs=3.0 * value.std_error)
+    assert second.effect == 'cogging'
+    # data/README.md: about 1 N at 2.5 mm.
+    period = 2.0 * np.pi / second.parameters['frequency'].value
+    assert period == pytest.approx(2.5e-3, rel=2e-3)
+    size = np.hypot(second.parameters['cosine'].value, second.parameters['sine'].value)
+    assert size == pytest.approx(1.0, abs=0.3)
+    assert all(cause.effect != 'stribeck' for cause in emps.causes)
+
+
+def test_emps_gains_on_blocks_held_out_of_the_fit(emps):
+    errors = [stage['relative_error_percent']['slider'] for stage in emps.stages]
+    # Published, in sample: 4.08 % symmetric, 3.11 % by direction.
+    assert errors[0] == pytest.approx(4.08, abs=0.4)
+    assert errors[1] <= 3.1
+    assert errors[2] < errors[1]
+    assert emps.gain.forward_after[0] < 0.5 * emps.gain.forward_before[0]
+
+
+def test_emps_stribeck_is_impossible_because_friction_rises_with_speed(emps):
+    found = next(entry for entry in emps.ranking if entry['effect'] == 'stribeck')
+    assert 'fall towards standstill' in found['objection']
+
+
+def test_the_extended_model_can_be_written_and_read_back(emps, emps_nominal, tmp_path):
+    model = extended_model(emps_nominal, emps, {'bag': 'emps'})
+    model.write(tmp_path / 'extended')
+    again = read_model(tmp_path / 'extended')
+    assert [(t.effect, t.joint) for t in again.effects] == [
+        (cause.effect, cause.joint) for cause in emps.causes
+    ]
+    own = again.effects[0].parameters['viscous_asymmetry'].value
+    assert own == emps.causes[0].parameters['viscous_asymmetry'].value
+    # Refitted friction stays within the tolerance of 3.5 %.
+    assert again.joints['slider'].friction.parameters['viscous'].value == pytest.approx(
+        203.5, rel=0.0351
+    )
+
+
+def test_odrive_cogging_is_named_with_its_harmonics(data_directory):
+    time, counts, current = np.load(data_directory / 'odrive_cogging/slow2_nocomp_0.npy')
+    q = counts[:, None] / 8192.0 * 2.0 * np.pi
+    # data/README.md: 0.4 A is about 3 mNm.
+    tau = 7.5e-3 * current[:, None]
+    t_ns = np.rint(time * 1e9).astype(np.int64)
+    log = JointLog(('motor',), t_ns, q, np.full_like(q, np.nan), tau)
+    model = RobotModelFile('rotor', {'motor': JointModel(Parameter(3e-5, 'kg m2'))}, ROTOR)
+    found = diagnose([log], model)
+    assert found.verdict == 'named'
+    assert [cause.effect for cause in found.causes] == ['cogging']
+    frequencies = [inner['frequency'] for inner, _ in found.causes[0].terms]
+    assert len(frequencies) >= 2
+    # Of those data/README.md lists; one turn tells a frequency to a fraction of a cycle.
+    for frequency in frequencies:
+        assert min(abs(frequency - k) for k in (7, 14, 28, 12, 36, 48, 60, 84)) < 0.3
+    assert frequencies[0] == pytest.approx(7.0, abs=0.2)
+    errors = [stage['relative_error_percent']['motor'] for stage in found.stages]
+    assert errors[-1] < 0.45 * errors[0]
