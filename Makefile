@@ -42,7 +42,9 @@ help:
 	echo "make test      run the tests, on two cores; ARGS='-k name' to choose among them"
 	echo "make validate  the long statistical runs: friction found in T1, in T1 and T3 through the steps of"
 	echo "               the wire, and by the weak form in T1, T2, T3, over many seeds; the whole study of"
-	echo "               the observers (half an hour)"
+	echo "               the observers (half an hour); the blind campaign of the diagnosis (an hour)"
+	echo "make campaign  the blind campaign alone, into blind_campaign/; goes on where it was stopped,"
+	echo "               given its seed (ARGS='--trials 60 --seed 1 --kinds single,null')"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
@@ -69,10 +71,15 @@ test: $(STAMP)
 validate: $(STAMP)
 	@export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
 	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full SOSML_FRICTION_TRAJECTORIES=full
+	export SOSML_FRICTION_BLIND_TRIALS=60
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
 	  test/identification/test_identifiability.py test/simulation/test_study_targets.py \
 	  test/identification/test_emulated_quantisation.py \
-	  test/identification/test_emulated_trajectories.py
+	  test/identification/test_emulated_trajectories.py test/diagnosis/test_blind_campaign.py
+
+.PHONY: campaign
+campaign: $(STAMP)
+	@$(BIN)/python test/diagnosis/blind_campaign.py $(ARGS)
 
 .PHONY: benchmark
 benchmark: $(STAMP)

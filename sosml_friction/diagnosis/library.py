@@ -26,19 +26,22 @@ def _found() -> dict[str, type[Effect]]:
 
 
 EFFECTS: dict[str, type[Effect]] = _found()
+#: Causes without a column, found in the data themselves: data_checks.py and bursts.py.
+DATA_CAUSES = ('dropped_samples', 'external_contact', 'velocity_lag')
 
 
 def make_library(without: tuple[str, ...] = ()) -> dict[str, Effect]:
     """
     Return one of each effect, by identifier.
 
-    :param without: effects to leave out.
+    :param without: effects to leave out; of :data:`DATA_CAUSES` there is none to leave out here.
     :raises ConfigurationError: if there is no effect of such a name.
     """
-    unknown = sorted(set(without) - set(EFFECTS))
+    known = {*EFFECTS, *DATA_CAUSES}
+    unknown = sorted(set(without) - known)
     if unknown:
         raise ConfigurationError(
-            f'effect {unknown[0]!r} is unknown: use {", ".join(sorted(EFFECTS))}'
+            f'effect {unknown[0]!r} is unknown: use {", ".join(sorted(known))}'
         )
     return {name: kind() for name, kind in EFFECTS.items() if name not in without}
 

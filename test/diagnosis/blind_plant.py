@@ -6,7 +6,8 @@ A plant that shares nothing with the diagnosis: what the blind tests hide their 
 Two-joint arm in closed form (not Pinocchio), semi-implicit steps of 0.2 ms, friction by four
 Maxwell-slip elements (not Dahl's state), optional two-mass joints with a gap, everything in
 another parameterisation than the candidates. PD and feed-forward at 500 Hz, 16-bit position,
-effort with white and coloured noise and 20 / 5 mNm of resolution, as facts/diagnosis.md 3.1.
+velocity with 2 mrad/s of noise, effort with white and coloured noise and 20 / 5 mNm of resolution,
+as facts/diagnosis.md 3.1. Damping of a mesh is 5 % of critical for a body of 0.05 kg m2.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
+from scipy.signal import lfilter
 
 PERIOD, SUBSTEPS = 2e-3, 10
 #: First moments and inertias about the joint of each body, length of the upper arm, gravity.
@@ -27,6 +29,7 @@ COULOMB, VISCOUS = np.array([0.8, 0.15]), np.array([0.35, 0.06])
 SLIP = 0.3e-3
 WHITE, COLOURED, LSB = np.array([0.10, 0.03]), np.array([0.025, 0.006]), np.array([0.02, 0.005])
 POSITION_LSB = 2.0 * np.pi / 65536
+SPEED_NOISE = 2e-3
 
 #: Order of the numbers in the parameter vector of the compiled plant, two of each.
 FIELDS = (
@@ -34,7 +37,7 @@ FIELDS = (
     'asymmetry', 'asymmetry_viscous', 'load', 'position', 'position_phase', 'position_cycles',
     'cogging', 'cogging_phase', 'cogging_cycles', 'slip', 'warm_viscous', 'warm_coulomb',
     'warm_time', 'spring', 'spring_zero', 'armature', 'stiffness', 'gap', 'power', 'power_gain',
-    'quadratic',
+    'quadratic', 'wire', 'wire_zero', 'wire_width', 'cross', 'cross_phase',
 )  # fmt: skip
 
 
@@ -52,34 +55,60 @@ class Plant:
     payload_distance: float = 0.27
     scale: np.ndarray = field(default_factory=lambda: np.ones(2))
     bias: np.ndarray = field(default_factory=lambda: np.zeros(2))
+    #: Torque that no current exceeds: the measured effort is e artanh(torque / e).
     saturation: np.ndarray = field(default_factory=lambda: np.full(2, np.inf))
     coupling: float = 0.0
     delay: float = 0.0
     eccentricity: np.ndarray = field(default_factory=lambda: np.zeros(2))
     eccentricity_phase: np.ndarray = field(default_factory=lambda: np.zeros(2))
     contacts: list[tuple[int, float, float, float]] = field(default_factory=list)
+    #: Torques on the body in time: joint, size [Nm], frequency [Hz], phase.
+    beats: list[tuple[int, float, float, float]] = field(default_factory=list)
     two_mass: bool = False
+    #: The gains that a two-mass joint needs; a rigid plant can have them too, to compare.
+    soft: bool = False
 
     def __post_init__(self) -> None:
         start = {
             'coulomb': COULOMB, 'viscous': VISCOUS, 'stribeck_velocity': 0.1,
             'stribeck_exponent': 1.0, 'slip': SLIP, 'warm_time': 60.0, 'armature': ARMATURE,
             'stiffness': 3e4, 'position_cycles': 1.0, 'cogging_cycles': 20.0, 'power': 0.5,
+            'wire_width': 1.0,
         }  # fmt: skip
         for name in FIELDS:
             value = np.broadcast_to(np.asarray(start.get(name, 0.0), dtype=float), (2,)).copy()
             self.joint.setdefault(name, value)
 
 
+@dataclass(frozen=True)
+class Noise:
+    """
+    Say what measuring adds: nothing, not even quanta, where ``exact``.
+
+    ``white`` and ``coloured`` are factors on the usual sizes, ``time`` [s] the colour's.
+    """
+
+    white: float = 1.0
+    coloured: float = 1.0
+    time: float = 0.25
+    exact: bool = False
+
+
+@dataclass(frozen=True)
+class Run:
+    """Hold time (N,) [s] and measured position, velocity and effort (N, 2)."""
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    tau: np.ndarray
+
+
 @njit(cache=True)
 def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nominal, kp, kd):
-    """Return position of the motors and the effort at every sample of the controller."""
+    """Return position and speed of the motors and the effort at the controller's samples."""
     count = len(reference)
-    q_out, tau_out, friction_out = (
-        np.empty((count, 2)),
-        np.empty((count, 2)),
-        np.empty((count, 2)),
-    )
+    q_out, v_out, tau_out = np.empty((count, 2)), np.empty((count, 2)), np.empty((count, 2))
     h = PERIOD / SUBSTEPS
     first, second, i1, i2, m2 = body
     share = np.array([0.4, 0.3, 0.2, 0.1])
@@ -99,7 +128,7 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
     friction = np.zeros(2)
     passed = np.zeros(2)
     for k in range(count):
-        q_out[k] = qm
+        q_out[k], v_out[k] = qm, vm
         # Computed feed-forward with the nominal model, and PD.
         r, rv, ra = reference[k], speed[k], acceleration[k]
         c2, s2 = np.cos(r[1]), np.sin(r[1])
@@ -119,7 +148,6 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
             tau[i] += COULOMB[i] * np.tanh(rv[i] / 0.02) + VISCOUS[i] * rv[i]
             tau[i] += kp[i] * (r[i] - qm[i]) + kd[i] * (rv[i] - vm[i])
         tau_out[k] = tau
-        friction_out[k] = friction
         t = k * PERIOD
         for _ in range(SUBSTEPS):
             q = ql if two_mass else qm
@@ -137,6 +165,8 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
                 p = par[i]
                 # Spring of a cable, contact: on the body.
                 load = p[18] * (q[i] - p[19]) - extra[k, i]
+                # A spring that saturates.
+                load += p[26] * p[28] * np.tanh((q[i] - p[27]) / p[28])
                 if i == 0:
                     b0 += load
                 else:
@@ -156,6 +186,8 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
                 level += p[8] * np.cos(p[10] * qm[i] + p[9])
                 level += p[7] * abs(passed[i])
                 level += p[24] * speed_abs ** p[23]
+                # Friction that follows where the other joint is.
+                level += p[29] * np.cos(qm[1 - i] + p[30])
                 friction[i] = (
                     level * state
                     + p[1] * (1.0 + p[15] * warm) * vm[i]
@@ -195,14 +227,22 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
                 qm += h * vm
                 passed[0] = tau[0] - friction[0] - par[0, 20] * a0
                 passed[1] = tau[1] - friction[1] - par[1, 20] * a1
-    return q_out, tau_out, friction_out
+    return q_out, v_out, tau_out
 
 
-def simulate(plant: Plant, reference, speed, acceleration, rng, noise=1.0):
+def simulate(
+    plant: Plant,
+    reference: np.ndarray,
+    speed: np.ndarray,
+    acceleration: np.ndarray,
+    rng: np.random.Generator,
+    noise: Noise = Noise(),
+) -> Run:
     """
-    Return time (N,), measured position and effort (N, 2) of the plant along a reference.
+    Return what is measured of the plant along a reference (N, 2) at 500 Hz.
 
-    :param reference: position, speed, acceleration (N, 2) at 500 Hz.
+    Measured effort is the command's mean over the interval around its sample, delayed, coupled,
+    saturated, scaled, biased, with noise, in quanta.
     """
     par = np.array([[plant.joint[name][i] for name in FIELDS] for i in range(2)])
     p, d = plant.payload, plant.payload_distance
@@ -211,16 +251,18 @@ def simulate(plant: Plant, reference, speed, acceleration, rng, noise=1.0):
          plant.mass_2 + p]
     )  # fmt: skip
     nominal = np.array([C1, C2, I1, I2, M2])
-    extra = np.zeros_like(reference)
     t = np.arange(len(reference)) * PERIOD
+    extra = np.zeros_like(reference)
     for joint, start, length, size in plant.contacts:
         inside = (t > start) & (t < start + length)
         extra[inside, joint] += size * np.sin(np.pi * (t[inside] - start) / length)
+    for joint, size, frequency, phase in plant.beats:
+        extra[:, joint] += size * np.sin(2.0 * np.pi * frequency * t + phase)
     kp, kd = np.array([400.0, 120.0]), np.array([25.0, 6.0])
-    if plant.two_mass:
+    if plant.two_mass or plant.soft:
         # The motor alone is light: at 500 Hz more damping than J / T is unstable.
         kp, kd = np.array([120.0, 40.0]), np.array([1.6, 1.0])
-    q, tau, _ = _run(
+    q, v, tau = _run(
         reference, speed, acceleration, par, body, plant.tilt, plant.two_mass, extra, nominal,
         kp, kd,
     )  # fmt: skip
@@ -229,17 +271,19 @@ def simulate(plant: Plant, reference, speed, acceleration, rng, noise=1.0):
     if plant.delay:
         effort = np.column_stack([np.interp(t - plant.delay, t, x) for x in effort.T])
     effort[:, 0] += plant.coupling * effort[:, 1]
-    excess = (effort / plant.saturation) ** 2
-    effort = effort * (1.0 + excess) * plant.scale + plant.bias
-    wobble = plant.eccentricity * np.sin(q + plant.eccentricity_phase)
-    measured = q + wobble
+    for i, limit in enumerate(plant.saturation):
+        if np.isfinite(limit):
+            share = np.clip(effort[:, i] / limit, -0.98, 0.98)
+            effort[:, i] = limit * np.arctanh(share)
+    effort = effort * plant.scale + plant.bias
+    measured = q + plant.eccentricity * np.sin(q + plant.eccentricity_phase)
+    if noise.exact:
+        return Run(t, measured, v, effort)
     measured = POSITION_LSB * np.round(measured / POSITION_LSB)
-    colour = np.zeros(2)
-    a = np.exp(-PERIOD / 0.25)
+    speed_noise = SPEED_NOISE * rng.standard_normal(v.shape)
+    white = WHITE * rng.standard_normal(effort.shape)
+    a = np.exp(-PERIOD / noise.time)
     drive = rng.standard_normal(effort.shape) * np.sqrt(1.0 - a * a)
-    coloured = np.empty_like(effort)
-    for k in range(len(t)):
-        colour = a * colour + drive[k]
-        coloured[k] = colour
-    effort = effort + noise * (WHITE * rng.standard_normal(effort.shape) + COLOURED * coloured)
-    return t, measured, LSB * np.round(effort / LSB)
+    coloured = COLOURED * lfilter([1.0], [1.0, -a], drive, axis=0)
+    effort = effort + noise.white * white + noise.coloured * coloured
+    return Run(t, measured, v + speed_noise, LSB * np.round(effort / LSB))

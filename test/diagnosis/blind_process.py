@@ -1,0 +1,64 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ask ``sosml diagnose``, in a process that sees the bags and the nominal model and no more."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from blind_trial import Trial, nominal_model
+
+from sosml_friction.bags.joint_log_bag import write_joint_log
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Hold what ``sosml diagnose --json`` printed, and its processor time [s], start included."""
+
+    document: dict[str, Any]
+    cpu_s: float
+
+
+def ask(trial: Trial, folder: Path) -> Answer:
+    """
+    Return the answer to a trial.
+
+    :param folder: is made; nothing in it, nor its environment, says what is hidden.
+    :raises RuntimeError: if the diagnosis fails, with what it said.
+    """
+    folder.mkdir(parents=True)
+    model = nominal_model()
+    model.write(folder / 'nominal')
+    write_joint_log(trial.log, folder / 'bag', model.urdf)
+    command = [
+        sys.executable, '-m', 'sosml_friction.cli', 'diagnose', 'bag', '--model', 'nominal',
+        '--out', 'answer', '--json',
+    ]  # fmt: skip
+    if trial.holdout is not None:
+        write_joint_log(trial.holdout, folder / 'holdout', model.urdf)
+        command += ['--holdout', 'holdout']
+    if trial.spec.without:
+        command += ['--without', ','.join(trial.spec.without)]
+    root = Path(__file__).resolve().parents[2]
+    environment = {
+        **{k: v for k, v in os.environ.items() if 'BLIND' not in k and 'PYTEST' not in k},
+        'PYTHONPATH': str(root),
+        'OMP_NUM_THREADS': '1',
+        'OPENBLAS_NUM_THREADS': '1',
+    }
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(
+        command, capture_output=True, text=True, env=environment, check=False, cwd=folder
+    )
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode not in (0, 1) or not done.stdout.strip():
+        raise RuntimeError(f'exit code {done.returncode}: {done.stderr.strip()[-600:]}')
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Answer(json.loads(done.stdout), cpu)
