@@ -16,7 +16,9 @@ def diagnose(
     model: Annotated[
         Path | None,
         typer.Option(
-            metavar='DIR', help="Model folder that is put to the test; default: the bag's own."
+            metavar='DIR',
+            help="Model folder that is put to the test, with its own URDF; default: the bag's own "
+            'model and robot_description.',
         ),
     ] = None,
     holdout: Annotated[
@@ -40,7 +42,7 @@ def diagnose(
     ] = None,
     urdf: Annotated[
         Path | None,
-        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+        typer.Option(help='URDF file instead of that of the model.'),
     ] = None,
     namespace: Annotated[
         str | None,
@@ -57,47 +59,34 @@ def diagnose(
     causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
     it would predict recordings simulated without it, is physically possible, and improves the
     forward simulation; causes that the data cannot separate come as a set, with the experiment
-    that would separate them. Writes diagnosis.json, report.html and, with a cause, the extended
-    model.
+    that would separate them. Where free curves without physics still predict more than the causes
+    do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
+    diagnosis.json, report.html and, with a cause, the extended model, which is a model folder.
+    docs/diagnosis.md has the effects and the gates.
 
     Exit code 1 if the data are too bad to tell.
 
     Example: sosml diagnose recording --model config/exoskeleton --out why
     """
-    from sosml_friction.diagnosis.diagnosis import diagnose as run
-    from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
+    from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.report.diagnosis_document import (
         check_diagnosis_folder,
         diagnosis_document,
         diagnosis_lines,
         write_diagnosis,
     )
-    from sosml_friction.report.output import to_json
+    from sosml_friction.report.output import require_writable, to_json
     from sosml_friction.report.progress import progress
 
     name = bags[0].resolve()
     stem = name.stem if name.suffix == '.mcap' else name.name
     folder = check_diagnosis_folder(out if out is not None else Path(f'{stem}_diagnosis'))
+    require_writable(folder)
     leave = tuple(x.strip() for x in without.split(',')) if without else ()
     with progress(f'reading {bags[0]}') as step:
-        recorded = [read_recorded_robot(bag, model, urdf, namespace) for bag in bags]
-        other = None if holdout is None else read_recorded_robot(holdout, model, urdf, namespace)
-        nominal = recorded[0].nominal
-        provenance = {
-            'bags': [{'bag': bag.name, 'sha256': bag_hash(bag)} for bag in bags],
-            'holdout': None
-            if holdout is None
-            else {'bag': holdout.name, 'sha256': bag_hash(holdout)},
-            'model': nominal.name,
-        }
-        diagnosis = run(
-            [entry.log for entry in recorded],
-            nominal,
-            None if other is None else other.log,
-            without=leave,
-            step=step,
-        )
-        write_diagnosis(folder, diagnosis, nominal, provenance, step)
+        found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
+        diagnosis, provenance = found.diagnosis, found.provenance
+        write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
     if json:
         document = diagnosis_document(diagnosis, provenance)
         typer.echo(to_json({**document, 'output': str(folder)}))

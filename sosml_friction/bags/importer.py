@@ -15,9 +15,10 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.bags.controllers import CONTROLLER_TAG
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.joint_log import FloatArray, JointLog
-from sosml_friction.bags.joint_log_bag import CONTROLLER_TAG, write_joint_log
+from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
     LINEAR_UNITS,

@@ -14,9 +14,6 @@ from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError
 
-#: Tags that begin so hold the gains of a joint's controller, JSON.
-CONTROLLER_TAG = 'controller.'
-
 
 def write_joint_log(
     log: JointLog,

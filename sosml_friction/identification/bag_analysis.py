@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.data_checks import DataChecks, check_data
+from sosml_friction.identification.data_checks import (
+    LEFT_OUT,
+    NOTE,
+    DataChecks,
+    DataFinding,
+    check_data,
+)
 from sosml_friction.identification.friction_fit import (
     WEAK_FORM,
     FitSettings,
@@ -40,8 +46,10 @@ from sosml_friction.identification.output_error_fits import (
 )
 from sosml_friction.identification.output_error_windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.model.effort_correction import CORRECTED, EffortCorrection
 from sosml_friction.model.friction_laws import FRICTION_LAWS
 from sosml_friction.model.model_folder import (
+    EffectTerm,
     FrictionParameters,
     RobotModelFile,
     parse_model,
@@ -140,6 +148,7 @@ def analyse_bag(
     recorded = read_recorded_robot(path, model, urdf, namespace)
     bag, nominal, robot = recorded.bag, recorded.nominal, recorded.robot
     log, checks = check_data(recorded.log, robot, bag.recovery)
+    log, checks = with_corrected_effort(log, checks, nominal)
     text = bag.text('observer_configuration')
     if text is not None and bandwidth is None and observers is None:
         configuration = parse_configuration(text, f'observer_configuration of {path}')
@@ -201,17 +210,20 @@ def read_recorded_robot(
     model: str | Path | None = None,
     urdf: str | Path | None = None,
     namespace: str | None = None,
+    own_urdf: bool = False,
 ) -> RecordedRobot:
     """
     Read the motion in a bag and the robot that made it; parameters as for :func:`analyse_bag`.
 
+    :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
+        model is what is put to the test.
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, or joints disagree.
     :raises DataError: if no joint has effort.
     """
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
-    nominal = read_nominal(bag, path, model, urdf)
+    nominal = read_nominal(bag, path, model, urdf, own_urdf)
     robot = nominal.make_robot()
     log = log.select(robot.names)
     log.require_effort()
@@ -219,15 +231,25 @@ def read_recorded_robot(
 
 
 def read_nominal(
-    bag: Bag, path: str | Path, model: str | Path | None, urdf: str | Path | None
+    bag: Bag,
+    path: str | Path,
+    model: str | Path | None,
+    urdf: str | Path | None,
+    own_urdf: bool = False,
 ) -> RobotModelFile:
     """
-    Return the robot in a bag, with its URDF; parameters as for :func:`analyse_bag`.
+    Return the robot in a bag, with its URDF; parameters as for :func:`read_recorded_robot`.
+
+    The URDF of a model whose rigid body was identified comes before the bag's.
 
     :raises ConfigurationError: if no model or URDF is known.
     """
     nominal = _model_of(bag, path, model)
-    document = _urdf_of(bag, urdf) or nominal.urdf
+    own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
+    if own is None or urdf is not None:
+        document = _urdf_of(bag, urdf) or nominal.urdf
+    else:
+        document = own
     if document is None:
         raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
     return replace(nominal, urdf=document)
@@ -252,6 +274,23 @@ def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
         return Path(urdf).read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
+
+
+def with_corrected_effort(
+    log: JointLog, checks: DataChecks, model: RobotModelFile
+) -> tuple[JointLog, DataChecks]:
+    """
+    Return the log with the torque behind its effort, as far as the model knows it, and say so.
+
+    :raises ConfigurationError: if the model's effects cannot be undone.
+    """
+    correction = EffortCorrection(model)
+    found = [DataFinding('effects', '*', LEFT_OUT, text) for text in correction.left_out]
+    if correction:
+        log = replace(log, tau=correction.torque(log.tau))
+        sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
+        found.append(DataFinding('effects', '*', NOTE, sentence))
+    return log, replace(checks, findings=(*checks.findings, *found))
 
 
 def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, FloatArray]:
@@ -439,7 +478,28 @@ def _with_friction(
         law = fits[observer].fit
         friction = friction_of(law.law, law.parameters, law.smoothing_velocity)
         joints[name] = replace(joint, friction=friction)
-    return RobotModelFile(nominal.name, joints, nominal.urdf, provenance)
+    return replace(
+        nominal,
+        joints=joints,
+        provenance={**provenance, **kept_provenance(nominal)},
+        effects=kept_effects(nominal),
+    )
+
+
+def kept_effects(model: RobotModelFile) -> tuple[EffectTerm, ...]:
+    """Return the effects that a fit leaves in a model: those of the effort it was corrected by."""
+    return tuple(term for term in model.effects if term.effect in CORRECTED)
+
+
+def kept_provenance(model: RobotModelFile) -> dict[str, Any]:
+    """
+    Return what is known of a nominal model beyond its friction, for that of a fitted one.
+
+    The effects that the law now stands for are named: they were in the friction that was fitted.
+    """
+    kept = {key: model.provenance[key] for key in ('rigid_body',) if key in model.provenance}
+    gone = [f'{t.effect} of {t.joint}' for t in model.effects if t.effect not in CORRECTED]
+    return {**kept, 'effects_left_out': gone} if gone else kept
 
 
 def _provenance(

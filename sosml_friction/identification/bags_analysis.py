@@ -31,6 +31,8 @@ from sosml_friction.model.model_folder import RobotModelFile
 
 #: What the provenance of a model keeps of each bag.
 _KEPT = ('bag', 'sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'observers')
+#: What it keeps of the nominal model.
+_OF_MODEL = ('rigid_body', 'effects_left_out')
 
 
 @dataclass(frozen=True)
@@ -203,7 +205,8 @@ def _model(
         'command': command,
         'consolidation': _outcome(consolidation),
     }
-    return RobotModelFile(first.name, joints, first.urdf, provenance)
+    own = {key: first.provenance[key] for key in _OF_MODEL if key in first.provenance}
+    return replace(first, joints=joints, provenance={**provenance, **own})
 
 
 def _outcome(consolidation: Consolidation) -> dict[str, Any]:

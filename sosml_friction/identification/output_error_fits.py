@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.controllers import CASCADE, read_controllers
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.joint_log_bag import CONTROLLER_TAG
-from sosml_friction.exceptions import BagError, ConfigurationError, DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.inverse_model import InverseFits
 from sosml_friction.identification.output_error import (
     PARAMETERS,
@@ -96,17 +95,14 @@ class OutputErrorFits:
 
 def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
     """
-    Return the joints whose controller and wanted position a bag holds.
+    Return the joints whose cascade of loops and wanted position a bag holds.
 
     :param log: the motion of the bag; wanted positions are taken by its stamps.
     :raises BagError: if gains are recorded that cannot be read.
     """
-    tags = {
-        key.removeprefix(CONTROLLER_TAG): value
-        for key, value in bag.tags.items()
-        if key.startswith(CONTROLLER_TAG)
-    }
-    recorded = bag.reference() if tags else None
+    entries = read_controllers(bag)
+    cascades = {name: entry for name, entry in entries.items() if entry['kind'] == CASCADE}
+    recorded = bag.reference() if cascades else None
     if recorded is None:
         return {}
     t_ns, names, wanted = recorded
@@ -114,17 +110,11 @@ def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
     at = order[np.clip(np.searchsorted(t_ns[order], log.t_ns), 0, len(t_ns) - 1)]
     same = t_ns[at] == log.t_ns
     joints = {}
-    for name, text in tags.items():
+    for name, entry in cascades.items():
         if name not in names or name not in log.names:
             continue
-        try:
-            gains = {key: float(value) for key, value in json.loads(text).items()}
-            controller = CascadeController(**gains)
-        except (ValueError, TypeError, AttributeError) as error:
-            raise BagError(
-                f'the gains of {name} in {bag.path} are {text!r}: write them as JSON with kp, kv, '
-                'scale and limit'
-            ) from error
+        gains = {key: float(value) for key, value in entry.items() if key != 'kind'}
+        controller = CascadeController(**gains)
         reference = np.where(same, wanted[at, names.index(name)], np.nan)
         joints[name] = ControlledJoint(controller, reference)
     return joints

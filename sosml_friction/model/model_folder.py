@@ -92,16 +92,25 @@ class RobotModelFile:
         """Return the joints in the order of the file."""
         return tuple(self.joints)
 
+    @property
+    def is_rigid_body_identified(self) -> bool:
+        """Tell whether ``urdf`` has a rigid body that a diagnosis found, in its provenance."""
+        found = self.provenance.get('rigid_body')
+        return isinstance(found, Mapping) and bool(found.get('written'))
+
     def make_robot(self, urdf: str | None = None) -> Robot:
         """
         Build the rigid-body model.
 
         :param urdf: the URDF document of the robot that is really there (``robot_description``);
-            the folder's own if None.
+            the folder's own if None, or where its rigid body was identified: a driver that was
+            started with an older one does not know better.
         :raises ConfigurationError: if there is no URDF, or it disagrees with the joints or with
             the units of their parameters (a prismatic joint has N where a revolute has Nm).
         """
-        document = urdf if urdf is not None else self.urdf
+        document = urdf
+        if urdf is None or (self.urdf is not None and self.is_rigid_body_identified):
+            document = self.urdf
         if document is None:
             raise ConfigurationError(
                 f'model {self.name} has no URDF: put robot.urdf beside its model.yaml'

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 from array import array
@@ -31,12 +32,14 @@ from sosml_friction.actuators.configuration import (
     TORQUE_MODE,
     DriverConfiguration,
 )
+from sosml_friction.actuators.controller_entries import controller_entries
 from sosml_friction.actuators.cycle_thread import CycleThread
 from sosml_friction.actuators.driver import DriverReport, DriverState, JointDriver, JointSample
 from sosml_friction.actuators.joint_trajectory import JointTrajectory
 from sosml_friction.actuators.open_bus import open_bus
 from sosml_friction.actuators.sample_relay import SampleRelay
 from sosml_friction.actuators.velocity import lag
+from sosml_friction.bags.controllers import CONTROLLER_TOPIC
 from sosml_friction.exceptions import (
     ConfigurationError,
     SosmlFrictionError,
@@ -328,7 +331,8 @@ class DriverNode(LifecycleNode):
         self._driver = JointDriver(configuration, robot, self._bus, clock, open_again)
         self._driver.configure()
         self._cycle_clock = clock
-        self._create_entities(configuration, str(model.urdf))
+        controllers = json.dumps(controller_entries(configuration, robot.limits))
+        self._create_entities(configuration, str(model.urdf), controllers)
         logger = self.get_logger()
         logger.info(f'model {model_path}, bus {self._channel}')
         logger.info(f'bus load: {self._driver.bus_load()}')
@@ -349,12 +353,15 @@ class DriverNode(LifecycleNode):
             if check.warning:
                 logger.warning(check.warning)
 
-    def _create_entities(self, configuration: DriverConfiguration, urdf: str) -> None:
+    def _create_entities(
+        self, configuration: DriverConfiguration, urdf: str, controllers: str
+    ) -> None:
         self._joint_states = self.create_lifecycle_publisher(
             JointState, 'joint_states', JOINT_STATES
         )
         self._temperatures = self.create_lifecycle_publisher(Temperature, 'joint_temperatures', 10)
         description = self.create_publisher(String, 'robot_description', LATCHED)
+        controller = self.create_publisher(String, CONTROLLER_TOPIC, LATCHED)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         services = (
             self.create_service(SetBool, '~/enable', self._on_enable),
@@ -371,6 +378,7 @@ class DriverNode(LifecycleNode):
             (self.destroy_lifecycle_publisher, self._joint_states),
             (self.destroy_lifecycle_publisher, self._temperatures),
             (self.destroy_publisher, description),
+            (self.destroy_publisher, controller),
             (self.destroy_publisher, self._diagnostics),
             *((self.destroy_service, service) for service in services),
             (self.destroy_subscription, subscription),
@@ -378,6 +386,7 @@ class DriverNode(LifecycleNode):
         ]
         self._message = JointState(name=list(configuration.names))
         description.publish(String(data=urdf))
+        controller.publish(String(data=controllers))
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the cycle: measuring, no torque."""

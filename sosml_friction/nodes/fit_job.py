@@ -1,11 +1,13 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The fit of a recording in a thread of its own."""
+"""The fit of a recording, and its diagnosis, in a thread of their own."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import yaml
 
@@ -14,23 +16,40 @@ from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.report.results import write_results
 
+if TYPE_CHECKING:
+    from sosml_friction.diagnosis.diagnosis import Diagnosis
+
 
 class FitJob:
     """
     Do what ``sosml fit`` does to the bag in a run's folder, while others go on.
 
     Writes ``model`` (with ``report.html`` and ``fit.json``) and ``parameters.yaml`` beside the
-    ``bag``, both or, where it fails or is given up, none. ``step`` says what it is at.
+    ``bag``, both or, where it fails or is given up, none. Then, where it is asked to, it does what
+    ``sosml diagnose`` does, with the model that the bag was recorded with, and writes
+    ``diagnosis`` beside them; the fit stays where that fails. ``step`` says what it is at.
 
     :param folder: of the run; it holds ``bag``.
+    :param diagnose: whether to diagnose after the fit.
+    :param without: effects that the diagnosis does not look for.
     """
 
-    def __init__(self, folder: Path, settings: FitSettings) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        settings: FitSettings,
+        diagnose: bool = False,
+        without: Sequence[str] = (),
+    ) -> None:
         self.folder = folder
         self.step = 'starting'
-        #: The analysis, or why there is none; None while it runs.
+        #: The analysis, or why there is none; None while the fit runs.
         self.outcome: BagAnalysis | Exception | None = None
+        #: The diagnosis, or why there is none; None while it runs or where it was not asked for.
+        self.diagnosis: Diagnosis | Exception | None = None
         self._settings = settings
+        self._diagnose = diagnose
+        self._without = tuple(without)
         self._given_up = threading.Event()
         self._thread = threading.Thread(target=self._work, name='fit')
         self._thread.start()
@@ -54,6 +73,11 @@ class FitJob:
         self.step = step
 
     def _work(self) -> None:
+        self._fit()
+        if self._diagnose and isinstance(self.outcome, BagAnalysis):
+            self._find_causes()
+
+    def _fit(self) -> None:
         try:
             analysis = analyse_bag(
                 self.folder / 'bag', settings=self._settings, progress=self._begin
@@ -74,6 +98,25 @@ class FitJob:
             self.outcome = ConfigurationError(f'{self.folder} cannot be written: {error.strerror}')
         except Exception as error:  # told to whoever waits, in another thread
             self.outcome = error
+
+    def _find_causes(self) -> None:
+        # numba and the catalogue take a second to load: only for those who asked.
+        from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
+        from sosml_friction.report.diagnosis_document import (
+            check_diagnosis_folder,
+            write_diagnosis,
+        )
+
+        try:
+            self._begin('beginning the diagnosis')
+            folder = check_diagnosis_folder(self.folder / 'diagnosis')
+            found = diagnose_bags([self.folder / 'bag'], without=self._without, step=self._begin)
+            write_diagnosis(folder, found.diagnosis, found.nominal, found.provenance, self._begin)
+            self.diagnosis = found.diagnosis
+        except _GivenUpError:
+            self.diagnosis = ConfigurationError('it was aborted; ~/fit begins fit and it anew')
+        except Exception as error:  # told to whoever waits, in another thread
+            self.diagnosis = error
 
 
 class _GivenUpError(Exception):

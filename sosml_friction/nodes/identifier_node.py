@@ -1,16 +1,21 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-identifier_node: run a trajectory, record it, fit friction when it ends.
+identifier_node: run a trajectory, record it, fit friction when it ends, and diagnose.
 
 A run goes through the phases ``starting`` (the observers are reset and the recording begins at
 their first sample, so that a replay of the bag gives the same estimates), ``moving``, ``fitting``
-(in a thread: messages are still taken), ``done`` or ``failed``; ``/diagnostics`` has the phase,
-how far the motion is and what the fit is at. Its folder holds the bag, the model folder with
-``report.html`` and ``fit.json``, as ``sosml fit`` writes them, and ``parameters.yaml``, which
-gives that model to any node with ``--params-file``. The bag says in its tags (rosbag2's custom
-data) which trajectory it is: ``trajectory`` by name, ``trajectory_label`` (T1, T2, T3) and
-``trajectory_options`` as JSON.
+(in a thread: messages are still taken), with the parameter ``diagnose`` ``diagnosing`` (in the
+same thread), ``done`` or ``failed``; ``/diagnostics`` has the phase, how far the motion is, what
+the fit or the diagnosis is at, and what was diagnosed. Its folder holds the bag, the model folder
+with ``report.html`` and ``fit.json``, as ``sosml fit`` writes them, ``parameters.yaml``, which
+gives that model to any node with ``--params-file``, and ``diagnosis``, as ``sosml diagnose`` of
+that bag writes it: of the model in the parameter ``model``, the one before the fit. A diagnosis
+that fails leaves the fit as it is.
+
+The bag says in its tags (rosbag2's custom data) which trajectory it is: ``trajectory`` by name,
+``trajectory_label`` (T1, T2, T3) and ``trajectory_options`` as JSON; and, from the driver's topic
+``controller_configuration``, which controllers ran: ``controller.<joint>`` as JSON.
 """
 
 from __future__ import annotations
@@ -36,6 +41,11 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from sosml_friction.bags.controllers import (
+    CONTROLLER_TOPIC,
+    controller_tags,
+    parse_controllers,
+)
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import deserialize, serialize
 from sosml_friction.exceptions import (
@@ -55,7 +65,7 @@ from sosml_friction.identification.trajectory_option import TrajectoryOption
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.trajectory import Trajectory
-from sosml_friction.nodes.diagnostics import ERROR, OK, make_array, make_status
+from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.fit_job import FitJob
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
@@ -140,11 +150,21 @@ PARAMETERS = (
         (1e-4, 10.0),
     ),
     ParameterSpec('method', 'string', 'auto', 'how friction is fitted', choices=METHODS),
+    ParameterSpec(
+        'diagnose',
+        'bool',
+        False,
+        'after the fit, say what the model (the one before the fit) gets wrong about the '
+        'recording, and why, as sosml diagnose does; the sentence is in /diagnostics',
+    ),
+    ParameterSpec(
+        'diagnose_without', 'string_array', [], 'effects that the diagnosis does not look for'
+    ),
 )
 
 #: The recording goes on for so long after the trajectory [s].
 SETTLE_S = 0.5
-_RUNNING = ('starting', 'moving', 'fitting')
+_RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
 
@@ -195,17 +215,25 @@ class IdentifierNode(ProgramNode):
                 f'{", ".join(self._model.joint_names)}: give one for each'
             )
         self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        if self._p['diagnose_without']:
+            # Only for those who asked: the catalogue takes a second to load.
+            from sosml_friction.diagnosis.library import make_library
+
+            make_library(tuple(self._p['diagnose_without']))
         self._phase = 'idle'
         self._message = 'call ~/start to run the trajectory'
         self._encoded_names = [name.encode() + b'\0' for name in self._model.joint_names]
         self._robot: Robot | None = None
         self._observers: list[str] = []
         self._latched: dict[str, bytes] = {}
+        self._controllers: dict[str, dict[str, Any]] = {}
         self._last_state: bytes | None = None
         self._last_state_at = 0.0
         self._run: _Run | None = None
         self._phase_since = time.monotonic()
         self._job: FitJob | None = None
+        self._fitted = ''
+        self._diagnosed: dict[str, str] = {}
         self._states = 0
         self._trajectory_output = self.create_publisher(JointTrajectory, 'joint_trajectory', 10)
         self._result_output = self.create_publisher(String, 'friction_parameters', LATCHED)
@@ -220,7 +248,7 @@ class IdentifierNode(ProgramNode):
         self._subscribe('joint_states', JointState, JOINT_STATES)
         self._subscribe('joint_temperatures', Temperature, JOINT_STATES)
         self._subscribe('friction_estimate', JointState, JOINT_STATES)
-        for topic in ('robot_description', 'observer_configuration'):
+        for topic in ('robot_description', 'observer_configuration', CONTROLLER_TOPIC):
             self.create_subscription(
                 String, topic, partial(self._on_latched, topic), LATCHED, raw=True
             )
@@ -262,6 +290,12 @@ class IdentifierNode(ProgramNode):
                 self._latched[topic] = data
             elif data != self._latched[topic]:
                 self.get_logger().warning('another robot_description is ignored: restart for it')
+            return
+        if topic == CONTROLLER_TOPIC:
+            try:
+                self._controllers = parse_controllers(text, f'the topic {topic}')
+            except SosmlFrictionError as error:
+                self.get_logger().warning(f'the bag will not have the controllers: {error}')
             return
         configuration = parse_configuration(text, 'the topic observer_configuration')
         self._latched[topic] = data
@@ -339,7 +373,7 @@ class IdentifierNode(ProgramNode):
         return run
 
     def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
-        recorder = BagRecorder(folder, tags)
+        recorder = BagRecorder(folder, {**tags, **controller_tags(self._controllers)})
         kinds = {
             'joint_states': _JOINT_STATE,
             'joint_temperatures': 'sensor_msgs/msg/Temperature',
@@ -351,6 +385,7 @@ class IdentifierNode(ProgramNode):
             recorder.add_topic(self.resolve_topic_name(topic), kind)
         texts = {
             **self._latched,
+            'robot_description': self._description(),
             'model_description': serialize(String(data=self._model.to_yaml())),
         }
         now_ns = self.get_clock().now().nanoseconds
@@ -358,6 +393,15 @@ class IdentifierNode(ProgramNode):
             recorder.add_topic(self.resolve_topic_name(topic), 'std_msgs/msg/String', latched=True)
             recorder.write(self.resolve_topic_name(topic), data, now_ns)
         return recorder
+
+    def _description(self) -> bytes:
+        """Return the URDF that goes into the bag: the one the model's robot is made of."""
+        received = self._latched['robot_description']
+        assert self._robot is not None
+        own = self._robot.document
+        if own == deserialize(received, 'std_msgs/msg/String').data:
+            return received
+        return serialize(String(data=own))
 
     def _plan(self, robot: Robot, state: JointState) -> tuple[Trajectory, dict[str, str]]:
         """Return the trajectory from where the robot is, and what the bag says of it."""
@@ -425,9 +469,8 @@ class IdentifierNode(ProgramNode):
                 self._fail('joint_states fell silent for 2 s: see the diagnostics of the driver')
             elif self._last_state is not None:
                 self._check_tracking(self._run, self._last_state)
-        elif self._phase == 'fitting' and self._job is not None and not self._job.running:
-            job, self._job = self._job, None
-            self._conclude(self._run, job.outcome)
+        elif self._phase in ('fitting', 'diagnosing') and self._job is not None:
+            self._attend(self._run, self._job)
 
     def _check_tracking(self, run: _Run, data: bytes) -> None:
         state = deserialize(data, _JOINT_STATE)
@@ -459,17 +502,45 @@ class IdentifierNode(ProgramNode):
         self._begin_fit(run)
 
     def _begin_fit(self, run: _Run) -> None:
-        self._job = FitJob(run.folder, FitSettings(method=self._p['method']))
+        self._diagnosed = {}
+        self._job = FitJob(
+            run.folder,
+            FitSettings(method=self._p['method']),
+            self._p['diagnose'],
+            self._p['diagnose_without'],
+        )
         self._enter('fitting', 'running the observers over the bag and fitting')
 
-    def _conclude(self, run: _Run, outcome: BagAnalysis | Exception | None) -> None:
-        if isinstance(outcome, BagAnalysis):
-            self._result_output.publish(String(data=outcome.model.to_yaml()))
-            self._enter('done', f'{_summary(outcome)}; model in {run.folder / "model"}')
-            return
-        self._fail(f'the fit failed: {outcome}')
-        if outcome is not None and not isinstance(outcome, SosmlFrictionError):
-            self.end(outcome)
+    def _attend(self, run: _Run, job: FitJob) -> None:
+        """Go on as far as the worker is."""
+        ended = not job.running
+        if ended:
+            self._job = None
+        if self._phase == 'fitting' and (ended or isinstance(job.outcome, BagAnalysis)):
+            if not isinstance(job.outcome, BagAnalysis):
+                self._fail(f'the fit failed: {job.outcome}')
+                if job.outcome is not None and not isinstance(job.outcome, SosmlFrictionError):
+                    self.end(job.outcome)
+                return
+            self._result_output.publish(String(data=job.outcome.model.to_yaml()))
+            self._fitted = f'{_summary(job.outcome)}; model in {run.folder / "model"}'
+            if not ended and self._p['diagnose']:
+                self._enter('diagnosing', self._fitted)
+        if ended:
+            self._conclude(run, job)
+
+    def _conclude(self, run: _Run, job: FitJob) -> None:
+        found = job.diagnosis
+        if isinstance(found, Exception):
+            # The fit is done and stays; what failed is told as it is.
+            text = str(found) if isinstance(found, SosmlFrictionError) else repr(found)
+            self._diagnosed = {'verdict': 'none', 'diagnosis': f'the diagnosis failed: {text}'}
+            self.get_logger().error(self._diagnosed['diagnosis'])
+        elif found is not None:
+            self._diagnosed = {'verdict': found.verdict, 'diagnosis': found.sentence}
+            self.get_logger().info(f'diagnosis: {found.sentence}')
+            self._fitted += f'; diagnosis ({found.verdict}) in {run.folder / "diagnosis"}'
+        self._enter('done', self._fitted)
 
     def _on_fit(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._phase in _RUNNING:
@@ -482,9 +553,10 @@ class IdentifierNode(ProgramNode):
         return response
 
     def _on_abort(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._phase == 'fitting' and self._job is not None:
+        if self._phase in ('fitting', 'diagnosing') and self._job is not None:
             self._job.give_up()
-            response.success, response.message = True, f'ends after {self._job.step}'
+            kept = '; the fit is kept' if self._phase == 'diagnosing' else ''
+            response.success, response.message = True, f'ends after {self._job.step}{kept}'
             return response
         if self._run is None or self._phase not in ('starting', 'moving'):
             response.success, response.message = False, f'nothing to abort: {self._phase}'
@@ -530,7 +602,12 @@ class IdentifierNode(ProgramNode):
                 values['progress [%]'] = round(100.0 * min(1.0, max(0.0, share)), 1)
         if self._job is not None:
             values['step'] = self._job.step
-        level = ERROR if self._phase == 'failed' else OK
+        values |= self._diagnosed
+        level = OK
+        if self._phase == 'failed':
+            level = ERROR
+        elif self._diagnosed.get('verdict') in ('none', 'bad_data'):
+            level = WARN
         status = make_status(f'{self.get_name()}: run', level, self._message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
 
@@ -574,8 +651,9 @@ def _summary(analysis: BagAnalysis) -> str:
 HELP = NodeHelp(
     'identifier_node',
     'Runs an identification trajectory (~/start), records it, and fits friction when it ends: '
-    'bag, model folder, report.html and fit.json in one folder for each run. ~/abort stops a run '
-    'or a fit, ~/fit fits the last recording again.',
+    'bag, model folder, report.html and fit.json in one folder for each run; with diagnose:=true '
+    'it then says what the model it was started with gets wrong. ~/abort stops a run, a fit or a '
+    'diagnosis, ~/fit fits the last recording again.',
     '--ros-args -p trajectory:=slow_ladder -p centre:=[-1.57,1.2]',
     PARAMETERS,
 )

@@ -6,6 +6,10 @@ observer_node: joint_states in, friction_estimate out, at whatever rate they com
 Everything follows from the messages and their stamps, so a replayed bag gives the same numbers at
 any speed. ``friction_estimate`` is the friction torque tau_f in ``effort``, positive for positive
 velocity; NaN in it marks a fresh start (first sample, after a gap, after ``~/reset``).
+
+Of the effects that a diagnosed model lists, those of the effort's measurement are undone before
+the observers (:class:`~sosml_friction.model.effort_correction.EffortCorrection`); the others are
+what the joint spends beside its rigid body, and so part of tau_f.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +34,7 @@ from std_srvs.srv import Trigger
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
@@ -164,6 +170,11 @@ class ObserverNode(ProgramNode):
         folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self._model = read_model(folder)
         self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        self._correction = EffortCorrection(self._model)
+        if self._correction:
+            self.get_logger().info(f'effort is corrected: {", ".join(self._correction.done)}')
+        for sentence in self._correction.left_out:
+            self.get_logger().warning(sentence)
         refuse_offline(self._p['observers'])
         unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
         if unknown or self._p['selected'] not in self._p['observers']:
@@ -186,7 +197,9 @@ class ObserverNode(ProgramNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         if self._p['urdf_path']:
             try:
-                self._begin(Path(self._p['urdf_path']).read_text(encoding='utf-8'))
+                urdf = Path(self._p['urdf_path']).read_text(encoding='utf-8')
+                # What is stated counts, even beside a model whose rigid body was identified.
+                self._begin(replace(self._model, urdf=urdf).make_robot())
             except (OSError, UnicodeDecodeError) as error:
                 raise ConfigurationError(
                     f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
@@ -199,12 +212,13 @@ class ObserverNode(ProgramNode):
         if self._estimator is not None:
             return
         try:
-            self._begin(message.data)
+            self._begin(self._model.make_robot(message.data))
+            if self._model.is_rigid_body_identified:
+                self.get_logger().info('the URDF of the model is used, not robot_description')
         except SosmlFrictionError as error:
             self.end(error)
 
-    def _begin(self, urdf: str) -> None:
-        robot = self._model.make_robot(urdf)
+    def _begin(self, robot: Robot) -> None:
         configuration = self._configure(robot)
         refuse_offline(configuration.gains)
         self._estimator = configuration.make_estimator(robot)
@@ -320,6 +334,8 @@ class ObserverNode(ProgramNode):
                 'velocity_source to position_difference',
             )
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        if self._correction:
+            tau = self._correction.torque(tau)
         estimates = self._estimator.update(t_ns, q, v, tau)
         if estimates is None:
             return

@@ -34,6 +34,7 @@ LATCHED_TOPICS = (
     'robot_description',
     'model_description',
     'observer_configuration',
+    'controller_configuration',
     'friction_parameters',
     'tf_static',
 )

@@ -62,6 +62,27 @@ def check_output_folder(
     )
 
 
+def require_writable(folder: str | Path) -> None:
+    """
+    Make sure that ``folder`` can be written before anything is computed for it.
+
+    :raises ConfigurationError: if it cannot.
+    """
+    workshop = _workshop(Path(folder), 'trial')
+    shutil.rmtree(workshop, ignore_errors=True)
+
+
+def _workshop(folder: Path, name: str) -> Path:
+    """Return a new empty folder in the nearest one above ``folder`` that exists."""
+    existing = folder.absolute().parent
+    while not existing.exists():
+        existing = existing.parent
+    try:
+        return Path(tempfile.mkdtemp(prefix=f'.sosml_{name}_', dir=existing))
+    except OSError as error:
+        raise _refused(folder, error) from error
+
+
 def _holds(folder: Path, kind: OutputKind) -> bool:
     try:
         document = json.loads((folder / kind.document).read_text(encoding='utf-8'))
@@ -80,13 +101,7 @@ def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
 
     :raises ConfigurationError: if the files cannot be written.
     """
-    existing = folder.absolute().parent
-    while not existing.exists():
-        existing = existing.parent
-    try:
-        workshop = Path(tempfile.mkdtemp(prefix=f'.sosml_{kind.name}_', dir=existing))
-    except OSError as error:
-        raise _refused(folder, error) from error
+    workshop = _workshop(folder, kind.name)
     try:
         yield workshop
         with _uninterrupted():

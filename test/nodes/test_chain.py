@@ -19,6 +19,7 @@ from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.bags.serialization import deserialize
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import WEAK_FORM
@@ -81,6 +82,14 @@ def test_live_estimates_equal_the_batch_path(run, bag):
     for name, estimate in live.items():
         np.testing.assert_array_equal(np.isnan(estimate.tau_f), np.isnan(batch[name]))
         assert np.nanmax(np.abs(estimate.tau_f - batch[name])) <= 1e-9
+
+
+def test_the_bag_names_the_controllers_that_ran(bag):
+    """For a simulation of the closed loop: the gains of config/exoskeleton.yaml."""
+    controllers = read_controllers(bag)
+    assert controllers['shoulder']['kind'] == 'pd'
+    assert (controllers['shoulder']['kp'], controllers['shoulder']['kd']) == (250.0, 12.0)
+    assert controllers['elbow']['kind'] == 'actuator'
 
 
 def test_a_bag_begins_with_a_fresh_start_of_the_observers(bag):

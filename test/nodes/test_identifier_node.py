@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
+from jsonschema import Draft202012Validator
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -18,6 +19,8 @@ from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.controllers import read_controllers
+from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.trajectory import Trajectory
@@ -275,8 +278,7 @@ def stamps_of(messages) -> list[int]:
     return [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
 
 
-@pytest.fixture
-def moving(ros, start_node, tmp_path):
+def begin_short_run(ros, start_node, tmp_path, *parameters):
     """Return a robot that moves, and all diagnostics, with a short run begun."""
     robot = MovingRobot(ros)
     arrays = ros.collect(DiagnosticArray, '/diagnostics', QoSProfile(depth=1000))
@@ -290,11 +292,18 @@ def moving(ros, start_node, tmp_path):
         'plateau:=0.6',
         'centre:=[-1.57, 1.2]',
         'scale:=[1.0, 0.7]',
+        *parameters,
     )
     ros.spin_until(lambda: configuration and run_values(arrays))
     ros.spin_until(lambda: robot.output.get_subscription_count() == 2)
     start(ros)
     return robot, arrays
+
+
+@pytest.fixture
+def moving(ros, start_node, tmp_path):
+    """Return a robot that moves, and all diagnostics, with a short run begun."""
+    return begin_short_run(ros, start_node, tmp_path)
 
 
 def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, moving, tmp_path):
@@ -350,3 +359,61 @@ def test_a_fit_is_aborted_and_begun_anew_while_the_joints_are_observed(ros, movi
         'value'
     ] == pytest.approx(0.6, abs=0.02)
     assert (run / 'model' / 'report.html').is_file()
+
+
+def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives(
+    ros, start_node, tmp_path
+):
+    """
+    An aborted diagnosis leaves the fit; the next one writes what ``sosml diagnose`` writes.
+
+    The controllers that the driver names are in the tags of the bag.
+    """
+    controller = {'shoulder': {'kind': 'actuator', 'reason': 'a test'}}
+    latched = ros.node.create_publisher(String, 'controller_configuration', LATCHED)
+    latched.publish(String(data=json.dumps(controller)))
+    # A small catalogue, for a short test.
+    without = sorted(set(EFFECTS) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
+    _, arrays = begin_short_run(
+        ros, start_node, tmp_path, 'diagnose:=true', f'diagnose_without:={without}'
+    )
+    run = tmp_path / 'run'
+
+    def last() -> dict[str, str]:
+        return run_values(arrays)[-1]
+
+    ros.spin_until(lambda: last()['phase'] in ('diagnosing', 'failed'))
+    # The fit is done and told while the diagnosis runs.
+    assert last()['phase'] == 'diagnosing', last()['message']
+    assert last()['message'].endswith(f'model in {run / "model"}')
+    assert (run / 'model' / 'report.html').is_file()
+    assert not ros.call(Trigger, 'identifier_node/start').success
+    answer = ros.call(Trigger, 'identifier_node/abort')
+    assert answer.success, answer.message
+    assert 'the fit is kept' in answer.message
+    ros.spin_until(lambda: last()['phase'] == 'done')
+    assert 'aborted' in last()['diagnosis']
+    assert {p.name for p in run.iterdir()} == {'bag', 'model', 'parameters.yaml'}
+
+    assert ros.call(Trigger, 'identifier_node/fit').success
+    ros.spin_until(lambda: last()['phase'] == 'fitting')
+    ros.spin_until(lambda: last()['phase'] in ('done', 'failed'), patience=300.0)
+    assert last()['phase'] == 'done', last()['message']
+    document = json.loads((run / 'diagnosis' / 'diagnosis.json').read_text())
+    schema = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.json'
+    Draft202012Validator(json.loads(schema.read_text())).validate(document)
+    assert last()['verdict'] == document['verdict'] != 'bad_data'
+    assert last()['diagnosis'] == document['sentence']
+    assert document['provenance']['bags'][0]['bag'] == 'bag'
+    assert (run / 'diagnosis' / 'report.html').is_file()
+    steps = {x['step'] for x in run_values(arrays) if x['phase'] == 'diagnosing'}
+    assert len(steps) > 2
+    assert read_controllers(Bag.open(run / 'bag')) == controller
+
+
+def test_an_unknown_effect_in_diagnose_without_is_refused(start_node):
+    node = start_node('identifier_node', "diagnose_without:=['stiction']")
+    assert node.wait() == 2
+    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
+    assert len(lines) == 1, node.output
+    assert "effect 'stiction' is unknown" in lines[0]

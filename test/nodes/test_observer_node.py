@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.model_folder import EffectTerm, read_model
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.urdf_bodies import with_bodies
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import CAUSAL, parse_configuration
@@ -121,6 +124,44 @@ def test_every_message_gets_one_estimate_per_observer_with_its_stamp_and_the_bat
     np.testing.assert_array_equal(selected, batch['sosml'])
     position = np.array([state.position for state in estimates['friction_estimate']])
     np.testing.assert_array_equal(position, log.q)
+
+
+def test_a_diagnosed_model_gives_its_own_body_and_the_torque_behind_the_effort(
+    ros, urdf_path, start_node, tmp_path
+):
+    """The driver's older robot_description does not count, and a scale of effort is undone."""
+    urdf = urdf_path.read_text()
+    known = read_model(share_directory() / 'config' / 'exoskeleton')
+    body = 1.2 * known.make_robot().inertial_parameters()[1]
+    heavier = replace(
+        known,
+        urdf=with_bodies(urdf, {'elbow': body}),
+        effects=(EffectTerm('effort_scale', 'shoulder', {'error': Parameter(0.1, '1')}),),
+        provenance={'rigid_body': {'written': ['gravity@elbow'], 'refused': {}}},
+    )
+    heavier.write(tmp_path / 'model')
+    description = ros.node.create_publisher(String, 'robot_description', LATCHED)
+    description.publish(String(data=urdf))
+    output, estimates, configuration = published(
+        ros, urdf_path, start_node, f'model:={tmp_path / "model"}'
+    )
+    sent = [message(k) for k in range(100)]
+    for state in sent:
+        output.publish(state)
+    ros.spin_until(lambda: len(estimates['friction_estimate']) >= len(sent))
+    estimator = parse_configuration(configuration[0].data, 'test').make_estimator(
+        heavier.make_robot()
+    )
+    effort = np.array([state.effort for state in sent])
+    log = JointLog(
+        NAMES,
+        np.array([stamp(state) for state in sent]),
+        np.array([state.position for state in sent]),
+        np.array([state.velocity for state in sent]),
+        effort / [1.1, 1.0],
+    )
+    live = np.array([state.effort for state in estimates['friction_estimate']])
+    np.testing.assert_array_equal(live, estimator.batch(log)['sosml'])
 
 
 def test_reset_starts_the_observers_afresh(ros, urdf_path, start_node):
