@@ -21,6 +21,7 @@ import typer
 
 from sosml_friction.cli_can import app as can_app
 from sosml_friction.cli_diagnose import diagnose
+from sosml_friction.cli_simulate import simulate
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.share import share_directory
 
@@ -774,6 +775,7 @@ def study(
 
 
 app.command()(diagnose)
+app.command()(simulate)
 
 
 @app.command()

@@ -548,7 +548,8 @@ def test_help_of_every_command_has_an_example(sosml):
     assert code == 0
     commands = re.findall(r'^  (\w+)  +\S', out[out.index('Commands:') :], re.MULTILINE)
     assert sorted(commands) == [
-        'can', 'demo', 'diagnose', 'fit', 'import', 'info', 'plan', 'study', 'trajectory', 'tune'
+        'can', 'demo', 'diagnose', 'fit', 'import', 'info', 'plan', 'simulate', 'study',
+        'trajectory', 'tune'
     ]  # fmt: skip
     # The commands of can have a test of their own.
     for command in set(commands) - {'can'}:

@@ -18,9 +18,11 @@ from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
 from sosml_friction.diagnosis.experiment import Recommendation, recommend
+from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain, gets_worse
 from sosml_friction.diagnosis.gain import Gain, make_gain
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import library_hash, make_library
+from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
@@ -36,6 +38,8 @@ VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'b
 _REST = 0.5
 #: Share of the residual's energy that a burst's episodes hold at least to be a cause.
 _BURST = 0.02
+#: What is said of a cause that the forward simulation does not bear out.
+_FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,7 @@ def diagnose(
     robot = model.make_robot()
     logs = [log.select(robot.names) for log in logs]
     library = make_library(without)
+    known_effects(model)
     digest = library_hash(library)
     step('checking the data')
     checks = [check for log in logs for check in check_log(log)]
@@ -132,7 +137,7 @@ def diagnose(
             'bad_data', (), tuple(checks), robot.names, robot.effort_units, digest, bad.sentence
         )
     try:
-        signals = prepare(logs, model, robot, settings)
+        signals = with_known(prepare(logs, model, robot, settings), model)
         for i in range(robot.n):
             lag = velocity_lag(logs[0], signals[0], i)
             if lag is not None:
@@ -146,21 +151,13 @@ def diagnose(
     selector = Selector(laboratory, step)
     selection = selector.run()
     step('measuring the gain')
-    gain, before, after = _gain(laboratory, selection, others)
-    # A cause that makes the forward simulation worse on data left out is not named.
-    while selection.accepted and _worse(gain, selection.accepted[-1], laboratory):
-        dropped = selection.accepted.pop()
-        selection.rejected = replace(
-            dropped, failed=('the forward simulation of data left out gets worse',)
-        )
-        system = laboratory.system.extended([f.columns for f in selection.accepted])
-        selection.system, selection.target = system, Target.make(system, laboratory.y)
-        selection.after = fit_baseline(system, selection.target)
-        gain, before, after = _gain(laboratory, selection, others)
+    squares = _forward_gate(ForwardGain(laboratory, model, others), laboratory, selection)
+    if selection.rejected is not None and selection.rejected.failed == (_FORWARD_WORSE,):
         selection.leftovers = leftovers(laboratory, selection.accepted, selector.credible)
+    gain, before, after = _gain(laboratory, selection, others, squares)
     if holdout is not None:
         # The pictures show the recording that was diagnosed, the numbers the other one.
-        _, before, after = _gain(laboratory, selection, None)
+        _, before, after = _gain(laboratory, selection, None, squares)
     causes = _data_causes(checks, laboratory, without) + _model_causes(laboratory, selection)
     verdict = _verdict(causes, selection)
     recommendation = None
@@ -222,7 +219,7 @@ def _prepared(
         raise ConfigurationError(f'the recording left out (holdout): {bad.sentence}')
     band = replace(settings, band=first.band.cutoff)
     try:
-        return prepare([log], model, first.robot, band, first.scales)
+        return with_known(prepare([log], model, first.robot, band, first.scales), model)
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None
 
@@ -349,15 +346,14 @@ def _gain(
     laboratory: Laboratory,
     selection: Selection,
     others: Sequence[Signals] | None,
+    squares: tuple[FloatArray, FloatArray],
 ) -> tuple[Gain, FloatArray, FloatArray]:
     """Return the gain on data left out, and effort errors (rows, n) before and after there."""
     assert selection.before is not None
     assert selection.after is not None
-    friction = np.nan_to_num(laboratory.signals[0].scales.viscous)
-    step = laboratory.signals[0].band.output_step
     accepted = selection.accepted
     if others is None:
-        y, Z, inertia = laboratory.unwhitened()
+        y, Z, _ = laboratory.unwhitened()
         more = [laboratory.own_columns(f.effect, f.joint, f.inner) for f in accepted]
         wide = np.concatenate([Z, *more], axis=2) if more else Z
         before, after = y.copy(), y.copy()
@@ -370,10 +366,9 @@ def _gain(
             [s.band.apply(s.tau)[-len(part) :] for s, part in zip(
                 laboratory.signals, laboratory.split(y), strict=True)]
         )  # fmt: skip
-        gain = make_gain(before, after, measured, inertia, friction, step, 'folds left out')
+        gain = make_gain(before, after, measured, *squares, HORIZON_S, 'folds left out')
         return gain, before, after
-    robot = laboratory.robot
-    parts: list[list[FloatArray]] = [[], [], [], []]
+    parts: list[list[FloatArray]] = [[], [], []]
     for s in others:
         y = s.band.apply(s.tau - s.torque)
         Z = s.band.apply(laboratory.nominal.columns(s))
@@ -382,11 +377,8 @@ def _gain(
         parts[0].append(y - Z @ selection.before.x)
         parts[1].append(y - wide @ selection.after.x)
         parts[2].append(s.band.apply(s.tau))
-        q = s.q[s.band.first :: s.band.factor][: len(y)]
-        parts[3].append(np.array([np.diag(robot.inertia(x)) for x in q]))
-    before, after, measured, inertia = (np.concatenate(part) for part in parts)
-    step = others[0].band.output_step
-    gain = make_gain(before, after, measured, inertia, friction, step, 'another recording')
+    before, after, measured = (np.concatenate(part) for part in parts)
+    gain = make_gain(before, after, measured, *squares, HORIZON_S, 'another recording')
     return gain, before, after
 
 
@@ -427,11 +419,35 @@ def _stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]
     return result
 
 
-def _worse(gain: Gain, finding: Finding, laboratory: Laboratory) -> bool:
-    """Tell whether the forward error of a cause's joints, taken together, is no smaller."""
-    rows = finding.columns.rows
-    before = np.maximum(gain.forward_before[rows], 1e-300)
-    return bool(np.mean((gain.forward_after[rows] / before) ** 2) >= 1.0)
+def _forward_gate(
+    forward: ForwardGain, laboratory: Laboratory, selection: Selection
+) -> tuple[FloatArray, FloatArray]:
+    """
+    Take back the last causes while they make the simulation of data left out worse.
+
+    Worse than that of the refitted nominal, or than without the last one. Returns the mean squares
+    of the windows (W, n), refitted and with the causes that stay.
+    """
+    assert selection.before is not None
+    assert selection.after is not None
+    before = forward.squares((), selection.before.x, selection.before.fold_x)
+    if not selection.accepted:
+        return before, before
+    after = forward.squares(selection.accepted, selection.after.x, selection.after.fold_x)
+    while selection.accepted:
+        *fewer, last = selection.accepted
+        system = laboratory.system.extended([f.columns for f in fewer])
+        target = Target.make(system, laboratory.y)
+        refit = fit_baseline(system, target)
+        without = forward.squares(fewer, refit.x, refit.fold_x) if fewer else before
+        rows = last.columns.rows
+        if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
+            break
+        selection.accepted = fewer
+        selection.rejected = replace(last, failed=(_FORWARD_WORSE,))
+        selection.system, selection.target, selection.after = system, target, refit
+        after = without
+    return before, after
 
 
 def _more_along_axis(selection: Selection) -> list[Leftover]:

@@ -12,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import ForwardTerm
 
 FloatArray = NDArray[np.float64]
 Inner = Mapping[str, float]
@@ -57,6 +60,18 @@ class Effect(ABC):
     @abstractmethod
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the unit of every amplitude and inner parameter."""
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ForwardTerm:
+        """
+        Return how the cause enters the forward simulation.
+
+        What it adds to the effort is ``columns @ amplitude``, to first order in the amplitude.
+
+        :raises ConfigurationError: if it cannot be simulated.
+        """
+        raise ConfigurationError(
+            f'effect {self.identifier} has no term in the simulation: take it out of the model'
+        )
 
     def parameters(
         self,

@@ -8,13 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-
-#: A forward prediction starts afresh from the measured state after so long [s].
-HORIZON_S = 0.3
 
 
 @dataclass(frozen=True)
@@ -23,8 +19,8 @@ class Gain:
     Hold root mean squares by joint (n,), with the refitted nominal and with the causes.
 
     ``inverse``: of measured minus predicted effort in the band [Nm or N]; ``relative`` [%] the
-    same as a share of the measured effort; ``forward``: of the position that the model's effort
-    error makes over ``horizon_s`` from the measured state [rad or m].
+    same as a share of the measured effort; ``forward``: of simulated minus measured position over
+    ``horizon_s`` from the measured state, driven by the measured effort [rad or m].
     """
 
     inverse_before: FloatArray
@@ -63,60 +59,26 @@ def make_gain(
     before: FloatArray,
     after: FloatArray,
     measured: FloatArray,
-    inertia: FloatArray,
-    viscous: FloatArray,
-    step: float,
+    squares_before: FloatArray,
+    squares_after: FloatArray,
+    horizon_s: float,
     on: str,
 ) -> Gain:
     """
-    Return the gain from effort errors (rows, n) before and after.
+    Return the gain from effort errors (rows, n) and simulated windows (W, n) before and after.
 
     :param measured: effort (rows, n) in the band.
-    :param inertia: M_ii (rows, n); viscous: (n,).
-    :param step: time between rows [s].
+    :param squares_before: mean square of the position error of each window [rad2 or m2]; without
+        windows the forward gain is not known, NaN.
     :param on: what the errors are on, for the report.
     """
     size = np.sqrt(np.mean(measured**2, axis=0))
     root = [np.sqrt(np.mean(x**2, axis=0)) for x in (before, after)]
     forward = [
-        np.array(
-            [
-                _forward(
-                    np.ascontiguousarray(x[:, i]),
-                    np.ascontiguousarray(inertia[:, i]),
-                    float(viscous[i]),
-                    step,
-                    max(2, round(HORIZON_S / step)),
-                )
-                for i in range(x.shape[1])
-            ]
-        )
-        for x in (before, after)
+        np.sqrt(np.mean(x, axis=0)) if len(x) else np.full(x.shape[1], np.nan)
+        for x in (squares_before, squares_after)
     ]
     return Gain(
         root[0], root[1], 100.0 * root[0] / size, 100.0 * root[1] / size, forward[0], forward[1],
-        HORIZON_S, on,
+        horizon_s, on,
     )  # fmt: skip
-
-
-@njit(cache=True)
-def _forward(
-    error: FloatArray, inertia: FloatArray, viscous: float, step: float, horizon: int
-) -> float:
-    """
-    Return the root mean square of d, restarted at 0 every ``horizon`` rows.
-
-        M d'' + B d' = -error,
-
-    the first order in the effort error of a forward simulation that is driven by the measured
-    effort from the measured state.
-    """
-    total = 0.0
-    d, v = 0.0, 0.0
-    for k in range(len(error)):
-        if k % horizon == 0:
-            d, v = 0.0, 0.0
-        v = (v - step * error[k] / inertia[k]) / (1.0 + step * viscous / inertia[k])
-        d += step * v
-        total += d * d
-    return np.sqrt(total / len(error))

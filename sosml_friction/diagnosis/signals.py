@@ -65,6 +65,7 @@ class Signals:
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`~sosml_friction.diagnosis.sign_state.sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
+    ``known`` (N, n): what the effects in the model's own list add;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
     the start of the first recording.
     """
@@ -82,12 +83,13 @@ class Signals:
     scales: Scales
     band: Band
     temperature: FloatArray | None = None
+    known: FloatArray | float = 0.0
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
-        return self.rigid + self.friction
+        return np.asarray(self.rigid + self.friction + self.known)
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:
@@ -244,11 +246,13 @@ def prepare(
     robot: Robot,
     settings: DiagnosisSettings,
     known: Scales | None = None,
+    shortest_s: float | None = None,
 ) -> list[Signals]:
     """
     Return the signals of all recordings, stretch after stretch.
 
     :param known: scales found on other recordings, to be used as they are.
+    :param shortest_s: shortest stretch that is of use [s]; None: as the diagnosis needs.
     :raises DataError: if nothing is long enough.
     """
     scales = known or find_scales(logs, model, robot)
@@ -262,7 +266,8 @@ def prepare(
                 chosen = choose_band(stretch, robot, step, settings)
                 # One band for all: what is compared must be filtered alike.
                 band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
-            if len(stretch) * step < _SHORTEST_CYCLES / band.cutoff:
+            least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
+            if len(stretch) * step < max(least, 5.0 / band.cutoff):
                 continue
             cut.append((stretch, offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9))
         offset += float(log.time[-1]) + 1.0

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.rigid_terms import moved_body
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.simulation.forward_term import Gear
+from sosml_friction.simulation.forward_terms import GearTerm
 
 #: Share of critical damping in the gear.
 _DAMPING = 0.05
@@ -83,6 +85,11 @@ def resonances(signals: Signals, joint: int) -> FloatArray:
     inertia -= signals.robot.armature[joint]
     frequencies = signals.band.cutoff * np.geomspace(1.0 / 6.0, 1.2, 7)
     return np.asarray(max(inertia, 1e-9) * (2.0 * np.pi * frequencies) ** 2)
+
+
+def gear_term(joint: int, stiffness: float, gap: float, amplitude: float) -> GearTerm:
+    """Return the gear of the simulation; one that gives ``amplitude`` times as much is softer."""
+    return GearTerm(Gear(joint, stiffness / amplitude, gap * amplitude, _DAMPING))
 
 
 class Transmission(Effect):

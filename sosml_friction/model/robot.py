@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import copy
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -188,6 +189,28 @@ class Robot:
             return self.gravity(q)
         finally:
             self._model.gravity.linear = kept
+
+    def changed(self, inertias: FloatArray, armature: FloatArray, gravity: FloatArray) -> Robot:
+        """
+        Return the same arm with other bodies, for a simulation; its URDF is still the old one.
+
+        Nothing is checked: an armature may be negative where M is positive definite all the same.
+
+        :param inertias: (n, 10) as :meth:`inertial_parameters`.
+        :param armature: reflected inertia (n,) [kg m2 or kg].
+        :param gravity: acceleration of gravity in the base frame (3,) [m/s2].
+        """
+        other = copy.copy(self)
+        model = self._model.copy()
+        for i, row in zip(self._order, inertias, strict=True):
+            model.inertias[int(i) + 1] = pinocchio.Inertia.FromDynamicParameters(row)
+        rotor = np.zeros(model.nv)
+        rotor[self._order] = armature
+        model.armature = rotor
+        model.gravity.linear = np.asarray(gravity, dtype=float)
+        other.armature = tuple(float(a) for a in armature)
+        other._model, other._data = model, model.createData()
+        return other
 
     @property
     def gravity_acceleration(self) -> FloatArray:

@@ -19,6 +19,9 @@ from sosml_friction.diagnosis.effect import (
     level,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class AsymmetricFriction(Effect):
@@ -42,6 +45,17 @@ class AsymmetricFriction(Effect):
         if inner['by_speed'] == 0.0:
             speed = np.zeros_like(speed)
         return in_joint(signals, joint, speed, constant)
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return c_v |q'| + c_c |s|."""
+        by_speed = float(amplitude[0]) if inner['by_speed'] else 0.0
+        constant = float(amplitude[1])
+
+        def load(motion: Motion) -> FloatArray:
+            speed, sign = np.abs(motion.v[:, joint]), np.abs(motion.sign[:, joint])
+            return np.asarray(by_speed * speed + constant * sign)
+
+        return LoadTerm(joint, load, constant)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -9,7 +9,14 @@ from typing import ClassVar
 
 from sosml_friction.diagnosis.effect import FloatArray, Inner, effort_unit, length_unit
 from sosml_friction.diagnosis.signals import Signals
-from sosml_friction.diagnosis.two_mass import Transmission, resonances, transmission_column
+from sosml_friction.diagnosis.two_mass import (
+    Transmission,
+    gear_term,
+    resonances,
+    transmission_column,
+)
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import GearTerm
 
 
 class Backlash(Transmission):
@@ -28,6 +35,10 @@ class Backlash(Transmission):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the effort of the deflection."""
         return transmission_column(signals, joint, inner['stiffness'], inner['gap'])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> GearTerm:
+        """Return the gear, that gives ``amplitude`` times as much."""
+        return gear_term(joint, inner['stiffness'], inner['gap'], float(amplitude[0]))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

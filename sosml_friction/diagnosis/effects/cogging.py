@@ -18,6 +18,9 @@ from sosml_friction.diagnosis.effect import (
     length_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 _TURN = 2.0 * np.pi
 #: The slowest passes, as a share of the top speed.
@@ -44,6 +47,16 @@ class Cogging(Effect):
         """Return cos w q and sin w q."""
         angle = inner['frequency'] * signals.q[:, joint]
         return in_joint(signals, joint, np.cos(angle), np.sin(angle))
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return A cos w q + B sin w q."""
+        w, (cosine, sine) = inner['frequency'], amplitude
+
+        def load(motion: Motion) -> FloatArray:
+            angle = w * motion.q[:, joint]
+            return np.asarray(cosine * np.cos(angle) + sine * np.sin(angle))
+
+        return LoadTerm(joint, load, stiffness=w * float(np.hypot(cosine, sine)))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -17,6 +17,8 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class Coulomb(Effect):
@@ -29,6 +31,11 @@ class Coulomb(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return s."""
         return in_joint(signals, joint, signals.sign[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return change * s."""
+        change = float(amplitude[0])
+        return LoadTerm(joint, lambda m: change * m.sign[:, joint], change)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -17,6 +17,8 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import ReportTerm
 
 
 class EffortBias(Effect):
@@ -30,6 +32,12 @@ class EffortBias(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return 1."""
         return in_joint(signals, joint, np.ones(len(signals.q)))
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
+        """Return a report that is the bias more than the torque."""
+        bias = np.zeros(robot.n)
+        bias[joint] = amplitude[0]
+        return ReportTerm(lambda torque: torque + bias, lambda report: report - bias)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -14,6 +14,8 @@ from sosml_friction.diagnosis.effect import (
     Inner,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import ReportTerm
 
 
 class EffortDelay(Effect):
@@ -26,6 +28,10 @@ class EffortDelay(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return -dtau/dt."""
         return -first_derivative(signals.torque, signals.band.step)[:, :, None]
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
+        """Return a report that is late."""
+        return ReportTerm(lambda torque: torque, lambda report: report, float(amplitude[0]))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -17,6 +17,11 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import ReportTerm
+
+#: Rounds of Newton's rule: the cube is less than half of the torque.
+_ROUNDS = 8
 
 
 class EffortSaturation(Effect):
@@ -33,6 +38,26 @@ class EffortSaturation(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the cube of the effort."""
         return in_joint(signals, joint, (signals.torque[:, joint] / inner['reference']) ** 3)
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
+        """Return a report of the torque and its cube; Newton's rule solves it for the torque."""
+        gain, reference = float(amplitude[0]), inner['reference']
+
+        def reported(torque: FloatArray) -> FloatArray:
+            result = np.array(torque)
+            result[..., joint] += gain * (torque[..., joint] / reference) ** 3
+            return result
+
+        def torque(report: FloatArray) -> FloatArray:
+            result, wanted = np.array(report), report[..., joint]
+            x = np.array(wanted)
+            for _ in range(_ROUNDS):
+                cube = gain * (x / reference) ** 3
+                x = x - (x + cube - wanted) / (1.0 + 3.0 * gain * (x / reference) ** 2 / reference)
+            result[..., joint] = x
+            return result
+
+        return ReportTerm(reported, torque)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from sosml_friction.diagnosis.effect import (
     Effect,
     FloatArray,
@@ -14,6 +16,8 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import ReportTerm
 
 
 class EffortScale(Effect):
@@ -26,6 +30,12 @@ class EffortScale(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the nominal effort."""
         return in_joint(signals, joint, signals.torque[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
+        """Return a report of another scale."""
+        scale = np.ones(robot.n)
+        scale[joint] += amplitude[0]
+        return ReportTerm(lambda torque: torque * scale, lambda report: report / scale)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

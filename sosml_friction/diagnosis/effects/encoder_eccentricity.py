@@ -17,6 +17,8 @@ from sosml_friction.diagnosis.effect import (
 )
 from sosml_friction.diagnosis.rigid_terms import moved_body
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import EncoderTerm
 
 
 class EncoderEccentricity(Effect):
@@ -30,6 +32,11 @@ class EncoderEccentricity(Effect):
         q = signals.q[:, joint]
         parts = [moved_body(signals, joint, x) for x in (np.cos(q), np.sin(q))]
         return np.stack(parts, axis=2)
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> EncoderTerm:
+        """Return an encoder that is A cos q + B sin q behind."""
+        cosine, sine = amplitude
+        return EncoderTerm(joint, lambda q: np.asarray(cosine * np.cos(q) + sine * np.sin(q)))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

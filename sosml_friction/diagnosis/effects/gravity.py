@@ -16,6 +16,12 @@ from sosml_friction.diagnosis.effect import (
     effort_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Body
+from sosml_friction.simulation.forward_terms import BodyTerm
+
+#: Random states at which it is asked what a joint feels.
+_STATES = 50
 
 
 class Gravity(Effect):
@@ -31,8 +37,17 @@ class Gravity(Effect):
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the columns of the regressor."""
-        across = first_moments(signals, joint)
+        across = first_moments(signals.robot, joint)
         return np.array(signals.regressor[:, :, [10 * joint + 1 + k for k in across]])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
+        """Return a body whose first moment is larger by the change."""
+        across = first_moments(robot, joint)
+
+        def body(body: Body) -> None:
+            body.inertias[joint, [1 + k for k in across]] += amplitude
+
+        return BodyTerm(body)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""
@@ -43,12 +58,24 @@ class Gravity(Effect):
         return (
             effort_unit(signals, joint) == 'Nm'
             and bool(signals.robot.gravity_acceleration.any())
-            and len(first_moments(signals, joint)) == 2
+            and len(first_moments(signals.robot, joint)) == 2
         )
 
 
-def first_moments(signals: Signals, joint: int) -> list[int]:
-    """Return which components of the first moment the joint itself feels most: two, or fewer."""
-    block = signals.regressor[:: max(1, len(signals.q) // 500), joint, 10 * joint + 1 :][:, :3]
+def first_moments(robot: Robot, joint: int) -> list[int]:
+    """
+    Return which components of the first moment the joint itself feels most: two, or fewer.
+
+    At random states, so that the robot alone says what the amplitudes mean.
+    """
+    rng = np.random.default_rng(0)
+    block = np.array(
+        [
+            robot.torque_regressor(*rng.uniform(-1.5, 1.5, (3, robot.n)))[joint, 10 * joint + 1 :][
+                :3
+            ]
+            for _ in range(_STATES)
+        ]
+    )
     felt = np.sqrt(np.mean(block**2, axis=0))
     return sorted(int(k) for k in np.argsort(-felt)[:2] if felt[k] > 1e-9)

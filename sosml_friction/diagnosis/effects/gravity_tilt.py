@@ -16,6 +16,9 @@ from sosml_friction.diagnosis.effect import (
 )
 from sosml_friction.diagnosis.rigid_terms import between, coarse_rows
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Body
+from sosml_friction.simulation.forward_terms import BodyTerm
 
 
 class GravityTilt(Effect):
@@ -37,6 +40,15 @@ class GravityTilt(Effect):
             coarse = np.array([signals.robot.gravity_under(q, turned) for q in signals.q[rows]])
             result[:, :, k] = between(signals, rows, coarse)
         return result
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
+        """Return gravity turned, to first order in the angles."""
+        rotation = np.array([amplitude[0], amplitude[1], 0.0])
+
+        def body(body: Body) -> None:
+            body.gravity += np.cross(body.gravity, rotation)
+
+        return BodyTerm(body)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

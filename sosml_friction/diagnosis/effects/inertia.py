@@ -17,6 +17,9 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Body
+from sosml_friction.simulation.forward_terms import BodyTerm
 
 
 class Inertia(Effect):
@@ -29,6 +32,15 @@ class Inertia(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return q''."""
         return in_joint(signals, joint, signals.a[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
+        """Return a rotor that is larger by the change."""
+        change = float(amplitude[0])
+
+        def body(body: Body) -> None:
+            body.rotors[joint] += change
+
+        return BodyTerm(body)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
+import numpy as np
+
 from sosml_friction.diagnosis.effect import (
     Effect,
     FloatArray,
@@ -14,6 +16,8 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import ReportTerm
 
 
 class JointCoupling(Effect):
@@ -30,6 +34,13 @@ class JointCoupling(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the other joint's nominal effort."""
         return in_joint(signals, joint, signals.torque[:, int(inner['source'])])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
+        """Return a report that has some of another joint's torque."""
+        mix = np.eye(robot.n)
+        mix[joint, int(inner['source'])] += amplitude[0]
+        inverse = np.linalg.inv(mix)
+        return ReportTerm(lambda torque: torque @ mix.T, lambda report: report @ inverse.T)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -16,6 +16,9 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class LoadDependentFriction(Effect):
@@ -27,6 +30,15 @@ class LoadDependentFriction(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return |tau_load| s."""
         return in_joint(signals, joint, np.abs(signals.rigid[:, joint]) * signals.sign[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return k |tau_load| s, of the load a step before."""
+        k = float(amplitude[0])
+
+        def load(motion: Motion) -> FloatArray:
+            return np.asarray(k * np.abs(motion.load[:, joint]) * motion.sign[:, joint])
+
+        return LoadTerm(joint, load, lambda effort: k * effort)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -16,6 +16,9 @@ from sosml_friction.diagnosis.effect import (
     effort_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Body
+from sosml_friction.simulation.forward_terms import BodyTerm
 
 
 class Payload(Effect):
@@ -33,12 +36,17 @@ class Payload(Effect):
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the effort of a point mass of 1 kg."""
-        pi = signals.robot.inertial_parameters()[-1]
-        r = pi[1:4] / np.linalg.norm(pi[1:4]) * inner['distance']
-        tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
-        entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-        point = np.concatenate([[1.0], r, entries])
+        point = point_mass(signals.robot, inner['distance'])
         return np.asarray(signals.regressor[:, :, -10:] @ point)[:, :, None]
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
+        """Return a last body with the point mass in it."""
+        point = float(amplitude[0]) * point_mass(robot, inner['distance'])
+
+        def body(body: Body) -> None:
+            body.inertias[-1] += point
+
+        return BodyTerm(body)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""
@@ -70,6 +78,15 @@ class Payload(Effect):
         if amplitude[0] <= 0.0:
             return 'a payload has a positive mass'
         return ''
+
+
+def point_mass(robot: Robot, distance: float) -> FloatArray:
+    """Return the ten numbers (10,) of 1 kg at a distance from the last joint [m]."""
+    pi = robot.inertial_parameters()[-1]
+    r = pi[1:4] / np.linalg.norm(pi[1:4]) * distance
+    tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
+    entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return np.concatenate([[1.0], r, entries])
 
 
 def body_centre(signals: Signals) -> float:

@@ -19,6 +19,9 @@ from sosml_friction.diagnosis.effect import (
     level,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class PositionDependentFriction(Effect):
@@ -37,6 +40,17 @@ class PositionDependentFriction(Effect):
         angle = inner['frequency'] * signals.q[:, joint]
         s = signals.sign[:, joint]
         return in_joint(signals, joint, s * np.cos(angle), s * np.sin(angle))
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return s (A cos w q + B sin w q)."""
+        w, (cosine, sine) = inner['frequency'], amplitude
+
+        def load(motion: Motion) -> FloatArray:
+            angle = w * motion.q[:, joint]
+            level = cosine * np.cos(angle) + sine * np.sin(angle)
+            return np.asarray(level * motion.sign[:, joint])
+
+        return LoadTerm(joint, load, float(np.hypot(cosine, sine)))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -19,6 +19,8 @@ from sosml_friction.diagnosis.effect import (
 )
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import BuildUpTerm
 
 
 class PreslidingHysteresis(Effect):
@@ -38,6 +40,10 @@ class PreslidingHysteresis(Effect):
         q = np.ascontiguousarray(signals.q[:, joint])
         z = sign_state(q, float(inner['displacement']))
         return in_joint(signals, joint, z - signals.sign[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BuildUpTerm:
+        """Return F (z(x_s) - s), z a state of its own."""
+        return BuildUpTerm(joint, float(amplitude[0]), inner['displacement'])
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -18,6 +18,8 @@ from sosml_friction.diagnosis.effect import (
     length_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class Spring(Effect):
@@ -29,6 +31,11 @@ class Spring(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return q and 1."""
         return in_joint(signals, joint, signals.q[:, joint], np.ones(len(signals.q)))
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return k q + offset."""
+        k, offset = float(amplitude[0]), float(amplitude[1])
+        return LoadTerm(joint, lambda m: k * m.q[:, joint] + offset, stiffness=k)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -19,6 +19,9 @@ from sosml_friction.diagnosis.effect import (
     level,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class Stribeck(Effect):
@@ -37,6 +40,16 @@ class Stribeck(Effect):
         """Return s exp(-(|q'| / v_s)^d)."""
         v = np.abs(signals.v[:, joint]) / inner['stribeck_velocity']
         return in_joint(signals, joint, signals.sign[:, joint] * np.exp(-(v ** inner['exponent'])))
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return S s exp(-(|q'| / v_s)^d)."""
+        size, v_s, d = float(amplitude[0]), inner['stribeck_velocity'], inner['exponent']
+
+        def load(motion: Motion) -> FloatArray:
+            fade = np.exp(-((np.abs(motion.v[:, joint]) / v_s) ** d))
+            return np.asarray(size * motion.sign[:, joint] * fade)
+
+        return LoadTerm(joint, load, size)
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

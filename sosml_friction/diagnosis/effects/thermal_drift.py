@@ -18,9 +18,15 @@ from sosml_friction.diagnosis.effect import (
     length_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.exceptions import DataError
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 #: No gear warms up faster than this [s]; a shorter time would be a start, not a drift.
 _FASTEST = 60.0
+#: No gear gets warmer by more than this [K]: how much friction a simulation has to be ready for.
+_WARMEST = 50.0
 
 
 class ThermalDrift(Effect):
@@ -46,6 +52,25 @@ class ThermalDrift(Effect):
         else:
             warm = 1.0 - np.exp(-signals.time / max(inner['time_constant'], 1e-9))
         return in_joint(signals, joint, warm * signals.v[:, joint], warm * signals.sign[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return the warming times a q' + b s, by time or by measured temperature."""
+        viscous, coulomb = float(amplitude[0]), float(amplitude[1])
+        time_constant = inner['time_constant']
+
+        def load(motion: Motion) -> FloatArray:
+            warm = motion.warm[:, joint]
+            if time_constant != 0.0:
+                warm = 1.0 - np.exp(-motion.time / time_constant)
+            elif not np.isfinite(warm).all():
+                raise DataError(
+                    f'the friction of {robot.names[joint]} follows its temperature, which the '
+                    'recording does not have: record joint_temperatures'
+                )
+            by_speed, by_sign = viscous * motion.v[:, joint], coulomb * motion.sign[:, joint]
+            return np.asarray(warm * (by_speed + by_sign))
+
+        return LoadTerm(joint, load, coulomb * (1.0 if time_constant else _WARMEST))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

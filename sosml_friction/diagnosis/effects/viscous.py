@@ -18,6 +18,8 @@ from sosml_friction.diagnosis.effect import (
     length_unit,
 )
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_terms import LoadTerm
 
 
 class Viscous(Effect):
@@ -30,6 +32,11 @@ class Viscous(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return q'."""
         return in_joint(signals, joint, signals.v[:, joint])
+
+    def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
+        """Return change * q'."""
+        change = float(amplitude[0])
+        return LoadTerm(joint, lambda m: change * m.v[:, joint])
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -1,0 +1,93 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml simulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def simulate(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    model: Annotated[
+        Path | None,
+        typer.Option(metavar='DIR', help="Model folder to simulate; default: the bag's own."),
+    ] = None,
+    horizon: Annotated[
+        float | None,
+        typer.Option(
+            metavar='S',
+            help='Simulate windows of this length, begun anew from the measured state; default: '
+            'the closed loop from end to end where the bag holds its controller, else 0.5.',
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR',
+            help='Where to write; default: <name of the bag>_simulation in this folder.',
+        ),
+    ] = None,
+    urdf: Annotated[
+        Path | None,
+        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+    ] = None,
+    namespace: Annotated[
+        str | None,
+        typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
+    ] = None,
+    json: Annotated[
+        bool, typer.Option('--json', help='Print one JSON object on stdout instead of a table.')
+    ] = False,
+) -> None:
+    """
+    Simulate a recording from a model folder, and show where the two differ.
+
+    With the bag's own controller and wanted position the whole experiment is simulated in closed
+    loop. Without them the measured effort drives the model, in windows that begin anew from the
+    measured state. The model's friction sticks, and the effects in its model.yaml take part.
+    Prints the error of position, velocity and effort of each joint, and writes simulation.json and
+    report.html.
+
+    Example: sosml simulate recording --model recording_diagnosis --out again
+    """
+    from sosml_friction.diagnosis.recorded_simulation import simulate_recording
+    from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
+    from sosml_friction.identification.output_error_fits import recorded_controllers
+    from sosml_friction.report.output import to_json
+    from sosml_friction.report.progress import progress
+    from sosml_friction.report.simulation_document import (
+        check_simulation_folder,
+        simulation_document,
+        write_simulation,
+    )
+    from sosml_friction.report.simulation_rows import error_table, simulation_sentences
+    from sosml_friction.report.tables import print_table
+
+    name = bag.resolve()
+    stem = name.stem if name.suffix == '.mcap' else name.name
+    folder = check_simulation_folder(out if out is not None else Path(f'{stem}_simulation'))
+    with progress(f'reading {bag}') as step:
+        recorded = read_recorded_robot(bag, model, urdf, namespace)
+        controlled = recorded_controllers(recorded.bag, recorded.log)
+        found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step)
+        provenance = {
+            'bag': bag.name,
+            'sha256': bag_hash(bag),
+            'model': recorded.nominal.name if model is None else str(model),
+        }
+        step('drawing the report')
+        write_simulation(folder, found, recorded.nominal, provenance)
+    if json:
+        document = simulation_document(found, recorded.nominal, provenance)
+        typer.echo(to_json({**document, 'output': str(folder)}))
+        return
+    for sentence in simulation_sentences(found):
+        typer.echo(sentence)
+    print_table(error_table(found))
+    for remark in found.remarks:
+        typer.echo(f'{remark}.')
+    typer.echo(f'simulation.json and report.html are in {folder}')

@@ -1,0 +1,64 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The figure of a recording and its simulation, one joint."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from sosml_friction.diagnosis.recorded_simulation import WINDOWS, RecordedSimulation
+from sosml_friction.report.drawing import (
+    GREY,
+    draw_line,
+    label_axes,
+    legend_below,
+    new_figure,
+)
+
+_SIMULATED, _ERROR = '#0072B2', '#D55E00'
+
+
+def simulation_figure(found: RecordedSimulation, i: int) -> Figure:
+    """Return position, velocity, effort, and the error of each beside it, over time."""
+    figure = new_figure(11.0, 7.6)
+    axes = figure.subplots(3, 2, sharex=True, width_ratios=[1.0, 1.0])
+    effort = found.units[i]
+    metres = effort == 'N'
+    length = 'm' if metres else 'rad'
+    panels = (
+        ('position', length, 1e3, 'mm' if metres else 'mrad'),
+        ('velocity', f'{length}/s', 1e3, 'mm/s' if metres else 'mrad/s'),
+        ('effort', effort, 1.0, effort),
+    )
+    for row, (what, unit, factor, small) in enumerate(panels):
+        measured, simulated = found.measured[what][:, i], found.simulated[what][:, i]
+        left, right = axes[row]
+        draw_line(left, found.time, measured, color=GREY, linewidth=2.2)
+        draw_line(left, found.time, _parted(found, simulated), color=_SIMULATED, linewidth=1.0)
+        error = _parted(found, factor * (simulated - measured))
+        draw_line(right, found.time, error, color=_ERROR, linewidth=0.9)
+        last = row == len(panels) - 1
+        label_axes(left, 'time [s]' if last else '', f'{what} [{unit}]')
+        label_axes(right, 'time [s]' if last else '', f'simulated - measured [{small}]')
+    own = 'simulated'
+    if found.mode == WINDOWS:
+        own = 'simulated (effort: what the model needs for the measured motion)'
+    legend_below(
+        figure,
+        [
+            Line2D([], [], color=GREY, linewidth=2.2, label='measured'),
+            Line2D([], [], color=_SIMULATED, label=own),
+            Line2D([], [], color=_ERROR, label='error'),
+        ],
+    )
+    return figure
+
+
+def _parted(found: RecordedSimulation, values: np.ndarray) -> np.ndarray:
+    """Return the values with a hole where a stretch ends, so that no line joins two."""
+    jumps = np.flatnonzero(np.diff(found.time) > 1.5 * np.median(np.diff(found.time)))
+    result = np.array(values, dtype=float)
+    result[jumps] = np.nan
+    return result

@@ -1,0 +1,50 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The page of a simulated recording."""
+
+from __future__ import annotations
+
+from html import escape
+
+from sosml_friction.diagnosis.recorded_simulation import CLOSED_LOOP, RecordedSimulation
+from sosml_friction.report.drawing import to_png
+from sosml_friction.report.html_page import number_cell, page, picture
+from sosml_friction.report.simulation_figure import simulation_figure
+from sosml_friction.report.simulation_rows import error_rows, simulation_sentences
+
+
+def render_simulation(found: RecordedSimulation, title: str) -> str:
+    """Return the report as one HTML document, pictures included."""
+    sentences = simulation_sentences(found)
+    result = ''.join(f'<p>{escape(text)}</p>' for text in sentences)
+    notes = ''.join(f'<li>{escape(text)}</li>' for text in found.remarks)
+    parts = [
+        f'<h1>{escape(title)}</h1>',
+        f'<div class="result">{result}</div>',
+        f'<div class="note"><ul>{notes}</ul></div>' if notes else '',
+        _table(found),
+    ]
+    for i, name in enumerate(found.names):
+        caption = f'{name}: measured, and simulated; to the right their difference'
+        if found.mode != CLOSED_LOOP:
+            caption += '; each window begins anew where the error of position is 0'
+        parts.append(f'<h2>{escape(name)}</h2>')
+        parts.append(picture(to_png(simulation_figure(found, i)), caption))
+    return page(title, parts)
+
+
+def _table(found: RecordedSimulation) -> str:
+    rows = ''.join(
+        f'<tr><td>{escape(row.joint)}</td><td>{escape(row.quantity)}</td>'
+        + number_cell(row.rms)
+        + number_cell(row.largest)
+        + f'<td>{escape(row.unit)}</td>'
+        + number_cell(row.relative)
+        + '</tr>'
+        for row in error_rows(found)
+    )
+    return (
+        '<h2>Error of the simulation</h2><table><thead><tr><th>joint</th><th>quantity</th>'
+        '<th class="n">root mean square</th><th class="n">largest</th><th>unit</th>'
+        f'<th class="n">relative</th></tr></thead><tbody>{rows}</tbody></table>'
+    )

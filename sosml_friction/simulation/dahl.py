@@ -1,0 +1,42 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Dahl's state of friction: a sign of motion that sticks.
+
+dz/dx = (1 - z sgn(dx)) / displacement, integrated exactly over each displacement: stable however
+stiff, and it does not creep under a constant load as a smooth sign does.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -> FloatArray:
+    """
+    Return z after a displacement ``dx``, same shape.
+
+    :param displacement: over which z approaches the sign of motion, positive [rad or m].
+    """
+    target = np.sign(dx)
+    return np.asarray(target + (z - target) * np.exp(-np.abs(dx) / displacement))
+
+
+@njit(cache=True)
+def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
+    """Return z (N,) along a path x (N,) from z = 0."""
+    z = np.zeros(len(x))
+    now = 0.0
+    for k in range(1, len(x)):
+        dx = x[k] - x[k - 1]
+        if dx != 0.0:
+            target = 1.0 if dx > 0.0 else -1.0
+            now = target + (now - target) * math.exp(-abs(dx) / displacement)
+        z[k] = now
+    return z
