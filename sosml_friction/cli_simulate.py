@@ -71,7 +71,7 @@ def simulate(
     stem = name.stem if name.suffix == '.mcap' else name.name
     folder = check_simulation_folder(out if out is not None else Path(f'{stem}_simulation'))
     with progress(f'reading {bag}') as step:
-        recorded = read_recorded_robot(bag, model, urdf, namespace)
+        recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)
         controlled = recorded_controllers(recorded.bag, recorded.log)
         found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step)
         provenance = {
