@@ -17,6 +17,7 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
     length_unit,
 )
+from sosml_friction.diagnosis.kernels import lines
 from sosml_friction.diagnosis.signals import Signals
 
 _TURN = 2.0 * np.pi
@@ -44,6 +45,17 @@ class Cogging(Effect):
         """Return cos w q and sin w q."""
         angle = inner['frequency'] * signals.q[:, joint]
         return in_joint(signals, joint, np.cos(angle), np.sin(angle))
+
+    def own_columns(
+        self, signals: Signals, joint: int, grid: Sequence[Inner]
+    ) -> FloatArray | None:
+        """Return cos w q and sin w q of frequencies in equal steps, (N, g, 2), else None."""
+        w = np.array([inner['frequency'] for inner in grid])
+        step = float(w[-1] - w[0]) / max(len(w) - 1, 1)
+        if np.abs(w - w[0] - step * np.arange(len(w))).max() > 1e-12 * float(np.abs(w).max()):
+            return None
+        q = np.ascontiguousarray(signals.q[:, joint])
+        return lines(q, float(w[0]), step, len(w))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""
