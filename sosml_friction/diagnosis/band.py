@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
-from scipy.signal import firwin, upfirdn
+from scipy.signal import firwin
 
 FloatArray = NDArray[np.float64]
 
@@ -17,6 +20,8 @@ FloatArray = NDArray[np.float64]
 _OVERSAMPLING = 10.0 / 3.0
 #: Position is smoothed at so many times the band before anything non-linear is made of it.
 _WIDER = 2.0
+#: So many filtered samples are one product of matrices: a window more than its overlap costs time.
+_BLOCK = 16
 
 
 @dataclass(frozen=True)
@@ -57,16 +62,27 @@ class Band:
 
     def apply(self, x: FloatArray) -> FloatArray:
         """Return ``x`` (N, ...) filtered and decimated, (count(N), ...)."""
-        taps = self._taps(self.cutoff, self.half)
-        full = upfirdn(taps, x[: len(x)], up=1, down=1, axis=0) if self.factor == 1 else None
-        if full is not None:
-            return np.asarray(full[2 * self.half : len(x)])
-        # The first whole window ends at sample 2 half: shift it onto the grid of the decimation.
-        lead = -(2 * self.half) % self.factor
-        padded = np.concatenate([np.zeros((lead, *x.shape[1:])), x])
-        result = upfirdn(taps, padded, up=1, down=self.factor, axis=0)
-        begin = (2 * self.half + lead) // self.factor
-        return np.asarray(result[begin : begin + self.count(len(x))])
+        x = np.ascontiguousarray(x, dtype=np.float64)
+        count, shape = self.count(len(x)), x.shape[1:]
+        flat = x.reshape(len(x), math.prod(shape))
+        result = np.empty((count, flat.shape[1]))
+        # So many outputs at a time are one matrix times the samples they see.
+        whole = count // _BLOCK
+        matrix = _decimator(self, _BLOCK)
+        row = flat.strides[0]
+        seen = as_strided(
+            flat,
+            (whole, matrix.shape[1], flat.shape[1]),
+            (_BLOCK * self.factor * row, row, flat.strides[1]),
+            writeable=False,
+        )
+        np.matmul(matrix, seen, out=result[: whole * _BLOCK].reshape(whole, _BLOCK, flat.shape[1]))
+        left = count - whole * _BLOCK
+        if left:
+            matrix = _decimator(self, left)
+            first = whole * _BLOCK * self.factor
+            np.matmul(matrix, flat[first : first + matrix.shape[1]], out=result[-left:])
+        return result.reshape(count, *shape)
 
     def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
         """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, ends held, (N, ...)."""
@@ -74,10 +90,24 @@ class Band:
         if cutoff * self.step >= 0.4:
             return np.array(x)
         half = max(1, round(2.0 / (cutoff * self.step)))
-        return np.asarray(convolve1d(x, self._taps(cutoff, half), axis=0, mode='nearest'))
+        taps = _taps(cutoff, half, self.step)
+        return np.asarray(convolve1d(x, taps, axis=0, mode='nearest'))
 
-    def _taps(self, cutoff: float, half: int) -> FloatArray:
-        return np.asarray(firwin(2 * half + 1, cutoff, fs=1.0 / self.step))
+
+@lru_cache(maxsize=64)
+def _taps(cutoff: float, half: int, step: float) -> FloatArray:
+    """Return the 2 half + 1 weights of the low-pass."""
+    return np.asarray(firwin(2 * half + 1, cutoff, fs=1.0 / step))
+
+
+@lru_cache(maxsize=64)
+def _decimator(band: Band, outputs: int) -> FloatArray:
+    """Return the matrix (outputs, samples) that makes so many outputs from what they see."""
+    taps = _taps(band.cutoff, band.half, band.step)
+    matrix = np.zeros((outputs, (outputs - 1) * band.factor + len(taps)))
+    for k in range(outputs):
+        matrix[k, k * band.factor : k * band.factor + len(taps)] = taps
+    return matrix
 
 
 def first_derivative(x: FloatArray, step: float) -> FloatArray:

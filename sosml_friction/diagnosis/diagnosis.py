@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.adequacy import AXES, Leftover, leftovers
+from sosml_friction.diagnosis.confusability import Confusability, confusability
 from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
@@ -79,9 +80,10 @@ class Diagnosis:
     Hold a verdict and what it rests on.
 
     ``stages``: relative effort error [%] on folds left out, refitted and after each cause.
+    ``refit``, ``refit_errors``: deviations of nominal parameters, and their standard errors.
     ``ranking``: the first round's candidates, best first; ``rejected``: the best that failed a
     gate, and which; ``laboratory`` and ``selection`` are what the report draws from, None where
-    the data were too bad.
+    the data were too bad. ``confusability``: which candidates look alike along this motion.
     """
 
     verdict: str
@@ -96,11 +98,13 @@ class Diagnosis:
     ranking: tuple[dict[str, Any], ...] = ()
     rejected: dict[str, Any] | None = None
     refit: Mapping[str, float] = field(default_factory=dict)
+    refit_errors: Mapping[str, float] = field(default_factory=dict)
     structure: Mapping[str, Any] = field(default_factory=dict)
     stages: tuple[dict[str, Any], ...] = ()
     band_hz: float = float('nan')
     laboratory: Laboratory | None = None
     selection: Selection | None = None
+    confusability: Confusability | None = None
     residual_before: FloatArray | None = None
     residual_after: FloatArray | None = None
 
@@ -195,11 +199,15 @@ def diagnose(
         ranking=tuple(_entry(f, robot.names) for f in selection.ranking),
         rejected=None if selection.rejected is None else _entry(selection.rejected, robot.names),
         refit=refit,
+        refit_errors=dict(
+            zip(laboratory.nominal.names, _standard_errors(selection).tolist(), strict=False)
+        ),
         structure=structure,
         stages=tuple(_stages(laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
         selection=selection,
+        confusability=confusability(laboratory, selection.accepted),
         residual_before=before,
         residual_after=after,
     )

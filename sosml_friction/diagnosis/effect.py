@@ -57,6 +57,16 @@ class Effect(ABC):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return (N, n, k): effort per unit of each of k amplitudes, at the data's own rate."""
 
+    def own_columns(
+        self, signals: Signals, joint: int, grid: Sequence[Inner]
+    ) -> FloatArray | None:
+        """
+        Return the columns of several points of the grid at once, (N, g, k), in ``joint`` alone.
+
+        None, as here, where they are not cheaper at once, or not zero in other joints.
+        """
+        return None
+
     @abstractmethod
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the unit of every amplitude and inner parameter."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.bounded import bounded_least_squares
+from sosml_friction.diagnosis.bounded import bounded_from, bounded_least_squares
+from sosml_friction.diagnosis.kernels import convolve_rows, squares
 from sosml_friction.diagnosis.noise_model import NoiseModel
 
 FloatArray = NDArray[np.float64]
@@ -57,11 +59,14 @@ def whiten_all(parts: Sequence[FloatArray], noise: Sequence[NoiseModel]) -> Floa
     :param parts: of each stretch (K, n, ...), filtered to the band.
     :param noise: of each joint.
     """
-    whitened = []
-    for part in parts:
-        joints = [model.whiten(part[:, i]) for i, model in enumerate(noise)]
-        whitened.append(np.stack(joints, axis=1))
-    return np.concatenate(whitened)
+    weights = np.stack([model.whitening for model in noise])
+    whitened = [
+        convolve_rows(
+            np.ascontiguousarray(part).reshape(*part.shape[:2], math.prod(part.shape[2:])), weights
+        ).reshape(-1, *part.shape[1:])
+        for part in parts
+    ]
+    return whitened[0] if len(whitened) == 1 else np.concatenate(whitened)
 
 
 @dataclass(frozen=True)
@@ -203,12 +208,7 @@ def _squares(part: FloatArray) -> FloatArray:
     if g == 1:
         flat = part.reshape(t * m, k)
         return np.asarray((flat.T @ flat)[None])
-    result = np.empty((g, k, k))
-    for i in range(k):
-        for j in range(i, k):
-            result[:, i, j] = np.einsum('tmg,tmg->g', part[..., i], part[..., j])
-            result[:, j, i] = result[:, i, j]
-    return result
+    return squares(part)
 
 
 @dataclass(frozen=True)
@@ -291,7 +291,7 @@ def score(
     G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
     A, B, D = candidate.A.sum(axis=0), candidate.B.sum(axis=0), d.sum(axis=0)
     base = float(target.yy.sum()) - baseline.cost
-    gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D)
+    gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D, baseline.x)
     best = int(np.argmax(gains))
     p = len(r)
     folds = system.blocks.folds
@@ -305,7 +305,7 @@ def score(
             d[inside].sum(axis=0),
         )
         fold_gains, fold_solutions, _ = _sweep(
-            G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df
+            G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df, baseline.fold_x[f]
         )
         g = int(np.argmax(fold_gains))
         x, c = fold_solutions[g, :p], fold_solutions[g, p:]
@@ -336,12 +336,13 @@ def _sweep(
     A: FloatArray,
     B: FloatArray,
     d: FloatArray,
+    start: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """
     Return the fall of the cost (g,), the solutions (g, p + k) and amplitude errors (g, k).
 
     Candidates are not bounded. Amplitudes are eliminated first, so that one small bounded problem
-    is left for each point of the grid.
+    is left for each point of the grid, solved from the answer before; the first from ``start``.
     """
     g, k = d.shape
     p = len(r)
@@ -352,6 +353,7 @@ def _sweep(
     low, high = -bound / scale, bound / scale
     scaled = G * scale * scale.reshape(p, 1)
     inverse = np.linalg.inv(scaled)
+    x = start / scale
     for i in range(g):
         size = np.empty(k)
         for j in range(k):
@@ -364,7 +366,7 @@ def _sweep(
         solved = np.linalg.solve(own, cross.T)
         reduced = scaled - cross @ solved
         aim = r * scale - cross @ np.linalg.solve(own, right)
-        x = bounded_least_squares(reduced, aim, low, high)
+        x = bounded_from(reduced, aim, low, high, x)
         c = np.linalg.solve(own, right - cross.T @ x)
         gains[i] = (
             2.0 * (np.dot(r * scale, x) + np.dot(right, c))
@@ -381,3 +383,23 @@ def _sweep(
         for j in range(k):
             errors[i, j] = np.sqrt(max(covariance[j, j], 0.0)) * size[j]
     return gains, solutions, errors
+
+
+def falls(
+    normal: FloatArray,
+    r: FloatArray,
+    bound: FloatArray,
+    A: FloatArray,
+    B: FloatArray,
+    d: FloatArray,
+) -> tuple[float, FloatArray]:
+    """
+    Return by how much the cost falls with nominal deviations alone, and with a candidate (g,).
+
+    :param normal: Z'Z with the prior (p, p); r: Z'y (p,); A, B, d: C'C (g, k, k), Z'C (g, p, k),
+        C'y (g, k).
+    """
+    x = _solve(normal, r, -bound, bound)
+    alone = float(2.0 * r @ x - x @ normal @ x)
+    gains, _, _ = _sweep(normal, r, bound, A, np.ascontiguousarray(B), d, x)
+    return alone, np.asarray(gains)

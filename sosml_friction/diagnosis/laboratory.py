@@ -19,6 +19,7 @@ from sosml_friction.diagnosis.evidence import (
     make_blocks,
     whiten_all,
 )
+from sosml_friction.diagnosis.kernels import acts, squares
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.diagnosis.nominal import Nominal, make_nominal
 from sosml_friction.diagnosis.settings import DiagnosisSettings
@@ -31,6 +32,8 @@ FloatArray = NDArray[np.float64]
 
 #: A grid with more points than this takes no part in the fit that leaves only noise.
 _SMALL_GRID = 12
+#: So many points of a grid are filtered at a time.
+_AT_ONCE = 16
 #: Added to the normalised equations of that fit, whose columns are many and alike.
 _RIDGE = 1e-8
 #: So many lines in position are taken off before the noise is fitted, each of at least so much of
@@ -108,17 +111,9 @@ class Laboratory:
         parts: list[FloatArray] = []
         acting: list[NDArray[np.int64]] = []
         for signals in self.signals:
-            first = candidate.effect.columns(signals, candidate.joint, candidate.grid[0])
-            rows = np.flatnonzero(np.abs(first).max(axis=(0, 2)) > 0.0)
-            if not len(rows):
-                rows = np.array([candidate.joint])
-            count = signals.band.count(len(first))
-            part = np.empty((count, len(rows), len(candidate.grid), first.shape[2]))
-            for g, inner in enumerate(candidate.grid):
-                columns = (
-                    first if g == 0 else candidate.effect.columns(signals, candidate.joint, inner)
-                )
-                part[:, :, g] = signals.band.apply(np.ascontiguousarray(columns[:, rows]))
+            rows, part = self._in_one_joint(signals, candidate) or self._in_all_joints(
+                signals, candidate
+            )
             acting.append(rows)
             parts.append(part)
         if any(not np.array_equal(rows, acting[0]) for rows in acting):
@@ -130,6 +125,39 @@ class Laboratory:
                 parts[k] = wide
             acting = [whole]
         return acting[0], parts
+
+    def _in_one_joint(
+        self, signals: Signals, candidate: Candidate
+    ) -> tuple[NDArray[np.int64], FloatArray] | None:
+        """Return the same of one stretch, many points at once, where the effect can do that."""
+        joint, grid = candidate.joint, candidate.grid
+        part: FloatArray | None = None
+        for begin in range(0, len(grid), _AT_ONCE):
+            points = slice(begin, begin + _AT_ONCE)
+            own = candidate.effect.own_columns(signals, joint, grid[points])
+            if own is None:
+                return None
+            if part is None:
+                part = np.empty((signals.band.count(len(own)), 1, len(grid), own.shape[2]))
+            part[:, 0, points] = signals.band.apply(own)
+        return None if part is None else (np.array([joint]), part)
+
+    def _in_all_joints(
+        self, signals: Signals, candidate: Candidate
+    ) -> tuple[NDArray[np.int64], FloatArray]:
+        """Return the same of one stretch, one point of the grid after the other."""
+        joint, grid = candidate.joint, candidate.grid
+        columns = candidate.effect.columns(signals, joint, grid[0])
+        rows = np.array([i for i in range(columns.shape[1]) if acts(columns[:, i])])
+        if not len(rows):
+            rows = np.array([joint])
+        count = signals.band.count(len(columns))
+        part = np.empty((count, len(rows), len(grid), columns.shape[2]))
+        for g, inner in enumerate(grid):
+            if g:
+                columns = candidate.effect.columns(signals, joint, inner)
+            part[:, :, g] = signals.band.apply(columns[:, rows])
+        return rows, part
 
     def _own(self, signals: Signals, columns: FloatArray) -> FloatArray:
         """Return the columns filtered, without filtering joints that they are zero in."""
@@ -202,12 +230,13 @@ class Laboratory:
             at = np.flatnonzero(rows == i)
             if not len(at) or len(candidate.grid) <= _SMALL_GRID:
                 continue
-            C = np.concatenate([part[:, at[0]] for part in columns])
-            inverse = np.linalg.pinv(np.einsum('tgk,tgl->gkl', C, C))
+            parts = [part[:, at[0]] for part in columns]
+            C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
+            inverse = np.linalg.pinv(squares(C[:, None]))
             kept: list[FloatArray] = []
             left = residual
             for _ in range(_LINES):
-                d = np.einsum('tgk,t->gk', C, left)
+                d = (left @ C.reshape(len(C), -1)).reshape(C.shape[1:])
                 gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
                 best = int(np.argmax(gain))
                 if gain[best] < _LINE * float(left @ left) + _CHANCE * float(left @ left) / len(
@@ -223,7 +252,8 @@ class Laboratory:
     def _products(self, rows: NDArray[np.int64], parts: Sequence[FloatArray]) -> CandidateColumns:
         noise = [self.noise[i] for i in rows]
         whitened = whiten_all(parts, noise)
-        whitened[self.bursts.mask[:, rows]] = 0.0
+        if self.bursts.mask.any():
+            whitened[self.bursts.mask[:, rows]] = 0.0
         return CandidateColumns.make(self.system, rows, whitened)
 
     def _masked(self, x: FloatArray) -> FloatArray:
@@ -306,7 +336,9 @@ class Laboratory:
         share = rng.uniform(0.25, 1.5, self.robot.n)
         wider = float(rng.choice([1.0, 1.5, 3.0]))
         for signals in self.signals:
-            q = signals.band.smooth(signals.q, wider)
+            if ('smooth', wider) not in signals.cache:
+                signals.cache[('smooth', wider)] = signals.band.smooth(signals.q, wider)
+            q = signals.cache[('smooth', wider)]
             difference = np.empty_like(q)
             for i in range(self.robot.n):
                 scale = float(signals.scales.displacement[i] * share[i])

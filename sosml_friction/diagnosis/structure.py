@@ -4,12 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner, effort_unit
+from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.signals import Signals
 
 _HATS = 9
@@ -27,7 +28,13 @@ class Structure(Effect):
     amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(8 * _HATS))
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
-        """Return the hats, each with its mean taken off."""
+        """Return the hats."""
+        result = np.zeros((len(signals.q), signals.robot.n, 8 * _HATS))
+        result[:, joint] = self.own_columns(signals, joint, (inner,))[:, 0]
+        return result
+
+    def own_columns(self, signals: Signals, joint: int, grid: Sequence[Inner]) -> FloatArray:
+        """Return the hats of the joint alone, (N, 1, k)."""
         s = signals.sign[:, joint]
         axes = (
             signals.v[:, joint],
@@ -35,13 +42,14 @@ class Structure(Effect):
             signals.a[:, joint],
             signals.torque[:, joint],
         )
-        result = np.zeros((len(s), signals.robot.n, 8 * _HATS))
+        result = np.zeros((len(s), 1, 8 * _HATS))
         for k, x in enumerate(axes):
             knots = np.unique(np.quantile(x, np.linspace(0.01, 0.99, _HATS)))
-            for j in range(len(knots)):
-                hat = np.interp(x, knots, np.eye(len(knots))[j])
-                result[:, joint, 2 * k * _HATS + j] = hat
-                result[:, joint, (2 * k + 1) * _HATS + j] = hat * s
+            hat = hats(np.ascontiguousarray(x), knots)
+            first = 2 * k * _HATS
+            result[:, 0, first : first + len(knots)] = hat
+            first += _HATS
+            result[:, 0, first : first + len(knots)] = hat * s[:, None]
         return result
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:

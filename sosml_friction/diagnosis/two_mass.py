@@ -66,12 +66,14 @@ def deflection(
 
 def transmission_column(signals: Signals, joint: int, stiffness: float, gap: float) -> FloatArray:
     """Return (N, n, 1): what the effort is more than with a stiff gear, first order in d."""
-    moved_body(signals, joint, np.zeros(len(signals.q)))  # fills the cache
+    if ('load', joint) not in signals.cache:
+        moved_body(signals, joint, np.zeros(len(signals.q)))  # fills the cache
+        # The noise of position is in the load, and a resonance would amplify it.
+        body = signals.rigid[:, joint] - signals.robot.armature[joint] * signals.a[:, joint]
+        signals.cache[('load', joint)] = signals.band.smooth(body, _SMOOTHER)
+    load = signals.cache[('load', joint)]
     mass = signals.cache[('mass', 0)]
     inertia = np.ascontiguousarray(mass[:, joint, joint])
-    # The noise of position is in the load, and a resonance would amplify it.
-    body = signals.rigid[:, joint] - signals.robot.armature[joint] * signals.a[:, joint]
-    load = np.ascontiguousarray(signals.band.smooth(body, _SMOOTHER))
     frequency = np.sqrt(stiffness / float(inertia.min())) / (2.0 * np.pi)
     substeps = max(1, int(np.ceil(_STEPS * frequency * signals.band.step)))
     d, a = deflection(load, inertia, stiffness, gap, signals.band.step, substeps)

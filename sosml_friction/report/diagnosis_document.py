@@ -43,6 +43,9 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         'rejected': diagnosis.rejected,
         'structure': dict(diagnosis.structure),
         'refit': dict(diagnosis.refit),
+        'confusability': None
+        if diagnosis.confusability is None
+        else diagnosis.confusability.to_dict(),
         'band_hz': diagnosis.band_hz,
         'library_hash': diagnosis.library_hash,
         'provenance': dict(provenance),

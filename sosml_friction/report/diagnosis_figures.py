@@ -7,15 +7,19 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numba import njit
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.report.drawing import (
     FONT,
     GREY,
     FloatArray,
     draw_line,
+    fix_axes,
     label_axes,
     legend_below,
+    log_axis,
     new_figure,
 )
 
@@ -28,10 +32,16 @@ _BARS = 12
 
 
 def rows_of(diagnosis: Diagnosis) -> dict[str, FloatArray]:
-    """Return time (rows,) and q, v, load and effort (rows, n) of the rows of the residuals."""
+    """
+    Return what the rows of the residuals are drawn against, time (rows,), the others (rows, n).
+
+    q, v, a, load and effort; since: the way since the last reversal [rad or m].
+    """
     laboratory = diagnosis.laboratory
     assert laboratory is not None
-    parts: dict[str, list[FloatArray]] = {k: [] for k in ('time', 'q', 'v', 'load', 'tau')}
+    parts: dict[str, list[FloatArray]] = {
+        k: [] for k in ('time', 'q', 'v', 'a', 'load', 'tau', 'since')
+    }
     y, _, _ = laboratory.unwhitened()
     for signals, part in zip(laboratory.signals, laboratory.split(y), strict=True):
         rows = slice(signals.band.first, None, signals.band.factor)
@@ -39,12 +49,49 @@ def rows_of(diagnosis: Diagnosis) -> dict[str, FloatArray]:
             ('time', signals.time),
             ('q', signals.q),
             ('v', signals.v),
+            ('a', signals.a),
             ('load', signals.rigid),
+            ('since', _since_reversal(signals)),
         ):
             kept = x[rows][: signals.band.count(len(x))]
             parts[name].append(kept[-len(part) :])
         parts['tau'].append(signals.band.apply(signals.tau)[-len(part) :])
     return {name: np.concatenate(x) for name, x in parts.items()}
+
+
+def _since_reversal(signals: Signals) -> FloatArray:
+    """Return how far each joint has gone since it turned around last, (N, n), at least a sign."""
+    return np.column_stack(
+        [
+            way_since_reversal(
+                np.ascontiguousarray(signals.q[:, i]), float(signals.scales.displacement[i])
+            )
+            for i in range(signals.robot.n)
+        ]
+    )
+
+
+@njit(cache=True)
+def way_since_reversal(q: FloatArray, least: float) -> FloatArray:
+    """
+    Return |q - q_r|, (N,), q_r the extreme of position where it turned around last.
+
+    A way back of less than ``least`` [rad or m] is no reversal, but noise.
+    """
+    result = np.empty(len(q))
+    turn, extreme, way = q[0], q[0], 0
+    for k in range(len(q)):
+        if way == 0:
+            # Not yet under way.
+            if abs(q[k] - turn) >= least:
+                way = 1 if q[k] > turn else -1
+                extreme = q[k]
+        elif way * (q[k] - extreme) >= 0.0:
+            extreme = q[k]
+        elif way * (extreme - q[k]) >= least:
+            turn, extreme, way = extreme, q[k], -way
+        result[k] = abs(q[k] - turn)
+    return result
 
 
 def residual_over_time(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatArray,
@@ -70,9 +117,13 @@ def residual_over_time(diagnosis: Diagnosis, i: int, before: FloatArray, after: 
 
 def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatArray,
                     rows: dict[str, FloatArray]) -> Figure:  # fmt: skip
-    """Return the mean unexplained effort against velocity, position and load, by direction."""
-    figure = new_figure(10.0, 3.6)
-    axes = figure.subplots(1, 3, sharey=True)
+    """
+    Return the mean unexplained effort along six axes, by direction.
+
+    Velocity, position, load, acceleration, way since the last reversal, time.
+    """
+    figure = new_figure(10.0, 6.4)
+    axes = figure.subplots(2, 3, sharey=True).ravel()
     unit = diagnosis.units[i]
     length = 'rad' if unit == 'Nm' else 'm'
     forwards = rows['v'][:, i] > 0.0
@@ -82,15 +133,23 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
             ('v', f'velocity [{length}/s]'),
             ('q', f'position [{length}]'),
             ('load', f'load [{unit}]'),
+            ('a', f'acceleration [{length}/s²]'),
+            ('since', f'way since reversal [{length}]'),
+            ('time', 'time [s]'),
         ),
         strict=True,
     ):
-        x = rows[name][:, i]
+        x = rows[name] if name == 'time' else rows[name][:, i]
         if np.ptp(x) <= 1e-9 * max(float(np.abs(x).max()), 1e-300):
             ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center', fontsize=FONT)
             label_axes(ax, label, '')
             continue
         edges = _bin_edges(x)
+        if name == 'since':
+            # Over decades: what matters happens in the first thousandths.
+            x = np.maximum(x, 1e-4 * float(x.max()))
+            edges = np.geomspace(float(x.min()), float(x.max()), _BINS + 1)
+            log_axis(ax)
         place = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, len(edges) - 2)
         for way, dashes in ((forwards, '-'), (~forwards, '--')):
             for values, colour in ((before, _BEFORE), (after, _AFTER)):
@@ -101,16 +160,14 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
                         middle.append(float(x[inside].mean()))
                         mean.append(float(values[inside, i].mean()))
                 ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
-        label_axes(ax, label, f'mean unexplained effort [{unit}]' if name == 'v' else '')
-    legend_below(
-        figure,
-        [
-            Line2D([], [], color=_BEFORE, label='refitted model, forwards'),
-            Line2D([], [], color=_BEFORE, linestyle='--', label='backwards'),
-            Line2D([], [], color=_AFTER, label='with what was named, forwards'),
-            Line2D([], [], color=_AFTER, linestyle='--', label='backwards'),
-        ],
-    )
+        label_axes(ax, label, f'mean unexplained effort [{unit}]' if name in 'va' else '')
+    handles = [
+        Line2D([], [], color=_BEFORE, label='refitted model, forwards'),
+        Line2D([], [], color=_BEFORE, linestyle='--', label='backwards'),
+        Line2D([], [], color=_AFTER, label='with what was named, forwards'),
+        Line2D([], [], color=_AFTER, linestyle='--', label='backwards'),
+    ]
+    fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
     return figure
 
 

@@ -9,12 +9,17 @@ from html import escape
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.report.diagnosis_confusability import confusability_map
+from sosml_friction.report.diagnosis_correlation import correlation
 from sosml_friction.report.diagnosis_figures import (
     binned_residual,
     ranking_bars,
     residual_over_time,
     rows_of,
 )
+from sosml_friction.report.diagnosis_periodogram import position_periodogram
+from sosml_friction.report.diagnosis_tables import controls, experiments, parameters
+from sosml_friction.report.diagnosis_variance import variance_waterfall
 from sosml_friction.report.drawing import to_png
 from sosml_friction.report.html_page import number_cell, page, picture
 from sosml_friction.report.number_text import format_number
@@ -40,11 +45,15 @@ def render_diagnosis(diagnosis: Diagnosis) -> str:
     parts.append(_causes(diagnosis))
     if diagnosis.laboratory is not None:
         parts.append(_gain(diagnosis))
+        parts.append(experiments(diagnosis))
         parts.append(_pictures(diagnosis))
+        parts.append(parameters(diagnosis))
+        parts.append(controls(diagnosis))
         parts.append(f'<p>{escape(_METHOD)} {escape(_FORWARD)}</p>')
     checks = ''.join(f'<li>{escape(check.sentence)}</li>' for check in diagnosis.checks)
     parts.append(f'<h2>Data</h2><ul>{checks}</ul>')
-    parts.append(f'<p>Library <code>{diagnosis.library_hash}</code></p>')
+    if diagnosis.laboratory is None:
+        parts.append(f'<p>Library <code>{diagnosis.library_hash}</code></p>')
     return page(title, parts)
 
 
@@ -128,15 +137,48 @@ def _pictures(diagnosis: Diagnosis) -> str:
             parts.append(picture(to_png(figure), 'Effort, and what is unexplained of it'))
             figure = binned_residual(diagnosis, i, before, after, rows)
             parts.append(
-                picture(to_png(figure), 'Mean of what is unexplained, by velocity, posture, load')
+                picture(to_png(figure), 'Mean of what is unexplained along six axes, by direction')
+            )
+            lines = position_periodogram(diagnosis, i, before, after, rows)
+            if lines is not None:
+                parts.append(
+                    picture(
+                        to_png(lines),
+                        'What repeats with position: a torque of position has the same lines in '
+                        'both directions, and what drifts with time has none',
+                    )
+                )
+            parts.append(
+                picture(
+                    to_png(correlation(diagnosis, i, before, after, rows)),
+                    'Left: is the rest noise? Right: error if effort were measured earlier or '
+                    'later; dots: where it is least',
+                )
             )
     if diagnosis.ranking:
         parts.append('<h2>What was considered</h2>')
+        if diagnosis.stages:
+            parts.append(
+                picture(
+                    to_png(variance_waterfall(diagnosis)),
+                    'Unexplained variance on folds left out: what each cause takes of it, what '
+                    'stays unexplained, and what is noise by the estimate',
+                )
+            )
         parts.append(
             picture(
                 to_png(ranking_bars(diagnosis)),
                 'First round: what each candidate removes on data left out, with standard errors; '
                 'dark: named; dotted: floor of the first',
+            )
+        )
+    if diagnosis.confusability is not None and len(diagnosis.confusability.effects) > 1:
+        parts.append('<h2>What this motion can tell apart</h2>')
+        parts.append(
+            picture(
+                to_png(confusability_map(diagnosis)),
+                'Share of each cause (row), as large as the noise and after the refit, that each '
+                'other one (column) explains. Bold: named; boxes: left open by these data',
             )
         )
     return ''.join(parts)

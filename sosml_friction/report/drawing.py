@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
@@ -116,6 +117,45 @@ def label_axes(axes: Axes, x: str, y: str) -> None:
         axes.spines[side].set_visible(False)
     for axis in (axes.xaxis, axes.yaxis):
         axis.get_offset_text().set_fontsize(FONT)
+
+
+def log_axis(axes: Axes) -> None:
+    """Make x logarithmic, with plain numbers at the decades: powers of ten take long to set."""
+    axes.set_xscale('log')
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f'{x:g}'))
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+def fix_axes(
+    figure: Figure,
+    margins: tuple[float, float, float, float],
+    gaps: tuple[float, float] = (0.2, 0.2),
+    handles: Sequence[Any] = (),
+) -> None:
+    """
+    Place axes whose labels have a known size, and a legend in one row below them.
+
+    To find such places by measuring all text takes as long as drawing it.
+
+    :param margins: left, right, bottom, top [inches]; gaps: between columns and rows [inches].
+    """
+    width, height = figure.get_size_inches()
+    left, right, bottom, top = margins
+    grid = figure.axes[0].get_subplotspec()
+    assert grid is not None
+    rows, columns = grid.get_gridspec().nrows, grid.get_gridspec().ncols
+    one = (width - left - right - (columns - 1) * gaps[0]) / columns
+    high = (height - bottom - top - (rows - 1) * gaps[1]) / rows
+    figure.set_layout_engine(None)
+    figure.subplots_adjust(
+        left / width, bottom / height, 1.0 - right / width, 1.0 - top / height, gaps[0] / one,
+        gaps[1] / high,
+    )  # fmt: skip
+    if handles:
+        figure.legend(
+            handles=list(handles), loc='lower center', ncols=len(handles), fontsize=FONT,
+            frameon=False,
+        )  # fmt: skip
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:

@@ -17,6 +17,7 @@ from sosml_friction.diagnosis.effect import (
     in_joint,
     length_unit,
 )
+from sosml_friction.diagnosis.kernels import lines
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Motion
@@ -57,6 +58,17 @@ class Cogging(Effect):
             return np.asarray(cosine * np.cos(angle) + sine * np.sin(angle))
 
         return LoadTerm(joint, load, stiffness=w * float(np.hypot(cosine, sine)))
+
+    def own_columns(
+        self, signals: Signals, joint: int, grid: Sequence[Inner]
+    ) -> FloatArray | None:
+        """Return cos w q and sin w q of frequencies in equal steps, (N, g, 2), else None."""
+        w = np.array([inner['frequency'] for inner in grid])
+        step = float(w[-1] - w[0]) / max(len(w) - 1, 1)
+        if np.abs(w - w[0] - step * np.arange(len(w))).max() > 1e-12 * float(np.abs(w).max()):
+            return None
+        q = np.ascontiguousarray(signals.q[:, joint])
+        return lines(q, float(w[0]), step, len(w))
 
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""

@@ -31,6 +31,8 @@ class GravityTilt(Effect):
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the derivative of gravity by the rotation."""
+        if ('tilt', 0) in signals.cache:
+            return signals.cache[('tilt', 0)]
         g0 = signals.robot.gravity_acceleration
         rows = coarse_rows(signals)
         result = np.zeros((len(signals.q), signals.robot.n, 2))
@@ -39,6 +41,7 @@ class GravityTilt(Effect):
             turned = np.cross(g0, axis)
             coarse = np.array([signals.robot.gravity_under(q, turned) for q in signals.q[rows]])
             result[:, :, k] = between(signals, rows, coarse)
+        signals.cache[('tilt', 0)] = result
         return result
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
