@@ -21,6 +21,9 @@ from sosml_friction.diagnosis.signals import Signals
 
 #: No gear warms up faster than this [s]; a shorter time would be a start, not a drift.
 _FASTEST = 60.0
+#: Without a temperature, a recording has to be so long to show a drift: in less, what differs from
+#: one part of the trajectory to the next looks the same [s].
+_SHORTEST = 200.0
 
 
 class ThermalDrift(Effect):
@@ -37,7 +40,7 @@ class ThermalDrift(Effect):
 
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether the recording is long enough to see a drift, or temperature is known."""
-        return float(signals.time[-1]) > 1.5 * _FASTEST or self._measured(signals, joint)
+        return float(signals.time[-1]) > _SHORTEST or self._measured(signals, joint)
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the warming times q' and s."""
