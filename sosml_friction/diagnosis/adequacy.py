@@ -42,6 +42,13 @@ AXES: Mapping[str, str] = {
 }
 
 
+#: Causes by speed that a single other power of it could stand for, and the powers tried.
+_BY_SPEED = ('coulomb', 'viscous', 'stribeck')
+_POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
+#: That power has to explain more by this, and by this share, beside the price of the parameters.
+_MORE, _MORE_SHARE = 10.0, 0.005
+
+
 class Reversal(Effect):
     """Add the differences between ways to turn around at a reversal and the fitted one."""
 
@@ -63,6 +70,27 @@ class Reversal(Effect):
     def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
         """Return the units."""
         return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+
+
+class SpeedPower(Effect):
+    """Add s |q'|^p: friction by speed that is neither Coulomb's nor viscous, in one term."""
+
+    identifier: ClassVar[str] = 'power_of_speed'
+    amplitudes: ClassVar[tuple[str, ...]] = ('level',)
+    inner: ClassVar[tuple[str, ...]] = ('power',)
+
+    def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
+        """Return powers well away from 0 and 1, which have names."""
+        return [{'power': p} for p in _POWERS]
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s (|q'| / top speed)^p."""
+        speed = np.abs(signals.v[:, joint]) / float(signals.scales.speed[joint])
+        return in_joint(signals, joint, signals.sign[:, joint] * speed ** inner['power'])
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return {'level': effort_unit(signals, joint), 'power': '1'}
 
 
 class SpeedCurve(Effect):
@@ -92,7 +120,8 @@ class Leftover:
 
     ``gain``: whitened energy it removes, ``energy``: on data left out; ``floor``: what ``gain``
     has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
-    that the causes of this axis and the curve explain together.
+    that the causes of this axis and the curve explain together. ``instead``: it is one power of
+    speed that explains more than all the named causes by speed, in their stead.
     """
 
     axis: str
@@ -101,6 +130,7 @@ class Leftover:
     energy: float
     floor: float
     share: float
+    instead: bool = False
 
     def significant(self, largest_share: float) -> bool:
         """Tell whether it is beyond chance, and too much for the causes to be the whole."""
@@ -169,4 +199,35 @@ def leftovers(
                 gain / max(named + gain, 1e-300),
             )
         )
-    return tuple(result)
+    instead = _instead(laboratory, accepted)
+    where = {(x.axis, x.joint) for x in instead}
+    return (*(x for x in result if (x.axis, x.joint) not in where), *instead)
+
+
+def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftover]:
+    """Return where one power of speed explains more than the causes by speed of a joint."""
+    result = []
+    price = np.log(laboratory.y.shape[0])
+    power = SpeedPower()
+    for i in range(laboratory.robot.n):
+        mine = [f for f in accepted if f.joint == i and f.effect.identifier in _BY_SPEED]
+        if not mine:
+            continue
+        others = [f.columns for f in accepted if f not in mine]
+        system = laboratory.system.extended(others)
+        target = Target.make(system, laboratory.y)
+        base = fit_baseline(system, target)
+        whole = system.extended([f.columns for f in mine])
+        named = base.cost - fit_baseline(whole, Target.make(whole, laboratory.y)).cost
+        k = sum(1 + len(f.effect.refined) for f in mine)
+        best: Score | None = None
+        for inner in power.grid(laboratory.signals[0], i):
+            its = laboratory.single(power, i, inner).beside(system)
+            found = score(system, target, base, its, its.products(system, laboratory.y))
+            if best is None or found.gain > best.gain:
+                best = found
+        assert best is not None
+        floor = float(named + (2 - k) * price + max(_MORE, _MORE_SHARE * named))
+        if best.gain > floor:
+            result.append(Leftover('speed', i, best.gain, best.energy, floor, 1.0, True))
+    return result

@@ -22,7 +22,7 @@ from sosml_friction.diagnosis.experiment import Recommendation, recommend
 from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain, gets_worse
 from sosml_friction.diagnosis.gain import Gain, make_gain
 from sosml_friction.diagnosis.laboratory import Laboratory
-from sosml_friction.diagnosis.library import library_hash, make_library
+from sosml_friction.diagnosis.library import EFFECTS, library_hash, make_library
 from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
@@ -162,7 +162,8 @@ def diagnose(
     if holdout is not None:
         # The pictures show the recording that was diagnosed, the numbers the other one.
         _, before, after = _gain(laboratory, selection, None, squares)
-    causes = _data_causes(checks, laboratory, without) + _model_causes(laboratory, selection)
+    causes = _data_causes(checks, laboratory, without, selection)
+    causes += _model_causes(laboratory, selection)
     verdict = _verdict(causes, selection)
     recommendation = None
     if verdict == 'ambiguous':
@@ -251,9 +252,12 @@ def joint_name(effect: Effect, joint: int, names: tuple[str, ...]) -> str:
 
 
 def _data_causes(
-    checks: Sequence[Check], laboratory: Laboratory, without: tuple[str, ...]
+    checks: Sequence[Check],
+    laboratory: Laboratory,
+    without: tuple[str, ...],
+    selection: Selection,
 ) -> list[Cause]:
-    """Return the causes that are faults of the data, and bursts."""
+    """Return the causes that are faults of the data, impacts of teeth, and bursts."""
     causes = []
     nothing: dict[str, float | None] = dict.fromkeys(
         ('delta_bic', 'p_adjusted', 'cv_gain', 'cv_gain_se', 'folds_improved')
@@ -269,6 +273,17 @@ def _data_causes(
             }
             causes.append(Cause(check.kind, check.joint, parameters, nothing))
     names = laboratory.robot.names
+    for impacts in laboratory.bursts.impacts:
+        if 'backlash' in without:
+            continue
+        parameters = {
+            **_gap(laboratory, selection, impacts.joint),
+            'load_changes': Parameter(float(impacts.changes), '1'),
+            'impact_share': Parameter(impacts.share, '1'),
+            'impact_ratio': Parameter(impacts.ratio, '1'),
+        }
+        rivals = () if 'joint_elasticity' in without else ('joint_elasticity',)
+        causes.append(Cause('backlash', names[impacts.joint], parameters, nothing, rivals))
     if 'external_contact' in without:
         return causes
     for i, name in enumerate(names):
@@ -282,6 +297,32 @@ def _data_causes(
             parameters[f'end_{k}'] = Parameter(e.end_s, 's')
         causes.append(Cause('external_contact', name, parameters, nothing))
     return causes
+
+
+def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, Parameter]:
+    """
+    Return the parameters of the gear with a gap that leaves least of the impacts.
+
+    Amplitude 1, as simulated; their waveform is hardly predicted, so that they are rough and have
+    no standard errors.
+    """
+    assert selection.after is not None
+    effect, first = EFFECTS['backlash'](), laboratory.signals[0]
+    y, Z, _ = laboratory.unwhitened()
+    left = y - Z @ selection.after.x[: Z.shape[2]]
+    rows = laboratory.bursts.mask[:, joint]
+    size = np.maximum(np.std(left[~rows], axis=0), 1e-300)
+    grid = effect.grid(first, joint)
+    energies = [
+        float(
+            (((left - laboratory.own_columns(effect, joint, inner)[:, :, 0])[rows] / size) ** 2)
+            .sum()
+        )
+        for inner in grid
+    ]  # fmt: skip
+    inner = grid[int(np.argmin(energies))]
+    one, unknown = np.ones(1), np.full(1, np.nan)
+    return effect.parameters(first, joint, inner, one, unknown)
 
 
 def _model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
@@ -471,8 +512,11 @@ def _verdict(causes: Sequence[Cause], selection: Selection) -> str:
     if causes:
         if selection.accepted and rest > _REST * whole:
             return 'unknown_structure'
+        more = _more_along_axis(selection)
+        if any(x.instead for x in more):
+            return 'unknown_structure'
         on_axis = all(f.effect.identifier in AXES for f in selection.accepted)
-        if selection.accepted and on_axis and _more_along_axis(selection):
+        if selection.accepted and on_axis and more:
             return 'unknown_structure'
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     if over.any():
@@ -545,11 +589,15 @@ def _sentence(
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
     """Return along which axis something is missing, as a sentence with a blank after it."""
-    found = [
-        f'{names[x.joint]} depends on {x.axis} in another way: a free curve of {x.axis} explains '
-        f'{100.0 * x.share:.0f} % of what the two explain together'
-        for x in _more_along_axis(selection)
-    ]
+    found = []
+    for x in _more_along_axis(selection):
+        how = (
+            f'one power of {x.axis} explains more than what is named'
+            if x.instead
+            else f'a free curve of {x.axis} explains {100.0 * x.share:.0f} % of what the two '
+            'explain together'
+        )
+        found.append(f'{names[x.joint]} depends on {x.axis} in another way: {how}')
     if found:
         return '; '.join(found) + '. '
     return (_rest(selection, names) + ' ').lstrip()

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction
 from sosml_friction.diagnosis.noise_model import ORDER
+from sosml_friction.diagnosis.nominal import TURNS
 from sosml_friction.diagnosis.resimulation import simulate_windows
 from sosml_friction.diagnosis.selection import Finding
 from sosml_friction.diagnosis.signals import Signals
@@ -31,8 +32,6 @@ IndexArray = NDArray[np.int64]
 HORIZON_S = 0.3
 #: Windows of each block of the folds, and of another recording.
 _PER_BLOCK, _PER_RECORDING = 10, 140
-#: Displacements of states that turn around sooner and later, as shares of the fitted one.
-_TURNS = {'sooner': 0.3, 'later': 2.0}
 _FRICTION = tuple(field.name for field in fields(ForwardFriction))
 
 
@@ -144,7 +143,7 @@ def reversal_term(joint: int, turn: str, size: float, displacement: float) -> Fo
             return np.asarray(size * s * (1.0 - s * s))
 
         return LoadTerm(joint, load, size)
-    return BuildUpTerm(joint, size, _TURNS[turn] * displacement)
+    return BuildUpTerm(joint, size, TURNS[turn] * displacement)
 
 
 def _of_folds(laboratory: Laboratory) -> list[WindowSet]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.bursts import Bursts, find_bursts
+from sosml_friction.diagnosis.bursts import LOAD_SMOOTHER, Bursts, find_bursts
 from sosml_friction.diagnosis.effect import Effect, Inner
 from sosml_friction.diagnosis.evidence import (
     Blocks,
@@ -291,7 +291,16 @@ class Laboratory:
                 for signals, part in zip(self.signals, parts, strict=True)
             ]
         )
-        return find_bursts(residual, times, step)
+        return find_bursts(residual, times, step, self._load(len(residual)))
+
+    def _load(self, rows: int) -> FloatArray:
+        """Return what the bodies behind their gears need (rows, n), smoothed [Nm or N]."""
+        parts = []
+        for signals, y in zip(self.signals, self._y, strict=True):
+            body = signals.rigid - np.array(self.robot.armature) * signals.a
+            smooth = signals.band.smooth(body, LOAD_SMOOTHER)
+            parts.append(smooth[signals.band.first :: signals.band.factor][: len(y)][ORDER:])
+        return np.concatenate(parts)[:rows]
 
     def unwhitened(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """

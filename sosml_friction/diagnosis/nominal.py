@@ -10,15 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.band import first_derivative
-from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.diagnosis.effect import level
+from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.diagnosis.signals import Signals, bump
 from sosml_friction.model.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
 #: A bound is so many standard deviations of the prior.
-_BOUND_SIGMAS = 1.75
+_BOUND_SIGMAS = 3.0
 #: Share of a sampling interval by which effort may be off: it holds at its start, middle or end.
 _HOLD = 0.55
+#: After a reversal, friction builds up by a curve that the model does not know: so much of Coulomb
+#: friction may come sooner or later, and so much in another shape.
+_SOONER, _SHAPE = 0.2, 0.45
+#: Displacements of the sooner and the later state, as shares of the fitted one.
+TURNS = {'sooner': 0.3, 'later': 2.0}
+#: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
+_SMOOTHER = 0.5
+#: Direction of a first moment that is normally off, as a share of the tolerance of its size.
+_ASKEW = 0.3
 #: Share of a column that the others must leave for it to count as one of its own.
 _COLLINEAR = 1e-7
 #: In a body's ten numbers: first moments, moments of inertia, products of inertia, mass.
@@ -55,7 +66,11 @@ class Nominal:
             else:
                 result[:, index - 10 * n, k] = signals.a[:, index - 10 * n]
             k += 1
-        result[:, :, k] = -first_derivative(signals.torque, signals.band.step)
+        for i in range(n):
+            for column in reversal_columns(signals, i).values():
+                result[:, i, k] = column
+                k += 1
+        result[:, :, k] = -effort_slope(signals)
         return result
 
 
@@ -69,13 +84,40 @@ def friction_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     return columns
 
 
+def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+    """
+    Return what the sign s of motion lacks where friction builds up in another way, by name.
+
+    z - s of states z that change over less and over more than the fitted displacement, and
+    s (1 - s^2), which is 0 before and after the build-up: how friction turns around at a
+    reversal is not known to a model of Coulomb friction, and no cause.
+    """
+    s = signals.sign[:, joint]
+    q = np.ascontiguousarray(signals.q[:, joint])
+    scale = float(signals.scales.displacement[joint])
+    turns = {name: sign_state(q, share * scale) - s for name, share in TURNS.items()}
+    return {**turns, 'shape': bump(s)}
+
+
+def effort_slope(signals: Signals) -> FloatArray:
+    """
+    Return the slope of the nominal effort in time, (N, n) [Nm/s or N/s].
+
+    Rigid effort is smoothed first: the noise of position, differentiated three times, would
+    attenuate what is fitted to it.
+    """
+    smooth = signals.band.smooth(signals.rigid, _SMOOTHER)
+    return first_derivative(smooth + signals.friction, signals.band.step)
+
+
 def make_nominal(signals: Signals, tolerance: float) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
 
     A known parameter may be off by ``tolerance`` of itself, a bias by ``tolerance`` of Coulomb
-    friction, each component of a first moment by ``tolerance`` of the whole vector. Bodies whose
-    inertias act together are combined (base parameters), and so are their bounds.
+    friction, each component of a first moment by ``tolerance`` of itself, at least of 0.3 of the
+    whole vector, whose direction is known better than its length. Bodies whose inertias act
+    together are combined (base parameters), and so are their bounds.
 
     :param signals: of any stretch; only the model's own numbers are used.
     """
@@ -97,6 +139,11 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
         else:
             names.append(f'{robot.names[index - 10 * robot.n]} armature')
         bound.append(float(its_bound))
+    for i, joint in enumerate(robot.names):
+        for name in reversal_columns(signals, i):
+            share = _SHAPE if name == 'shape' else _SOONER
+            names.append(f'{joint} reversal {name}')
+            bound.append(share * level(signals, i))
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
@@ -120,7 +167,8 @@ def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray
     own = robot.inertial_parameters()
     allowed = np.zeros((n, 10))
     allowed[:, 0] = np.abs(own[:, 0])
-    allowed[:, 1:4] = np.linalg.norm(own[:, 1:4], axis=1)[:, None]
+    length = np.linalg.norm(own[:, 1:4], axis=1)
+    allowed[:, 1:4] = np.maximum(np.abs(own[:, 1:4]), _ASKEW * length[:, None])
     allowed[:, 4:] = np.abs(own[:, [4, 6, 9]]).max(axis=1)[:, None]
     limits = tolerance * np.concatenate([allowed.ravel(), robot.armature])
     order = [10 * n + i for i in range(n)]

@@ -37,11 +37,19 @@ _OVERLAP = 0.5
 #: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
 #: that the best leaves beyond noise: what neither explains could have decided between them.
 _RIVAL = 0.1
-#: A twin's evidence is at least this share of the best's.
-_TWIN = 0.8
+#: A twin's evidence is at least this share of the best's; the second share where the joint never
+#: rests: then reversals alone tell twins apart, and how friction turns around is not known.
+_TWIN, _TWIN_MOVING = 0.8, 0.4
+#: A joint rests where it is slower than this share of its top speed; recordings of less rest than
+#: the second share have none.
+_AT_REST, _REST_SHARE = 2e-3, 0.02
+#: A cause is a constant where its forms without speed explain this share of what it explains.
+_CONSTANT = 0.9
 #: What keeps so much of its gain beside an impossible candidate does not stand in for it.
 _INDEPENDENT = 0.5
 BIC_CLOSE = 10.0
+#: A cause explains at least so much of what the best impossible one does.
+_BELOW_IMPOSSIBLE = 0.5
 
 
 @dataclass(frozen=True)
@@ -109,6 +117,7 @@ class Selector:
         self.settings = laboratory.settings
         self.step = step
         self.trials = sum(len(c.grid) for c in laboratory.candidates)
+        self._impossible = 0.0
 
     def run(self) -> Selection:
         """Return the causes that passed all gates, after backward elimination."""
@@ -124,6 +133,7 @@ class Selector:
             found = self.ranked(system, target, baseline, columns)
             if not result.ranking:
                 result.ranking = found[:30]
+            self._impossible = self._impossible_energy(found)
             if (
                 self._distinct(result.accepted) >= self.settings.most_causes
                 or len(result.accepted) >= self.settings.most_terms
@@ -135,7 +145,7 @@ class Selector:
             best, masked = choice
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             floor, _ = self.floors(system, baseline, columns, best, len(result.accepted))
-            best = replace(best, floor=floor[best.key])
+            best = replace(best, floor=max(floor[best.key], self._misfit(found, best)))
             known = any(finding.key == best.key for finding in result.accepted)
             failed = self.gates(best, known)
             if masked is not None:
@@ -154,6 +164,27 @@ class Selector:
         self.step('looking for more along the axes of the causes')
         result.leftovers = leftovers(lab, result.accepted, self.credible)
         return result
+
+    @staticmethod
+    def _impossible_energy(found: Sequence[Finding]) -> float:
+        """
+        Return the largest held-out energy that an impossible candidate removes.
+
+        It shows how wrong the model is in ways that are in no catalogue.
+        """
+        energies = [
+            finding.score.energy
+            for finding in found
+            if finding.objection and finding.delta_bic > BIC_CLOSE
+        ]
+        return max(energies, default=0.0)
+
+    def _misfit(self, found: Sequence[Finding], best: Finding) -> float:
+        """Return the floor that impossible candidates set: chance explains as much as half."""
+        if best.score.energy <= 0.0:
+            return 0.0
+        share = best.score.cv_gain / best.score.energy
+        return _BELOW_IMPOSSIBLE * self._impossible_energy(found) * share
 
     @staticmethod
     def _distinct(accepted: Sequence[Finding]) -> int:
@@ -303,15 +334,23 @@ class Selector:
         aim = Target.make(beside, self.laboratory.y)
         after = fit_baseline(beside, aim)
         excess = max(after.cost - self.laboratory.y.size, 0.0)
-        rivals = []
+        # Where a dependence on speed is seen too, a constant alone is no twin.
+        constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
+        share = _TWIN_MOVING if constant and not self._rests(best.joint) else _TWIN
+        rivals = [
+            other
+            for other in found
+            if other.joint == best.joint
+            and other.effect.identifier in best.effect.twins
+            and not other.objection
+            and other.delta_bic > max(share * best.delta_bic, BIC_CLOSE)
+        ]
+        known = {other.key for other in rivals}
         for other in (finding for finding in possible if finding is not best):
+            if other.key in known:
+                continue
             behind = best.delta_bic - other.delta_bic
-            twin = (
-                other.joint == best.joint
-                and other.effect.identifier in best.effect.twins
-                and other.delta_bic > _TWIN * best.delta_bic
-            )
-            if twin or behind < BIC_CLOSE:
+            if behind < BIC_CLOSE:
                 rivals.append(other)
             elif behind < _RIVAL * excess:
                 its = other.columns.beside(beside)
@@ -319,6 +358,16 @@ class Selector:
                 if left.gain < _OVERLAP * other.score.gain:
                     rivals.append(other)
         return replace(best, rivals=tuple(rivals)), masked
+
+    def _rests(self, joint: int) -> bool:
+        """Tell whether a joint stands for some of the time."""
+        slow = np.concatenate(
+            [
+                np.abs(signals.v[:, joint]) < _AT_REST * signals.scales.speed[joint]
+                for signals in self.laboratory.signals
+            ]
+        )
+        return bool(slow.mean() > _REST_SHARE)
 
     def _masked_by(
         self, system: System, finding: Finding, impossible: Sequence[Finding]
@@ -382,14 +431,20 @@ class Selector:
             for i, its in enumerate(structures):
                 s = score(system, target, base, its, its.products(system, y))
                 structure[i] = max(structure[i], s.cv_gain)
+        # What may choose among more points has to explain more.
+        choice = {(name, joint): 1.0 + np.log(its.C.shape[2]) for name, joint, its in wanted}
         floor = {
-            key: max(settings.floor, settings.floor_margin * value)
+            key: max(settings.floor * float(choice[key]), settings.floor_margin * value)
             for key, value in largest.items()
         }
-        return floor, np.maximum(settings.floor, settings.floor_margin * structure)
+        return floor, np.maximum(settings.structure_floor, settings.floor_margin * structure)
 
     def credible(self, variant: FloatArray, system: System) -> FloatArray:
-        """Return a variant of friction as large, per joint, as data show it beside a system."""
+        """
+        Return what of a variant of friction is beyond a system, as large as the data show it.
+
+        Per joint; what the system holds of it is drawn with the system's own parameters.
+        """
         lab = self.laboratory
         Z = system.Z
         result = np.empty_like(variant)
@@ -399,7 +454,7 @@ class Selector:
             G += np.diag(1e-9 * np.diag(G) + 1e-12)
             rest = x - Z[:, i] @ np.linalg.solve(G, Z[:, i].T @ x)
             shown = float(rest @ lab.y[:, i]) / max(float(rest @ rest), 1e-300)
-            result[:, i] = x * min(1.2 * abs(shown), 1.5)
+            result[:, i] = rest * min(1.2 * abs(shown), 1.5)
         return result
 
     def gates(self, finding: Finding, known: bool = False) -> list[str]:
@@ -443,7 +498,8 @@ class Selector:
             gains.append(s.cv_gain)
             energy.append(s.energy)
         result.structure_gain = np.array(gains)
-        result.structure_floor = floor
+        left = np.maximum(result.after.held_out.sum(axis=1), 1e-300)
+        result.structure_floor = np.maximum(floor, _BELOW_IMPOSSIBLE * self._impossible / left)
         result.structure_energy = np.array(energy)
         assert result.before is not None
         result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())

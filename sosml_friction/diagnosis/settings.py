@@ -18,7 +18,8 @@ class DiagnosisSettings:
     parameters are refitted freely. ``blocks`` stretches of time make ``folds`` folds, each left
     out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
     ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
-    whatever the nulls say; ``floor_margin`` times the largest gain of a null does too.
+    whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
+    the largest gain of a null does too. ``structure_floor``: the same for curves without physics.
     A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
     what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
     recordings: of recordings without more it left up to 2.5 times as much.
@@ -33,11 +34,12 @@ class DiagnosisSettings:
     tolerance: float = 0.035
     blocks: int = 14
     folds: int = 7
-    nulls: int = 20
+    nulls: int = 12
     axis_nulls: int = 8
     axis_margin: float = 3.0
     axis_share: float = 0.03
-    floor: float = 0.03
+    floor: float = 0.005
+    structure_floor: float = 0.03
     floor_margin: float = 1.5
     largest_p: float = 0.01
     least_bic: float = 10.0

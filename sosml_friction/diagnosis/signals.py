@@ -23,7 +23,11 @@ FloatArray = NDArray[np.float64]
 #: The sign of motion changes over so much of a joint's range, or so many quanta of position.
 _SIGN_SHARE, _SIGN_QUANTA = 4e-4, 4.0
 #: Displacements tried, as shares of that.
-_SIGN_SHARES = (0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
+_SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
+#: A step is a multiple of another to within so much of it.
+_OFF_STEP = 0.02
+#: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
+_BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: A stretch without holes lasts at least so many cycles of the band's edge.
 _SHORTEST_CYCLES = 60.0
 #: Narrowest band [Hz].
@@ -147,7 +151,9 @@ def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSet
     found = [settings.widest_band]
     for i in range(robot.n):
         quantum, noise = signal_noise(log.q[:, i])
-        noise = max(noise, quantum / np.sqrt(12.0) if noise > 0.1 * quantum else 0.0)
+        # A joint that stands most of the time shows no noise, but moves in steps all the same.
+        if noise > 0.1 * quantum or _in_steps(log.q[:, i], quantum):
+            noise = max(noise, quantum / np.sqrt(12.0))
         effort = signal_noise(log.tau[:, i])[1]
         if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
             found.append(
@@ -155,6 +161,16 @@ def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSet
             )
     widest = min(settings.widest_band, _HIGHEST / step)
     return Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+
+
+def _in_steps(x: FloatArray, quantum: float) -> bool:
+    """Tell whether a signal moves by multiples of its smallest step."""
+    moved = np.abs(np.diff(x))
+    moved = moved[np.isfinite(moved) & (moved > 0.5 * quantum)]
+    if quantum <= 0.0 or not len(moved):
+        return False
+    multiples = moved / quantum
+    return float(np.mean(np.abs(multiples - np.rint(multiples)) < _OFF_STEP)) > 0.95
 
 
 def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
@@ -280,6 +296,11 @@ def prepare(
     return prepared if known else _with_fitted_sign(prepared)
 
 
+def bump(sign: FloatArray) -> FloatArray:
+    """Return s (1 - s^2): 0 before and after a reversal's build-up, another shape within."""
+    return sign * (1.0 - sign * sign)
+
+
 def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     """
     Return the signals with the displacement of the sign that fits each joint best.
@@ -312,21 +333,20 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         y = y - U @ (U.T @ y)
         best = -1.0
         for share in _SIGN_SHARES:
-            state = np.concatenate(
-                [
-                    signals.band.apply(
-                        sign_state(
-                            np.ascontiguousarray(signals.q[:, i]),
-                            float(scales.displacement[i] * share),
-                        )
-                    )
-                    for signals in prepared
-                ]
-            )
-            state = state - U @ (U.T @ state)
-            explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
-            if explained > best:
-                best, displacement[i] = explained, float(scales.displacement[i] * share)
+            parts = []
+            for signals in prepared:
+                q = np.ascontiguousarray(signals.q[:, i])
+                state = sign_state(q, float(scales.displacement[i] * share))
+                parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
+            both = np.concatenate(parts)
+            both = both - U @ (U.T @ both)
+            # How it builds up beside the exponential is fitted too, and forgotten: it would be
+            # made up for by a displacement that is not the gear's.
+            for bend in _BENDS:
+                state = both[:, 0] + bend * both[:, 1]
+                explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+                if explained > best:
+                    best, displacement[i] = explained, float(scales.displacement[i] * share)
     fitted = replace(scales, displacement=displacement, sign_limit=scales.displacement)
     result = []
     for signals in prepared:

@@ -64,3 +64,11 @@ def test_viscous_friction_is_named_and_quadratic_drag_is_not_called_viscous(extr
     (axis,) = found.structure['axes']
     assert axis['unknown'] == (verdict == 'unknown_structure')
     assert ('depends on speed in another way' in found.sentence) == axis['unknown']
+
+
+def test_a_constant_offset_while_moving_is_a_bias_or_an_asymmetry_and_said_to_be_either():
+    """Without rest only reversals tell them apart, and how friction turns around is not known."""
+    found = diagnosed(lambda v: 8.0 + 0.0 * v)
+    first = found.causes[0]
+    assert {first.effect, *first.rivals} == {'effort_bias', 'asymmetric_friction'}
+    assert found.verdict == 'ambiguous'

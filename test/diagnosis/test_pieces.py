@@ -13,11 +13,11 @@ from scipy.optimize import lsq_linear
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
 from sosml_friction.diagnosis.bounded import bounded_least_squares
-from sosml_friction.diagnosis.bursts import find_bursts
+from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
 from sosml_friction.diagnosis.library import EFFECTS, make_library
 from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
-from sosml_friction.diagnosis.nominal import make_nominal
+from sosml_friction.diagnosis.nominal import effort_slope, make_nominal
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import prepare
@@ -269,3 +269,43 @@ def test_a_push_is_a_burst_and_a_vibration_is_none():
     assert [episode.joint for episode in bursts.episodes] == [0]
     assert bursts.episodes[0].start_s == pytest.approx(20.0, abs=0.3)
     assert bursts.episodes[0].end_s == pytest.approx(20.6, abs=0.3)
+
+
+def test_energy_where_the_load_changes_sides_is_an_impact_and_elsewhere_is_none():
+    """Ten changes of sign of the load, an impact of 5 times the noise after each, or between."""
+    rng = np.random.default_rng(5)
+    step = 0.02
+    t = np.arange(0.0, 100.0, step)
+    load = np.column_stack([np.sin(2.0 * np.pi * 0.05 * t), np.full(len(t), 2.0)])
+    for shift, joints in ((0.0, [0]), (5.0, [])):
+        e = rng.normal(0.0, 0.05, (len(t), 2))
+        hit = np.abs(np.mod(t - shift + 0.05, 10.0) - 0.1) < 0.05
+        e[hit, 0] += 0.25 * rng.choice([-1.0, 1.0], int(hit.sum()))
+        impacts, spoiled = find_impacts(e, load, step)
+        assert [x.joint for x in impacts] == joints
+        assert spoiled.any() == bool(joints)
+        if joints:
+            assert impacts[0].changes == 9
+            assert impacts[0].share == 1.0
+            # 0.3 s around each of 9 changes, and what rings.
+            assert 0.027 <= spoiled.mean() <= 0.06
+
+
+def test_a_first_moment_is_known_better_in_direction_than_in_length(arm):
+    """Across the upper arm: 0.3 of the tolerance of its length, the forearm's mass beside it."""
+    _, _, signals = arm
+    nominal = make_nominal(signals, 0.035)
+    across = nominal.names.index('shoulder body 2')
+    assert nominal.bound[across] == pytest.approx(0.035 * 0.3 * 0.375, rel=1e-6)
+
+
+def test_the_slope_of_effort_is_that_of_the_motion_and_not_of_the_encoders_noise(arm):
+    """Within 3 % of the exact slope between reversals: 7.5 Hz pass a motion of 0.8 Hz."""
+    _, _, signals = arm
+    inner = slice(400, -400)
+    slope = effort_slope(signals)[inner]
+    exact = first_derivative(signals.torque, signals.band.step)[inner]
+    calm = (np.abs(signals.sign[inner]) > 0.999).all(axis=1)
+    left = np.std(signals.band.apply(slope - exact)[:, 0])
+    assert calm.mean() > 0.5
+    assert left < 0.3 * np.std(signals.band.apply(exact)[:, 0])

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""A nominal that is wrong in its torque constant or lacks a spring is not called friction."""
+"""A nominal that is wrong in torque constant, gravity, delay or a spring is named as such."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STEP, DURATION = 5e-3, 24.0
 SETTINGS = DiagnosisSettings(band=15.0, nulls=5)
 
 
-def arm(duration=DURATION):
+def arm(duration=DURATION, step=STEP):
     """Return the model of the arm, its exact motion, and the effort that is the model's own."""
     shipped = read_model(share_directory() / 'config/exoskeleton')
     parameters = {
@@ -36,7 +36,7 @@ def arm(duration=DURATION):
     friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
     joints = {name: JointModel(j.armature, friction) for name, j in shipped.joints.items()}
     model = RobotModelFile('arm', joints, shipped.urdf)
-    t = np.arange(0.0, duration, STEP)
+    t = np.arange(0.0, duration, step)
     q, v, a = np.zeros((3, len(t), 2))
     for i, lines in enumerate(
         (((0.5, 0.9, 0.0), (0.1, 4.0, 1.0)), ((0.6, 1.3, 0.5), (0.1, 5.0, 2.0)))
@@ -79,3 +79,44 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
     first = found.causes[0]
     assert fault in {first.effect, *first.rivals}
     assert first.joint == joint
+
+
+def test_gravity_that_is_off_by_5_percent_is_gravity_and_not_friction(motion):
+    """
+    All of it: that is a tilt out of the arm's plane, too, which stands at 20 degrees.
+
+    1.5 % of it are beyond the tolerance.
+    """
+    model, t, q, tau = motion
+    robot = model.make_robot()
+    tau = tau + 0.05 * np.array([robot.gravity(x) for x in q])
+    found = diagnosed(model, t, q, tau, SETTINGS)
+    first = found.causes[0]
+    assert {first.effect, *first.rivals} <= {'gravity', 'gravity_tilt', 'payload'}
+    assert not {'coulomb', 'viscous', 'stribeck'} & {cause.effect for cause in found.causes}
+
+
+def test_effort_that_comes_2_ms_late_is_a_delay_and_not_friction():
+    """One sampling interval, of which half is where in it a sample is taken."""
+    step = 2e-3
+    model, t, q, v, a = arm(step=step)
+    robot = model.make_robot()
+    rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
+    # Friction of one elastic element that slips: nothing of Dahl's state.
+    state = np.zeros_like(q)
+    for k in range(1, len(q)):
+        state[k] = np.clip(state[k - 1] + (q[k] - q[k - 1]) / 3e-4, -1.0, 1.0)
+    tau = rigid + 0.5 * state + 0.2 * v
+    late = np.column_stack([np.interp(t - 0.002, t, x) for x in tau.T])
+    found = diagnosed(model, t, q, late, SETTINGS)
+    assert [cause.effect for cause in found.causes] == ['effort_delay']
+    # Half an interval may be the hold.
+    assert found.causes[0].parameters['delay'].value == pytest.approx(0.002, abs=1e-3)
+
+
+def diagnosed(model, t, q, tau, settings):
+    """Return the diagnosis of an effort with noise of 20 mNm."""
+    tau = tau + np.random.default_rng(0).normal(0.0, 0.02, tau.shape)
+    t_ns = np.rint(t * 1e9).astype(np.int64)
+    log = JointLog(('shoulder', 'elbow'), t_ns, q, np.full_like(q, np.nan), tau)
+    return diagnose([log], model, settings=settings)

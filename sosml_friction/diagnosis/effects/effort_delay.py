@@ -7,12 +7,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from sosml_friction.diagnosis.band import first_derivative
 from sosml_friction.diagnosis.effect import (
     Effect,
     FloatArray,
     Inner,
 )
+from sosml_friction.diagnosis.nominal import effort_slope
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import ReportTerm
@@ -27,7 +27,7 @@ class EffortDelay(Effect):
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return -dtau/dt."""
-        return -first_derivative(signals.torque, signals.band.step)[:, :, None]
+        return -effort_slope(signals)[:, :, None]
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
         """Return a report that is late."""

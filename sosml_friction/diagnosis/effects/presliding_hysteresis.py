@@ -74,6 +74,7 @@ class PreslidingHysteresis(Effect):
         coulomb = float(signals.scales.coulomb[joint])
         if amplitude[0] <= 0.0:
             return 'the level of friction would be negative'
-        if np.isfinite(coulomb) and not 0.4 * coulomb < amplitude[0] < 1.6 * coulomb:
+        # The nominal may take a part of it, or make up for a part that is too much.
+        if np.isfinite(coulomb) and not 0.4 * coulomb < amplitude[0] < 2.0 * coulomb:
             return f'what builds up is {amplitude[0] / coulomb:.2f} of Coulomb friction, not all'
         return ''

@@ -21,6 +21,9 @@ from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import LoadTerm
 
+#: A stiffness is seen from so many standard errors.
+_CLEAR = 4.0
+
 
 class Spring(Effect):
     """Add k (q - q_0) as k q + offset."""
@@ -53,4 +56,6 @@ class Spring(Effect):
         """Return why such an amplitude is impossible, else ''."""
         if amplitude[0] <= 0.0:
             return 'a spring has a positive stiffness'
+        if amplitude[0] < _CLEAR * error[0]:
+            return 'no stiffness is seen: what is left of a spring is a constant'
         return ''

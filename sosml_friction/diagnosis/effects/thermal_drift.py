@@ -27,6 +27,9 @@ from sosml_friction.simulation.forward_terms import LoadTerm
 _FASTEST = 60.0
 #: No gear gets warmer by more than this [K]: how much friction a simulation has to be ready for.
 _WARMEST = 50.0
+#: Without a temperature, a recording has to be so long to show a drift: in less, what differs from
+#: one part of the trajectory to the next looks the same [s].
+_SHORTEST = 200.0
 
 
 class ThermalDrift(Effect):
@@ -43,7 +46,7 @@ class ThermalDrift(Effect):
 
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether the recording is long enough to see a drift, or temperature is known."""
-        return float(signals.time[-1]) > 1.5 * _FASTEST or self._measured(signals, joint)
+        return float(signals.time[-1]) > _SHORTEST or self._measured(signals, joint)
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the warming times q' and s."""
