@@ -19,6 +19,7 @@ from sosml_friction.diagnosis.evidence import (
     fit_baseline,
     score,
 )
+from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
@@ -40,8 +41,8 @@ AXES: Mapping[str, str] = {
     'presliding_hysteresis': 'speed',
     'thermal_drift': 'speed',
 }
-
-
+#: The axis that no cause has.
+NEIGHBOURS = 'the position of the next joint'
 #: Causes by speed that a single other power of it could stand for, and the powers tried.
 _BY_SPEED = ('coulomb', 'viscous', 'stribeck')
 _POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
@@ -113,6 +114,36 @@ class SpeedCurve(Effect):
         return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
 
 
+class NeighbourCurve(Effect):
+    """Add f(q_k) + s g(q_k), q_k of the joint before and after: no cause of the catalogue does."""
+
+    identifier: ClassVar[str] = 'neighbours'
+    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(4 * _HATS))
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return hat functions on quantiles of q_k, and s times each, (N, n, 4 hats)."""
+        result = np.zeros((len(signals.q), signals.robot.n, 4 * _HATS))
+        s = signals.sign[:, joint]
+        first = 0
+        for k in _neighbours(signals.robot.n, joint):
+            x = np.ascontiguousarray(signals.q[:, k])
+            knots = np.unique(np.quantile(x, np.linspace(0.01, 0.99, _HATS)))
+            hat = hats(x, knots)
+            result[:, joint, first : first + len(knots)] = hat
+            first += _HATS
+            result[:, joint, first : first + len(knots)] = hat * s[:, None]
+            first += _HATS
+        return result
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+
+
+def _neighbours(n: int, joint: int) -> list[int]:
+    return [k for k in (joint - 1, joint + 1) if 0 <= k < n]
+
+
 @dataclass(frozen=True)
 class Leftover:
     """
@@ -121,7 +152,8 @@ class Leftover:
     ``gain``: whitened energy it removes, ``energy``: on data left out; ``floor``: what ``gain``
     has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
     that the causes of this axis and the curve explain together. ``instead``: it is one power of
-    speed that explains more than all the named causes by speed, in their stead.
+    speed that explains more than all the named causes by speed, in their stead. ``foreign``: the
+    axis is one that no cause of the catalogue has.
     """
 
     axis: str
@@ -131,6 +163,7 @@ class Leftover:
     floor: float
     share: float
     instead: bool = False
+    foreign: bool = False
 
     def significant(self, largest_share: float) -> bool:
         """Tell whether it is beyond chance, and too much for the causes to be the whole."""
@@ -151,28 +184,34 @@ def leftovers(
 
     :param credible: scales a variant of friction to what the data show beside a system.
     """
-    mine = [f for f in accepted if f.effect.identifier in AXES]
-    joints = sorted({f.joint for f in mine})
-    if not joints:
+    n = laboratory.robot.n
+    own = [f for f in accepted if not f.effect.of_robot]
+    probes: list[tuple[str, int, Effect, list[Finding]]] = []
+    for i in range(n):
+        mine = [f for f in own if f.joint == i]
+        by_speed = [f for f in mine if f.effect.identifier in AXES]
+        if by_speed:
+            probes.append(('speed', i, SpeedCurve(), by_speed))
+        if mine and n > 1:
+            probes.append((NEIGHBOURS, i, NeighbourCurve(), mine))
+    if not probes:
         return ()
-    curve, turns = SpeedCurve(), Reversal()
+    turns = Reversal()
     system = laboratory.system.extended(
-        [f.columns for f in accepted] + [laboratory.single(turns, i, {}) for i in joints]
+        [f.columns for f in accepted]
+        + [laboratory.single(turns, i, {}) for i in sorted({i for _, i, _, _ in probes})]
     )
-    curves = {i: laboratory.single(curve, i, {}).beside(system) for i in joints}
+    curves = [laboratory.single(effect, i, {}).beside(system) for _, i, effect, _ in probes]
 
-    def gains(y: FloatArray) -> tuple[Baseline, dict[int, Score]]:
+    def gains(y: FloatArray) -> tuple[Baseline, list[Score]]:
         target = Target.make(system, y)
         base = fit_baseline(system, target)
-        return base, {
-            i: score(system, target, base, its, its.products(system, y))
-            for i, its in curves.items()
-        }
+        return base, [score(system, target, base, c, c.products(system, y)) for c in curves]
 
     base, found = gains(laboratory.y)
     settings = laboratory.settings
     rng = np.random.default_rng([settings.seed, 1000 + len(accepted)])
-    largest = dict.fromkeys(joints, 0.0)
+    largest = np.zeros(len(probes))
     p = len(laboratory.nominal.bound)
     bounded = np.isfinite(laboratory.nominal.bound)
     for _ in range(settings.axis_nulls):
@@ -183,21 +222,14 @@ def leftovers(
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
         y += credible(laboratory.friction_variants(rng), system)
         y += rng.standard_normal(y.shape)
-        for i, s in gains(y)[1].items():
-            largest[i] = max(largest[i], s.gain)
+        largest = np.maximum(largest, [s.gain for s in gains(y)[1]])
     result = []
-    for i in joints:
-        named = sum(max(f.score.gain, 0.0) for f in mine if f.joint == i)
-        gain = found[i].gain
+    for (axis, i, _, mine), s, most in zip(probes, found, largest, strict=True):
+        named = sum(max(f.score.gain, 0.0) for f in mine)
+        share = s.gain / max(named + s.gain, 1e-300)
+        floor = settings.axis_margin * float(most)
         result.append(
-            Leftover(
-                AXES[next(f for f in mine if f.joint == i).effect.identifier],
-                i,
-                gain,
-                found[i].energy,
-                settings.axis_margin * largest[i],
-                gain / max(named + gain, 1e-300),
-            )
+            Leftover(axis, i, s.gain, s.energy, floor, share, foreign=axis == NEIGHBOURS)
         )
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}

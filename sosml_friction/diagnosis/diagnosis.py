@@ -513,7 +513,7 @@ def _verdict(causes: Sequence[Cause], selection: Selection) -> str:
         if selection.accepted and rest > _REST * whole:
             return 'unknown_structure'
         more = _more_along_axis(selection)
-        if any(x.instead for x in more):
+        if any(x.instead or x.foreign for x in more):
             return 'unknown_structure'
         on_axis = all(f.effect.identifier in AXES for f in selection.accepted)
         if selection.accepted and on_axis and more:

@@ -117,6 +117,10 @@ class Effect(ABC):
         """Return why such amplitudes are physically impossible for this cause, else ''."""
         return ''
 
+    def reduces_to(self, amplitude: FloatArray, error: FloatArray) -> str:
+        """Return the cause that this one is where its own part is not seen, else ''."""
+        return ''
+
     def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range of each refined inner parameter."""
         return {}

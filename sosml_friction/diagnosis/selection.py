@@ -59,7 +59,8 @@ class Finding:
 
     ``delta_bic``: fall of the cost less the price of its parameters and of its grid;
     ``p_adjusted``: of the F test, times the number of all candidates tried; ``floor``: what
-    ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or ''.
+    ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
+    ``reduced``: the cause that it is where its own part is not seen, or ''.
     """
 
     effect: Effect
@@ -71,6 +72,7 @@ class Finding:
     p_adjusted: float
     floor: float = np.nan
     objection: str = ''
+    reduced: str = ''
     rivals: tuple[Finding, ...] = ()
     failed: tuple[str, ...] = ()
 
@@ -232,9 +234,11 @@ class Selector:
         objection = effect.implausible(
             self.laboratory.signals[0], joint, inner, s.amplitude, s.error
         )
+        reduced = effect.reduces_to(s.amplitude, s.error)
         return Finding(
-            effect, joint, inner, s, columns, float(bic), min(p, 1.0), objection=objection
-        )
+            effect, joint, inner, s, columns, float(bic), min(p, 1.0), objection=objection,
+            reduced=reduced,
+        )  # fmt: skip
 
     def refine(
         self, system: System, target: Target, baseline: Baseline, finding: Finding
@@ -346,7 +350,9 @@ class Selector:
             and other.delta_bic > max(share * best.delta_bic, BIC_CLOSE)
         ]
         known = {other.key for other in rivals}
-        for other in (finding for finding in possible if finding is not best):
+        # What is not seen to be more than the best is no rival of it, but one of any other.
+        unseen = [f for f in impossible if f.reduced not in ('', best.effect.identifier)]
+        for other in [*(finding for finding in possible if finding is not best), *unseen]:
             if other.key in known:
                 continue
             behind = best.delta_bic - other.delta_bic

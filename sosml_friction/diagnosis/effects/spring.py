@@ -56,6 +56,10 @@ class Spring(Effect):
         """Return why such an amplitude is impossible, else ''."""
         if amplitude[0] <= 0.0:
             return 'a spring has a positive stiffness'
-        if amplitude[0] < _CLEAR * error[0]:
+        if self.reduces_to(amplitude, error):
             return 'no stiffness is seen: what is left of a spring is a constant'
         return ''
+
+    def reduces_to(self, amplitude: FloatArray, error: FloatArray) -> str:
+        """Return 'effort_bias' where no stiffness is seen: what is left is a constant."""
+        return 'effort_bias' if amplitude[0] < _CLEAR * error[0] else ''
