@@ -37,9 +37,9 @@ _OVERLAP = 0.5
 #: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
 #: that the best leaves beyond noise: what neither explains could have decided between them.
 _RIVAL = 0.1
-#: A twin's evidence is at least this share of the best's; the second share where the joint never
-#: rests: then reversals alone tell twins apart, and how friction turns around is not known.
-_TWIN, _TWIN_MOVING = 0.8, 0.4
+#: A twin's evidence is at least this share of the best's; any will do where the joint never rests:
+#: then reversals alone tell twins apart, and how friction turns around is not known.
+_TWIN, _TWIN_MOVING = 0.8, 0.0
 #: A joint rests where it is slower than this share of its top speed; recordings of less rest than
 #: the second share have none.
 _AT_REST, _REST_SHARE = 2e-3, 0.02
