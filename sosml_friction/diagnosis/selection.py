@@ -520,7 +520,8 @@ class Selector:
                 system = lab.system.extended(others)
                 target = Target.make(system, lab.y)
                 base = fit_baseline(system, target)
-                its = finding.columns.beside(system)
+                # Its products are with causes accepted before it, which others may be no more.
+                its = finding.columns.beside_first(lab.system.Z.shape[2]).beside(system)
                 s = score(system, target, base, its, its.products(system, target.y))
                 margin = s.cv_gain - finding.floor
                 if margin < worst:
