@@ -54,6 +54,7 @@ def simulate(
 
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
+    from sosml_friction.diagnosis.recorded_loop import recorded_loop
     from sosml_friction.diagnosis.recorded_simulation import simulate_recording
     from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
     from sosml_friction.identification.output_error_fits import recorded_controllers
@@ -73,7 +74,8 @@ def simulate(
     with progress(f'reading {bag}') as step:
         recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)
         controlled = recorded_controllers(recorded.bag, recorded.log)
-        found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step)
+        loop = recorded_loop(recorded.bag, bag, recorded.log)
+        found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step, loop)
         provenance = {
             'bag': bag.name,
             'sha256': bag_hash(bag),

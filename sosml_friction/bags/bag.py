@@ -8,6 +8,7 @@ import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from sosml_friction.exceptions import BagError
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TEMPERATURE = 'sensor_msgs/msg/Temperature'
 STRING = 'std_msgs/msg/String'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 
 _ESTIMATE = re.compile(r'(?P<namespace>.*)/friction_estimate/(?P<observer>[^/]+)')
 
@@ -39,6 +41,21 @@ class FrictionEstimate(NamedTuple):
     t_ns: NDArray[np.int64]
     names: tuple[str, ...]
     tau_f: FloatArray
+
+
+class WantedMotion(NamedTuple):
+    """
+    Hold a trajectory that was sent to the driver, as it was sent.
+
+    ``log_time_ns``: when it was recorded; ``names`` n joints; ``times`` (M,) [s] from its start;
+    ``positions`` (M, n) [rad or m]; ``velocities`` (M, n) [rad/s or m/s] or None.
+    """
+
+    log_time_ns: int
+    names: tuple[str, ...]
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray | None
 
 
 @dataclass
@@ -234,6 +251,44 @@ class Bag:
             return None
         t_ns, names, (q,) = self._joint_states(topic, ('position',))
         return t_ns, names, q
+
+    def trajectories(self) -> list[WantedMotion]:
+        """
+        Return the messages of ``joint_trajectory`` in the order they were recorded.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
+        """
+        topic = self._find('joint_trajectory')
+        if topic is None:
+            return []
+        self._require_type(topic, TRAJECTORY)
+        found = []
+        for log_time_ns, message in self.decoded(topic):
+            points, n = message.points, len(message.joint_names)
+            times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
+            slow = not any(len(p.velocities) for p in points)
+            if (
+                not n
+                or not points
+                or any(len(p.positions) != n for p in points)
+                or any(len(p.velocities) != (0 if slow else n) for p in points)
+                or times[0] < 0.0
+                or any(later <= one for one, later in pairwise(times))
+            ):
+                raise BagError(
+                    f'{topic} in {self.path} has a trajectory whose points do not each have a '
+                    'later time and a value for every joint: send it again and record it'
+                )
+            found.append(
+                WantedMotion(
+                    log_time_ns,
+                    tuple(message.joint_names),
+                    np.array(times),
+                    np.array([p.positions for p in points], dtype=float),
+                    None if slow else np.array([p.velocities for p in points], dtype=float),
+                )
+            )
+        return found
 
     def text(self, topic_suffix: str) -> str | None:
         """

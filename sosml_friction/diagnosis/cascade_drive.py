@@ -9,19 +9,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.diagnosis.loop_drive import LoopDrive
 from sosml_friction.identification.output_error_fits import ControlledJoint
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import Drive
 
 FloatArray = NDArray[np.float64]
 
 
-class CascadeDrive(Drive):
+class CascadeDrive(LoopDrive):
     """
     Drive one window by a :class:`CascadeController` for each joint, as in the recording.
-
-    What the controllers ask for is what the actuators report: the torque is that of the model's
-    terms. Where the model reports effort early (a negative delay), the torque is late by it.
 
     :param names: joints in the model's order, each with a controller.
     :param reference: (N, n) wanted positions, finite.
@@ -38,36 +35,25 @@ class CascadeDrive(Drive):
         v: FloatArray,
         period: float,
     ) -> None:
+        super().__init__(model, period)
         loops = [controlled[name].controller for name in names]
         self._kp, self._kv, self._scale, self._limit = (
             np.array([getattr(loop, key) for loop in loops])
             for key in ('kp', 'kv', 'scale', 'limit')
         )
-        self._model, self._reference, self._period = model, reference, period
+        self._reference = reference
         self._last = q - v * period
         self._last_mean = q - 1.5 * v * period
-        self._late = max(0.0, -model.delay) / period
-        self._k = 0
-        #: What was asked for at each sample so far, (n,) each.
-        self.commands: list[FloatArray] = []
-        self._torques: list[FloatArray] = []
 
     def begin(self, k: int, q: FloatArray) -> None:
         """Compute the command of sample ``k``, which holds until the next."""
+        super().begin(k, q)
         x = q[0]
         mean = 0.5 * (x + self._last)
         rate = (mean - self._last_mean) / self._period
         command = self._kp * self._kv * (self._reference[k] - x) - self._kv * rate
         self._last, self._last_mean = x, mean
-        self._k = k
-        effort = self._scale * np.clip(command, -self._limit, self._limit)
-        self.commands.append(effort)
-        self._torques.append(self._model.torque(effort))
-
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque that acts, (1, n)."""
-        at = int(np.floor(self._k + share - self._late))
-        return self._torques[max(at, 0)][None]
+        self.ask(float(k), self._scale * np.clip(command, -self._limit, self._limit))
 
     def reported(self) -> FloatArray:
         """Return the efforts that were reported, (N, n), late where the model says so."""

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.cascade_drive import CascadeDrive
+from sosml_friction.diagnosis.driver_loop import bridged, simulate_driver_loop
+from sosml_friction.diagnosis.loop_start import LoopReference, find_reference
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
+from sosml_friction.diagnosis.recorded_loop import RecordedLoop, during
 from sosml_friction.diagnosis.resimulation import measured_start, simulate_windows, undriven
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
@@ -49,7 +52,7 @@ class SimulationError:
     Hold how far a simulated quantity of a joint is from the measured one.
 
     ``rms`` and ``largest`` in its unit; ``relative`` [%]: 100 |simulated - measured| / |measured|;
-    of a position in windows, as a share of the way from where the window began.
+    of a position, as a share of the way from where the window or the recording began.
     """
 
     rms: float
@@ -63,12 +66,13 @@ class RecordedSimulation:
     """
     Hold a recording and its simulation, at the samples that were simulated.
 
-    ``mode``: ``closed_loop``, the recorded controllers follow the recorded wanted positions; or
+    ``mode``: ``closed_loop``, the recorded controllers follow what was wanted; or
     ``windows``, driven by the measured effort and begun anew from the measured state every
     ``horizon_s``; ``why_not``: why it is not the former. ``measured`` and ``simulated``: position,
     velocity and effort (N, n); in windows the effort is the one that the model needs for the
     measured motion, both low-passed. ``begins`` (N,): where a window begins. ``followed``: joints
-    without effort, which follow the recording. ``displacement`` (n,): over which friction turns
+    without effort, or in closed loop without a controller that is known, which follow the
+    recording. ``displacement`` (n,): over which friction turns
     around; ``steps``: of the integration in a sample. ``remarks``: sentences.
     """
 
@@ -94,6 +98,7 @@ def simulate_recording(
     controlled: Mapping[str, ControlledJoint] | None = None,
     horizon_s: float | None = None,
     step: Step = lambda what, share=None: None,
+    loop: RecordedLoop | str = '',
 ) -> RecordedSimulation:
     """
     Simulate a recording from the model, and compare.
@@ -101,6 +106,8 @@ def simulate_recording(
     In closed loop where every joint's controller and wanted position are known; else, or where a
     ``horizon_s`` is asked for, in windows.
 
+    :param controlled: cascades of loops that the recording holds, by joint.
+    :param loop: the driver's own loop that it holds, or why it cannot be closed.
     :raises DataError: if no joint has effort, or no stretch is long enough.
     :raises ConfigurationError: if the model cannot be simulated, or the horizon is no time.
     """
@@ -111,10 +118,20 @@ def simulate_recording(
     robot = model.make_robot()
     log = log.select(robot.names)
     log.require_effort()
+    why_not = 'windows were asked for' if horizon_s is not None else ''
+    reference: LoopReference | None = None
+    if not why_not and isinstance(loop, RecordedLoop):
+        step('looking for the beginning of the trajectory')
+        sought = _reference(log, robot.names, loop)
+        if isinstance(sought, str):
+            why_not = sought
+        else:
+            log, reference = sought
     step('preparing the recording')
     shortest = (horizon_s or HORIZON_S) + _MARGIN_S
+    whole = log if reference is None else bridged(log)
     try:
-        prepared = prepare([log], model, robot, DiagnosisSettings(), shortest_s=shortest)
+        prepared = prepare([whole], model, robot, DiagnosisSettings(), shortest_s=shortest)
     except DataError as error:
         raise DataError(
             f'no stretch of the recording is {shortest:g} s long without a hole in position or '
@@ -124,7 +141,10 @@ def simulate_recording(
     displacement = signals[0].scales.displacement
     terms = [found.term(robot) for found in known_effects(model)]
     forward = ForwardModel(robot, model_friction(model), displacement, terms)
-    why_not = _why_not(log, robot.names, controlled or {}, signals, horizon_s)
+    if reference is not None and isinstance(loop, RecordedLoop):
+        return _in_driver_loop(forward, model, log, signals, loop, reference, step)
+    if not why_not:
+        why_not = str(loop) or _why_not(log, robot.names, controlled or {}, signals)
     if why_not:
         return _in_windows(forward, model, signals, horizon_s or HORIZON_S, why_not, step)
     assert controlled is not None
@@ -136,22 +156,85 @@ def _why_not(
     names: tuple[str, ...],
     controlled: Mapping[str, ControlledJoint],
     signals: list[Signals],
-    horizon_s: float | None,
 ) -> str:
-    """Return why a recording cannot be simulated in closed loop, or ''."""
-    if horizon_s is not None:
-        return 'windows were asked for'
+    """Return why the cascades of a recording cannot be simulated in closed loop, or ''."""
     missing = [name for name in names if name not in controlled]
     if missing:
         return (
-            f'the closed loop needs a cascade controller and the wanted position of each joint, '
-            f'and the recording has none of {", ".join(missing)}'
+            f'the closed loop needs the controller and the wanted position of each joint, and the '
+            f'recording has none of {", ".join(missing)}'
         )
     if not all(np.isfinite(controlled[name].reference).all() for name in names):
         return 'the wanted position is not known at every sample'
     if len(signals) != 1 or len(signals[0].q) != len(log):
         return 'the recording has a hole, and a controller remembers what was before it'
     return ''
+
+
+def _reference(
+    log: JointLog, names: tuple[str, ...], loop: RecordedLoop
+) -> tuple[JointLog, LoopReference] | str:
+    """
+    Return the part of a log that was under the loop, and its reference, or why it is not known.
+
+    Joints are in the order of ``names``.
+    """
+    if set(names) != set(loop.robot.names):
+        return "the model's joints are not the driver's"
+    if not any(name in loop.gains for name in names):
+        return 'no joint is under the controller of the driver'
+    try:
+        part, own = during(log, loop)
+        found = find_reference(part.select(loop.robot.names), own)
+    except DataError as error:
+        return str(error)
+    order = [loop.robot.names.index(name) for name in names]
+    q, v, ahead = found.q[:, order], found.v[:, order], found.ahead[:, order]
+    return part, replace(found, q=q, v=v, ahead=ahead)
+
+
+def _in_driver_loop(
+    forward: ForwardModel,
+    model: RobotModelFile,
+    log: JointLog,
+    signals: list[Signals],
+    loop: RecordedLoop,
+    reference: LoopReference,
+    step: Step,
+) -> RecordedSimulation:
+    names = signals[0].robot.names
+    followed = [
+        i for i in range(len(names)) if names[i] in loop.followed or i in undriven(signals[0])
+    ]
+    run = simulate_driver_loop(
+        forward, log, signals, loop, reference, followed,
+        lambda share: step('simulating the closed loop', share),
+    )  # fmt: skip
+    _refuse_runaway(run.finite, 'the closed loop')
+    remarks = [
+        f"{name}: the driver's law makes the recorded effort, but for {left:.1f} % of what its "
+        'gains add to the feed-forward'
+        for name, left in reference.left.items()
+    ]
+    remarks.append(
+        f'the trajectory begins {1e3 * reference.start:.1f} ms after the first sample, found by '
+        'that law'
+    )
+    remarks += [
+        f'{names[i]} moves as recorded, because {loop.followed[names[i]]}; --horizon '
+        f'{HORIZON_S:g} simulates it by its effort'
+        for i in followed
+        if names[i] in loop.followed and i not in undriven(signals[0])
+    ]
+    if len(signals) > 1:
+        remarks.append(
+            f'the recording has holes: its {len(signals)} stretches are simulated each from the '
+            'measured state'
+        )
+    return _result(
+        CLOSED_LOOP, '', None, forward, model, signals, run.time, run.measured, run.simulated,
+        run.begins, run.measured['position'][0], followed, remarks,
+    )  # fmt: skip
 
 
 def _in_closed_loop(
@@ -180,7 +263,7 @@ def _in_closed_loop(
 
     run = simulate(forward, start, drive, period, count, effort, told)
     drive.begin(count - 1, run.q[:, -1])
-    _refuse_runaway(run.q, 'the closed loop')
+    _refuse_runaway(np.isfinite(run.q).all(), 'the closed loop')
     q = run.q[0]
     simulated = {'position': q, 'velocity': run.v[0], 'effort': drive.reported()}
     # A smoothed velocity is wrong at the ends.
@@ -190,8 +273,9 @@ def _in_closed_loop(
     begins = np.zeros(count, dtype=np.bool_)
     begins[0] = True
     return _result(
-        CLOSED_LOOP, '', None, forward, model, [signals], log.time, measured, simulated, begins
-    )
+        CLOSED_LOOP, '', None, forward, model, [signals], log.time, measured, simulated, begins,
+        log.q[0],
+    )  # fmt: skip
 
 
 def _in_windows(
@@ -218,7 +302,7 @@ def _in_windows(
         # The last sample of a window is the first of the next.
         run = simulate_windows(forward, s, at, length + 1, told)
         rows = (at[:, None] + 1 + np.arange(length)).ravel()
-        _refuse_runaway(run.q, 'a window')
+        _refuse_runaway(np.isfinite(run.q).all(), 'a window')
         flat = (len(rows), forward.n)
         whole = {
             'time': s.time[rows],
@@ -246,8 +330,8 @@ def _in_windows(
     )  # fmt: skip
 
 
-def _refuse_runaway(q: FloatArray, what: str) -> None:
-    if not np.isfinite(q).all():
+def _refuse_runaway(finite: bool | np.bool_, what: str) -> None:
+    if not finite:
         raise DataError(
             f'the simulation of {what} runs away: the model is unstable, or the effort in the '
             'recording has another sign or unit than the model'
@@ -266,9 +350,12 @@ def _result(
     simulated: Mapping[str, FloatArray],
     begins: NDArray[np.bool_],
     origin: FloatArray | float = 0.0,
+    led: Sequence[int] | None = None,
+    more: Sequence[str] = (),
 ) -> RecordedSimulation:
     robot = signals[0].robot
-    followed = tuple(robot.names[i] for i in undriven(signals[0]))
+    unknown = undriven(signals[0])
+    followed = tuple(robot.names[i] for i in (unknown if led is None else led))
     errors: dict[str, dict[str, SimulationError]] = {}
     for i, name in enumerate(robot.names):
         effort = robot.effort_units[i]
@@ -294,9 +381,10 @@ def _result(
     remarks = [
         f'{name} has no friction in the model and is simulated without'
         for name, joint in model.joints.items()
-        if joint.friction is None
+        if joint.friction is None and name not in followed
     ]
-    remarks += [f'{name} has no effort in the recording and follows it' for name in followed]
+    remarks += [f'{robot.names[i]} has no effort in the recording and follows it' for i in unknown]
+    remarks += more
     effort = np.max([np.abs(s.tau).max(axis=0) for s in signals], axis=0)
     return RecordedSimulation(
         mode, why_not, horizon_s, robot.names, robot.effort_units, time, measured, simulated,

@@ -7,16 +7,21 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.recorded_simulation import WINDOWS, RecordedSimulation
 from sosml_friction.report.drawing import (
     GREY,
-    draw_line,
+    envelope,
     label_axes,
     legend_below,
     new_figure,
 )
 
+FloatArray = NDArray[np.float64]
+
+#: A line ends where so many usual steps are missing.
+_HOLE = 10.0
 _SIMULATED, _ERROR = '#0072B2', '#D55E00'
 
 
@@ -32,13 +37,16 @@ def simulation_figure(found: RecordedSimulation, i: int) -> Figure:
         ('velocity', f'{length}/s', 1e3, 'mm/s' if metres else 'mrad/s'),
         ('effort', effort, 1.0, effort),
     )
+    steps = np.diff(found.time, prepend=found.time[:1])
+    holes = steps > _HOLE * np.median(steps)
+    begins = holes | found.begins
     for row, (what, unit, factor, small) in enumerate(panels):
         measured, simulated = found.measured[what][:, i], found.simulated[what][:, i]
         left, right = axes[row]
-        draw_line(left, found.time, measured, color=GREY, linewidth=2.2)
-        draw_line(left, found.time, _parted(found, simulated), color=_SIMULATED, linewidth=1.0)
-        error = _parted(found, factor * (simulated - measured))
-        draw_line(right, found.time, error, color=_ERROR, linewidth=0.9)
+        left.plot(*_parted(found.time, measured, holes), color=GREY, linewidth=2.2)
+        left.plot(*_parted(found.time, simulated, begins), color=_SIMULATED, linewidth=1.0)
+        error = factor * (simulated - measured)
+        right.plot(*_parted(found.time, error, begins), color=_ERROR, linewidth=0.9)
         last = row == len(panels) - 1
         label_axes(left, 'time [s]' if last else '', f'{what} [{unit}]')
         label_axes(right, 'time [s]' if last else '', f'simulated - measured [{small}]')
@@ -56,9 +64,11 @@ def simulation_figure(found: RecordedSimulation, i: int) -> Figure:
     return figure
 
 
-def _parted(found: RecordedSimulation, values: np.ndarray) -> np.ndarray:
-    """Return the values with a hole where a stretch ends, so that no line joins two."""
-    jumps = np.flatnonzero(np.diff(found.time) > 1.5 * np.median(np.diff(found.time)))
-    result = np.array(values, dtype=float)
-    result[jumps] = np.nan
-    return result
+def _parted(
+    time: FloatArray, values: FloatArray, begins: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray]:
+    """Return a line, a long one as its envelope, with a hole before each sample that begins."""
+    t, x = envelope(time, values)
+    piece = np.searchsorted(time[begins], t, side='right')
+    first = np.flatnonzero(np.diff(piece)) + 1
+    return np.insert(t, first, t[first]), np.insert(x, first, np.nan)

@@ -29,6 +29,9 @@ def render_simulation(found: RecordedSimulation, title: str) -> str:
         if found.mode != CLOSED_LOOP:
             caption += '; each window begins anew where the error of position is 0'
         parts.append(f'<h2>{escape(name)}</h2>')
+        if name in found.followed and found.mode == CLOSED_LOOP:
+            parts.append(f'<p>{escape(name)} moves as recorded.</p>')
+            continue
         parts.append(picture(to_png(simulation_figure(found, i)), caption))
     return page(title, parts)
 

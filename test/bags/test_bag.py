@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.bag import TRAJECTORY, Bag
 from sosml_friction.bags.recorder import BagRecorder
-from sosml_friction.bags.serialization import serialize_joint_state
+from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError, DataError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -425,3 +425,50 @@ def test_the_robot_at_the_root_can_be_chosen_beside_one_in_a_namespace(tmp_path)
     assert Bag.open(tmp_path / 'two', 'left').joint_log().q.tolist() == [[1.0]]
     with pytest.raises(BagError, match='namespace'):
         Bag.open(tmp_path / 'two').joint_log()
+
+
+def trajectory(times, positions, velocities=()):
+    message = message_class(TRAJECTORY)()
+    message.joint_names = ['shoulder', 'elbow']
+    point = message_class('trajectory_msgs/msg/JointTrajectoryPoint')
+    for k, t in enumerate(times):
+        one = point(positions=positions[k], velocities=velocities[k] if len(velocities) else [])
+        one.time_from_start.sec, one.time_from_start.nanosec = divmod(round(t * 1e9), SECOND)
+        message.points.append(one)
+    return serialize(message)
+
+
+def test_trajectories_come_as_they_were_sent(tmp_path, record, two_joints):
+    slow = trajectory([0.0, 1.5], [[1.0, 2.0], [3.0, 4.0]])
+    fast = trajectory([0.25], [[5.0, 6.0]], [[0.5, -0.5]])
+    entries = [
+        *two_joints(),
+        ('/joint_trajectory', TRAJECTORY, slow, SECOND),
+        ('/joint_trajectory', TRAJECTORY, fast, 2 * SECOND),
+    ]
+    first, second = Bag.open(record(tmp_path / 'bag', entries)).trajectories()
+    assert (first.log_time_ns, first.names) == (SECOND, ('shoulder', 'elbow'))
+    assert first.times.tolist() == [0.0, 1.5]
+    assert first.positions.tolist() == [[1.0, 2.0], [3.0, 4.0]]
+    assert first.velocities is None
+    assert second.times.tolist() == [0.25]
+    assert second.velocities.tolist() == [[0.5, -0.5]]
+    assert Bag.open(record(tmp_path / 'without', two_joints())).trajectories() == []
+
+
+@pytest.mark.parametrize(
+    ('times', 'positions', 'velocities'),
+    [
+        ([], [], []),
+        ([1.0, 1.0], [[1.0, 2.0]] * 2, []),
+        ([1.0], [[1.0]], []),
+        ([1.0, 2.0], [[1.0, 2.0]] * 2, [[0.1, 0.1], []]),
+    ],
+)
+def test_a_trajectory_that_contradicts_itself_is_one_sentence(
+    tmp_path, record, two_joints, times, positions, velocities
+):
+    sent = ('/joint_trajectory', TRAJECTORY, trajectory(times, positions, velocities), SECOND)
+    bag = Bag.open(record(tmp_path / 'bag', [*two_joints(), sent]))
+    with pytest.raises(BagError, match='later time and a value for every joint'):
+        bag.trajectories()

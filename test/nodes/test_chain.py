@@ -21,6 +21,8 @@ from trajectory_msgs.msg import JointTrajectory
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.bags.serialization import deserialize
+from sosml_friction.diagnosis.loop_start import find_reference
+from sosml_friction.diagnosis.recorded_loop import RecordedLoop, recorded_loop
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import WEAK_FORM
 from sosml_friction.identification.speed_ladder import speed_ladder
@@ -90,6 +92,16 @@ def test_the_bag_names_the_controllers_that_ran(bag):
     assert controllers['shoulder']['kind'] == 'pd'
     assert (controllers['shoulder']['kp'], controllers['shoulder']['kd']) == (250.0, 12.0)
     assert controllers['elbow']['kind'] == 'actuator'
+
+
+def test_the_law_of_the_bag_makes_its_efforts(run, bag):
+    """So that sosml simulate closes the loop; a busy machine leaves 8 % of what the gains make."""
+    log = bag.joint_log()
+    loop = recorded_loop(bag, run / 'bag', log)
+    assert isinstance(loop, RecordedLoop)
+    assert list(loop.gains) == ['shoulder']
+    assert list(loop.followed) == ['elbow']
+    assert find_reference(log.select(loop.robot.names), loop).left['shoulder'] < 20.0
 
 
 def test_a_bag_begins_with_a_fresh_start_of_the_observers(bag):

@@ -1,0 +1,52 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Controllers in the loop of a simulation: each command holds until the next."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.forward_simulation import Drive
+
+FloatArray = NDArray[np.float64]
+
+
+class LoopDrive(Drive):
+    """
+    Drive one window by commands that are made while it is simulated.
+
+    What is asked for is what the actuators report: the torque is that of the model's terms. Where
+    the model reports effort early (a negative delay), the torque is late by it.
+    """
+
+    def __init__(self, model: ForwardModel, period: float) -> None:
+        self._model, self._period = model, period
+        self._late = max(0.0, -model.delay) / period
+        self._k = 0
+        self._now = 0
+        #: What was asked for so far, (n,) each, and from which time on [samples].
+        self.commands: list[FloatArray] = []
+        self.times: list[float] = []
+        self._torques: list[FloatArray] = []
+
+    @abstractmethod
+    def begin(self, k: int, q: FloatArray) -> None:
+        """Make the commands of sample ``k``; an override does so after this."""
+        self._k = k
+
+    def ask(self, time: float, effort: FloatArray) -> None:
+        """Ask for an effort (n,) [Nm or N] from a time on [samples], times in order."""
+        self.times.append(time)
+        self.commands.append(effort)
+        self._torques.append(self._model.torque(effort))
+
+    def torque(self, share: float) -> FloatArray:
+        """Return the torque that acts, (1, n)."""
+        at = self._k + share - self._late
+        while self._now + 1 < len(self.times) and self.times[self._now + 1] <= at:
+            self._now += 1
+        return self._torques[self._now][None]
