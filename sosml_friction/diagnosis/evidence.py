@@ -190,6 +190,10 @@ class CandidateColumns:
             B.append(np.concatenate([self.B[b], more], axis=1))
         return CandidateColumns(self.rows, self.C, self.A, np.array(B))
 
+    def beside_first(self, known: int) -> CandidateColumns:
+        """Return the same with the first ``known`` columns of the system alone."""
+        return CandidateColumns(self.rows, self.C, self.A, self.B[:, :, :known])
+
     def products(self, system: System, y: FloatArray) -> FloatArray:
         """Return C' y by block, (blocks, g, k)."""
         edges = system.blocks.edges

@@ -11,7 +11,7 @@ from scipy.signal import firwin, lfilter, upfirdn
 
 from sosml_friction.diagnosis.band import Band
 from sosml_friction.diagnosis.bounded import bounded_from
-from sosml_friction.diagnosis.evidence import whiten_all
+from sosml_friction.diagnosis.evidence import CandidateColumns, System, make_blocks, whiten_all
 from sosml_friction.diagnosis.kernels import acts, convolve_rows, hats, lines, squares
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel
 
@@ -89,3 +89,25 @@ def test_bounded_least_squares_finds_the_same_from_any_guess_within_bounds():
         for start in (guess, wanted):
             x = bounded_from(A.T @ A, A.T @ b, -limit, limit, start)
             assert x == pytest.approx(wanted, abs=1e-7)
+
+
+def test_a_cause_is_weighed_beside_any_others_whenever_it_was_found():
+    """Products of a cause found late are the same beside fewer, other and wider causes."""
+    rng = np.random.default_rng(5)
+    both = np.arange(2)
+    columns = [rng.standard_normal((240, 2, 1, k)) for k in (2, 1, 2, 1)]
+    first = System.make(
+        rng.standard_normal((240, 2, 3)),
+        np.ones(3),
+        np.ones(3),
+        make_blocks(240, 4, 2),
+    )
+    accepted: list[CandidateColumns] = []
+    for C in columns:
+        its = CandidateColumns.make(first, both, C)
+        accepted.append(its.beside(first.extended(accepted)))
+    for others in ([], [0], [1], [0, 2], [1, 2], [2, 0, 1]):
+        system = first.extended([accepted[k] for k in others])
+        late = accepted[3].beside_first(3).beside(system)
+        afresh = CandidateColumns.make(system, both, columns[3])
+        np.testing.assert_allclose(late.B, afresh.B, rtol=1e-12, atol=1e-10)
