@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -33,7 +34,9 @@ def simulate(
     ] = None,
     urdf: Annotated[
         Path | None,
-        typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+        typer.Option(
+            help="URDF file; default: that of --model, else the bag's robot_description."
+        ),
     ] = None,
     namespace: Annotated[
         str | None,
@@ -58,7 +61,7 @@ def simulate(
     from sosml_friction.diagnosis.recorded_simulation import simulate_recording
     from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
     from sosml_friction.identification.output_error_fits import recorded_controllers
-    from sosml_friction.report.output import to_json
+    from sosml_friction.report.output import require_writable, to_json
     from sosml_friction.report.progress import progress
     from sosml_friction.report.simulation_document import (
         check_simulation_folder,
@@ -71,11 +74,14 @@ def simulate(
     name = bag.resolve()
     stem = name.stem if name.suffix == '.mcap' else name.name
     folder = check_simulation_folder(out if out is not None else Path(f'{stem}_simulation'))
+    require_writable(folder)
     with progress(f'reading {bag}') as step:
         recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)
         controlled = recorded_controllers(recorded.bag, recorded.log)
         loop = recorded_loop(recorded.bag, bag, recorded.log)
         found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step, loop)
+        if recorded.bag.recovery:
+            found = replace(found, remarks=(recorded.bag.recovery, *found.remarks))
         provenance = {
             'bag': bag.name,
             'sha256': bag_hash(bag),

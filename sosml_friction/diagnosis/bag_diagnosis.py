@@ -10,6 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.extension import NO_TERM
 from sosml_friction.diagnosis.library import EFFECTS, make_library
@@ -106,6 +107,12 @@ def diagnose_bags(
         tuple(without),
         step,
     )
+    cut = tuple(
+        Check('cut_off', 'warning', '*', robot.bag.recovery)
+        for robot in [*recorded.values(), *([] if other is None else [other])]
+        if robot.bag.recovery
+    )
+    diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut))
     return BagDiagnosis(diagnosis, nominal, provenance)
 
 

@@ -30,9 +30,9 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: time_base, dropped_samples, velocity_lag, quantisation, motion or effort;
-    ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a person;
-    ``values``: the numbers, SI units in their names.
+    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion or
+    effort; ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a
+    person; ``values``: the numbers, SI units in their names.
     """
 
     kind: str

@@ -23,7 +23,7 @@ from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain, gets_w
 from sosml_friction.diagnosis.gain import Gain, make_gain
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import EFFECTS, library_hash, make_library
-from sosml_friction.diagnosis.model_effects import known_effects, with_known
+from sosml_friction.diagnosis.model_effects import NO_TERM, known_effects, with_known
 from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
@@ -39,6 +39,10 @@ VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'b
 _REST = 0.5
 #: Share of the residual's energy that a burst's episodes hold at least to be a cause.
 _BURST = 0.02
+#: Faults of the data that leave nothing in the residual.
+_NO_EXCUSE = ('velocity_lag', 'dropped_samples')
+#: Numbers that a sentence does without: a switch between forms, and what a data check looks at.
+_NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')
 #: What is said of a cause that the forward simulation does not bear out.
 _FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
@@ -157,6 +161,7 @@ def diagnose(
     step('measuring the gain')
     squares = _forward_gate(ForwardGain(laboratory, model, others), laboratory, selection)
     if selection.rejected is not None and selection.rejected.failed == (_FORWARD_WORSE,):
+        selector.judge_structure(selection)
         selection.leftovers = leftovers(laboratory, selection.accepted, selector.credible)
     gain, before, after = _gain(laboratory, selection, others, squares)
     if holdout is not None:
@@ -509,7 +514,8 @@ def _verdict(causes: Sequence[Cause], selection: Selection) -> str:
     over = selection.structure_gain > selection.structure_floor
     rest = float(np.maximum(selection.structure_energy, 0.0)[over].sum())
     whole = max(selection.named_energy, 0.0) + rest
-    if causes:
+    # The recorded velocity takes no part and short holes are bridged: what is left is not theirs.
+    if any(cause.effect not in _NO_EXCUSE for cause in causes):
         if selection.accepted and rest > _REST * whole:
             return 'unknown_structure'
         more = _more_along_axis(selection)
@@ -528,7 +534,7 @@ def _verdict(causes: Sequence[Cause], selection: Selection) -> str:
         and rejected.score.cv_gain > rejected.floor
     ):
         return 'unknown_structure'
-    return 'nothing_above_floor'
+    return 'named' if causes else 'nothing_above_floor'
 
 
 def describe(cause: Cause) -> str:
@@ -536,9 +542,10 @@ def describe(cause: Cause) -> str:
     words = cause.effect.replace('_', ' ')
     where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
     numbers = []
-    # A switch between forms of a cause is no number for a person.
-    told = [(name, p) for name, p in cause.parameters.items() if name != 'by_speed']
+    told = [(name, p) for name, p in cause.parameters.items() if name not in _NOT_TOLD]
     for name, p in told[:3]:
+        # The names of what data checks found end in their unit.
+        name = name.removesuffix(f'_{p.unit}')
         error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
         unit = '' if p.unit == '1' else f' {p.unit}'
         numbers.append(f'{name.replace("_", " ")} {p.value:.4g}{error}{unit}')
@@ -555,17 +562,7 @@ def _sentence(
 ) -> str:
     """Return the verdict with its numbers, for a person."""
     if verdict == 'nothing_above_floor':
-        text = (
-            'The refitted model explains the data: no cause removes more of the error than chance '
-            'would'
-        )
-        if selection.ranking:
-            best = selection.rejected or selection.ranking[0]
-            text += (
-                f' (closest: {best.effect.identifier.replace("_", " ")}, '
-                f'{100 * best.score.cv_gain:.1f} %)'
-            )
-        return text + '.'
+        return _nothing(selection)
     gains = '; '.join(
         f'{name}: effort error {gain.inverse_before[i]:.3g} -> {gain.inverse_after[i]:.3g} '
         f'{units[i]} ({gain.relative_before[i]:.2f} -> {gain.relative_after[i]:.2f} %), position '
@@ -573,6 +570,8 @@ def _sentence(
         f'{1e3 * gain.forward_after[i]:.3g} {"mrad" if units[i] == "Nm" else "mm"}'
         for i, name in enumerate(names)
     )
+    if verdict == 'unknown_structure':
+        causes = [cause for cause in causes if cause.effect not in _NO_EXCUSE]
     told = '; '.join(
         describe(cause) + (f', or {", or ".join(r.replace("_", " ") for r in cause.rivals)}'
                            if cause.rivals else '')
@@ -580,11 +579,34 @@ def _sentence(
     )  # fmt: skip
     if verdict == 'unknown_structure':
         text = 'The model misses something that no cause of the catalogue explains'
-        if told:
+        if causes:
             text += f'; in part it looks like {told}'
         return f'{text}. {_where_unknown(selection, names)}On {gain.on}: {gains}.'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
+    if all(cause.effect in NO_TERM for cause in causes):
+        rest = _rest(selection, names).lstrip() or _nothing(selection)
+        return f'Named, of the data: {told}. {rest}'
     return f'{lead}: {told}. On {gain.on}: {gains}.{_rest(selection, names)}'
+
+
+def _nothing(selection: Selection) -> str:
+    """Return why no cause of the catalogue is named, as a sentence."""
+    best = selection.rejected or next(iter(selection.ranking), None)
+    if best is not None and best.failed == (_FORWARD_WORSE,):
+        return (
+            f'No cause is named: {best.effect.identifier.replace("_", " ")} removes '
+            f'{100 * best.score.cv_gain:.1f} % of the error, but with it {_FORWARD_WORSE}.'
+        )
+    text = (
+        'The refitted model explains the data: no cause removes more of the error than chance '
+        'would'
+    )
+    if best is not None:
+        text += (
+            f' (closest: {best.effect.identifier.replace("_", " ")}, '
+            f'{100 * best.score.cv_gain:.1f} %)'
+        )
+    return text + '.'
 
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:

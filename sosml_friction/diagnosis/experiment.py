@@ -207,9 +207,9 @@ def recommend(
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
     finding = next((f for f in selection.accepted if f.rivals or f.effect.inseparable), None)
-    if finding is None:
-        return None
     names = laboratory.robot.names
+    if finding is None:
+        return _of_impacts(laboratory)
     where = '*' if finding.effect.of_robot else names[finding.joint]
     own = finding.effect.identifier
     cause = supposed(laboratory, finding)
@@ -258,6 +258,16 @@ def recommend(
         pair, where, here, margin, NEEDED, None, change.duration_s, change.overlap, change.margin,
         said or change.instruction, options,
     )  # fmt: skip
+
+
+def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
+    """Return what tells a gap from a spring, where impacts alone show one of them."""
+    if not laboratory.bursts.impacts:
+        return None
+    pair = ('backlash', 'joint_elasticity')
+    where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
+    said = CONDITIONS[frozenset(pair)]
+    return Recommendation(pair, where, 1.0, 0.0, NEEDED, None, np.nan, np.nan, np.nan, said)
 
 
 def weigh(

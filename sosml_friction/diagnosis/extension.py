@@ -78,9 +78,11 @@ def _with_rigid_body(
     model: RobotModelFile, diagnosis: Diagnosis, terms: list[EffectTerm]
 ) -> tuple[RobotModelFile, list[EffectTerm], dict[str, Any]]:
     """Return the model, the terms that are not in it, and what was done, for the provenance."""
+    # What an earlier diagnosis wrote is in the URDF still, and keeps it before the robot's own.
+    earlier = model.provenance['rigid_body'] if model.is_rigid_body_identified else {}
+    written = list(earlier.get('written', ()))
     if diagnosis.laboratory is None:
-        return model, terms, {'written': [], 'refused': {}}
-    written = []
+        return model, terms, {'written': written, 'refused': {}}
     result, left = model, []
     changes = [refit_change(diagnosis.laboratory.robot, diagnosis.refit)]
     for term in terms:
@@ -95,7 +97,7 @@ def _with_rigid_body(
     left += [term for term in terms if change_name(term) in found.refused]
     left.sort(key=terms.index)
     return found.model, left, {
-        'written': [*written, *found.written],
+        'written': list(dict.fromkeys([*written, *found.written])),
         'refused': dict(found.refused),
     }  # fmt: skip
 

@@ -162,7 +162,7 @@ class Selector:
             result.accepted.append(best)
             self.step(f'found {best.effect.identifier}')
         self._eliminate(result)
-        self._judge_structure(result)
+        self.judge_structure(result)
         self.step('looking for more along the axes of the causes')
         result.leftovers = leftovers(lab, result.accepted, self.credible)
         return result
@@ -489,7 +489,7 @@ class Selector:
             failed.append('the gain is within its standard error over the folds')
         return failed
 
-    def _judge_structure(self, result: Selection) -> None:
+    def judge_structure(self, result: Selection) -> None:
         """Measure what axes without physics still predict on data left out."""
         lab = self.laboratory
         assert result.system is not None

@@ -100,11 +100,15 @@ def even_stretches(log: JointLog) -> list[JointLog]:
     """
     Return the log's stretches without holes, each interpolated to even samples.
 
-    A hole is a step of more than five usual ones, a step backwards, or an unknown position;
-    shorter ones are bridged by a line. Repeated stamps are left out.
+    A hole is a step of more than five usual ones, a step backwards, or so long without a known
+    position or the effort of a joint that has one; shorter ones are bridged by a line. Repeated
+    stamps are left out.
     """
     time = log.time
-    known = np.isfinite(log.q).all(axis=1) & np.isfinite(log.tau).any(axis=1)
+    effort = np.isfinite(log.tau)
+    # A joint that never has effort is no hole.
+    has = effort.any(axis=0)
+    known = np.isfinite(log.q).all(axis=1) & effort[:, has].all(axis=1) & has.any()
     rows = np.flatnonzero(known)
     if len(rows) < 2:
         return []

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +50,9 @@ class EffortCorrection:
 
     def __init__(self, model: RobotModelFile) -> None:
         self._names = model.joint_names
-        self._terms = [term for term in model.effects if term.effect in CORRECTED]
+        self._terms = [
+            part for term in model.effects if term.effect in CORRECTED for part in _parts(term)
+        ]
         for term in self._terms:
             self._check(term, model.name)
         self.done = tuple(f'{term.effect} of {term.joint}' for term in self._terms)
@@ -103,6 +106,19 @@ class EffortCorrection:
             raise ConfigurationError(
                 f'{where} cannot be undone, with {values}: correct it or remove it'
             )
+
+
+def _parts(term: EffectTerm) -> list[EffectTerm]:
+    """Return what a term is a sum of: the parameters of its second part end in ``_2``."""
+    names = CORRECTED[term.effect]
+    result = [term]
+    while True:
+        number = len(result) + 1
+        own = {name: term.parameters.get(f'{name}_{number}') for name in names}
+        if all(parameter is None for parameter in own.values()):
+            return result
+        known = {name: parameter for name, parameter in own.items() if parameter is not None}
+        result.append(replace(term, parameters=known))
 
 
 def _without_cube(reported: FloatArray, gain: float) -> FloatArray:

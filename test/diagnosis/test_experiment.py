@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,12 +27,13 @@ from sosml_friction.diagnosis.experiment import (
     NEEDED,
     Recommendation,
     _menu,
+    recommend,
     supposed,
     weigh,
 )
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import make_library
-from sosml_friction.diagnosis.selection import Selector
+from sosml_friction.diagnosis.selection import Selection, Selector
 from sosml_friction.diagnosis.separation import separation
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import prepare
@@ -260,6 +262,20 @@ def test_a_recommendation_says_the_pair_the_margin_and_what_to_do():
     )
     nothing = dataclasses.replace(said, condition='', predicted_margin=np.nan)
     assert 'change the load or the posture' in nothing.sentence
+
+
+def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
+    """They are named without a finding of the selection; nothing is recommended without them."""
+    robot = SimpleNamespace(names=('shoulder', 'elbow'))
+    selection = Selection()
+    for impacts in ((), (SimpleNamespace(joint=1),)):
+        laboratory = SimpleNamespace(robot=robot, bursts=SimpleNamespace(impacts=impacts))
+        said = recommend(laboratory, selection, None)
+        if not impacts:
+            assert said is None
+    assert said.pair == ('backlash', 'joint_elasticity')
+    assert said.joint == 'elbow'
+    assert 'lock the motor' in said.sentence
 
 
 @pytest.mark.parametrize('case', PAIRS[:IN_SUITE], ids=lambda case: f'{case[0]}-{case[2]}')

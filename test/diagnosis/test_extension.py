@@ -208,3 +208,16 @@ def test_an_identified_rigid_body_counts_more_than_a_drivers_description(model, 
     assert again.make_robot(model.urdf).gravity(q) != pytest.approx(old)
     # One that was not identified follows the driver.
     assert model.make_robot(again.urdf).gravity(q) != pytest.approx(old)
+
+
+def test_what_an_earlier_diagnosis_wrote_keeps_its_place_before_the_drivers(
+    model, signals, tmp_path
+):
+    """A second diagnosis that changes no body leaves the first one's URDF in force."""
+    cause = cause_of(signals, 'gravity', 'elbow', (0.05, 0.0))
+    first = round_trip(model, diagnosed(signals, [cause]), tmp_path / 'first')
+    second = round_trip(first, diagnosed(signals), tmp_path / 'second')
+    assert second.is_rigid_body_identified
+    assert second.provenance['rigid_body']['written'] == ['gravity@elbow']
+    q = np.array([0.2, 0.4])
+    assert second.make_robot(model.urdf).gravity(q) == pytest.approx(first.make_robot().gravity(q))

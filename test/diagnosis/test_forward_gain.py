@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.diagnosis import VERDICTS, diagnose
 from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.forward_gain import ForwardGain, gets_worse, reversal_term
 from sosml_friction.diagnosis.model_effects import known_effects
@@ -133,3 +133,16 @@ def test_friction_that_turns_around_otherwise_is_what_the_state_says(turn, share
     motion = Motion(np.zeros(400), path[:, None], still, s[:, None], still, still)
     load = term.load(motion, term.start(path[:, None], at))
     assert load[:, 0] == pytest.approx(0.7 * wanted, abs=1e-12)
+
+
+def test_what_the_simulation_takes_back_is_not_called_chance(found, nominal, monkeypatch):
+    """What is left is judged anew without it, and the sentence says why nothing is named."""
+    assert not (found.selection.structure_gain > found.selection.structure_floor).any()
+    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis.gets_worse', lambda *_: True)
+    refused = diagnose([make_log(28.0, 0)], nominal)
+    assert refused.causes == ()
+    assert refused.verdict == 'unknown_structure'
+    assert (refused.selection.structure_gain > refused.selection.structure_floor).all()
+    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis._verdict', lambda *_: VERDICTS[2])
+    told = diagnose([make_log(28.0, 0)], nominal).sentence
+    assert told.endswith('but with it the forward simulation of data left out gets worse.')

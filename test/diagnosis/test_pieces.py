@@ -5,22 +5,28 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOURS
 from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
 from sosml_friction.diagnosis.bounded import bounded_least_squares
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
+from sosml_friction.diagnosis.diagnosis import Cause, _sentence, _verdict, describe
+from sosml_friction.diagnosis.gain import Gain
 from sosml_friction.diagnosis.library import EFFECTS, make_library
 from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
 from sosml_friction.diagnosis.nominal import effort_slope, make_nominal
+from sosml_friction.diagnosis.selection import Selection
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
-from sosml_friction.diagnosis.signals import prepare
+from sosml_friction.diagnosis.signals import even_stretches, prepare
 from sosml_friction.diagnosis.two_mass import deflection
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import (
@@ -309,3 +315,64 @@ def test_the_slope_of_effort_is_that_of_the_motion_and_not_of_the_encoders_noise
     left = np.std(signals.band.apply(slope - exact)[:, 0])
     assert calm.mean() > 0.5
     assert left < 0.3 * np.std(signals.band.apply(exact)[:, 0])
+
+
+def test_unknown_effort_of_one_joint_is_a_hole_and_not_zero():
+    """A lost sample is bridged, a second without is left out, a joint without any is none."""
+    t = 4e-3 * np.arange(5000)
+    q = np.column_stack([np.sin(t), np.cos(t)])
+    tau = np.column_stack([5.0 + np.sin(t), 3.0 + 0.0 * t])
+    tau[1000, 0] = np.nan
+    tau[2000:2250, 0] = np.nan
+    t_ns = np.rint(t * 1e9).astype(np.int64)
+    stretches = even_stretches(JointLog(('a', 'b'), t_ns, q, np.full_like(q, np.nan), tau))
+    assert [len(s) for s in stretches] == [2000, 2750]
+    joined = np.concatenate([s.tau for s in stretches])
+    known = np.concatenate([tau[:2000], tau[2250:]])
+    known[1000, 0] = 0.5 * (known[999, 0] + known[1001, 0])
+    assert joined == pytest.approx(known, abs=1e-9)
+    tau[:, 1] = np.nan
+    assert len(even_stretches(JointLog(('a', 'b'), t_ns, q, 0.0 * q, tau))) == 2
+    tau[:] = np.nan
+    assert even_stretches(JointLog(('a', 'b'), t_ns, q, 0.0 * q, tau)) == []
+
+
+@pytest.mark.parametrize(
+    ('over', 'effect', 'verdict'),
+    [
+        (True, 'velocity_lag', 'unknown_structure'),
+        (False, 'velocity_lag', 'named'),
+        (True, 'dropped_samples', 'unknown_structure'),
+        (True, 'external_contact', 'named'),
+    ],
+)
+def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
+    over, effect, verdict
+):
+    """The diagnosis does not use a late velocity, and bridges short holes."""
+    gain = np.array([0.5 if over else 0.0])
+    selection = Selection(
+        structure_gain=gain,
+        structure_floor=np.array([0.1]),
+        structure_energy=gain,
+        settings=DiagnosisSettings(),
+    )
+    parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
+    cause = Cause(effect, 'elbow', parameters, {})
+    assert _verdict([cause], selection) == verdict
+    assert describe(cause) == f'elbow: {effect.replace("_", " ")} (lag 0.01 s)'
+    sentence = _sentence(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
+    assert (effect.replace('_', ' ') in sentence) == (verdict == 'named')
+    assert ('The refitted model explains the data' in sentence) != over
+
+
+def unmoved():
+    one = np.ones(1)
+    return Gain(one, one, one, one, one, one, 0.3, 'folds left out')
+
+
+def test_every_axis_of_what_is_left_is_in_the_schema():
+    schema = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
+    axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
+    known = set(axes['items']['properties']['axis']['enum'])
+    assert known == {*AXES.values(), NEIGHBOURS}

@@ -188,3 +188,23 @@ def test_a_model_that_runs_away_is_no_result(recording, folder, tmp_path, capsys
     assert code == 2
     assert 'runs away' in stderr
     assert not (tmp_path / 'out').exists()
+
+
+def test_a_bag_that_was_cut_off_says_so(recording, folder, tmp_path, capsys):
+    cut = tmp_path / 'cut.mcap'
+    content = next(recording.glob('*.mcap')).read_bytes()
+    cut.write_bytes(content[: 3 * len(content) // 4])
+    model = folder(make_model())
+    code, stdout, _ = run(
+        cut, '--model', model, '--out', str(tmp_path / 'out'), capsys=capsys
+    )  # fmt: skip
+    assert code == 0
+    assert 'up to the last whole one, were read' in ' '.join(stdout.split())
+    document = json.loads((tmp_path / 'out' / 'simulation.json').read_text())
+    assert 'was not closed or is damaged' in document['remarks'][0]
+
+
+def test_a_place_that_cannot_be_written_is_refused_before_the_bag_is_read(tmp_path, capsys):
+    code, _, stderr = run(tmp_path / 'no_bag', '--out', '/proc/nowhere', capsys=capsys)
+    assert code == 2
+    assert 'cannot be written' in stderr

@@ -93,3 +93,17 @@ def test_a_delay_is_left_out_and_told_in_one_sentence():
 def test_what_cannot_be_undone_is_refused(effect, words):
     with pytest.raises(ConfigurationError, match=words):
         EffortCorrection(model(effect))
+
+
+def test_a_coupling_with_two_joints_is_undone_with_both():
+    """A diagnosis lists the second source of one joint as ``coupling_2`` and ``source_2``."""
+    names = ('a', 'b', 'c')
+    joints = {name: JointModel(Parameter(0.01, 'kg m2')) for name in names}
+    both = term('joint_coupling', 'a', coupling=0.1, source=1.0, coupling_2=-0.3, source_2=2.0)
+    tau = np.random.default_rng(1).uniform(-3.0, 3.0, (50, 3))
+    reported = tau + np.outer(0.1 * tau[:, 1] - 0.3 * tau[:, 2], [1.0, 0.0, 0.0])
+    correction = EffortCorrection(RobotModelFile('arm', joints, effects=(both,)))
+    assert correction.torque(reported) == pytest.approx(tau, abs=1e-12)
+    half = term('joint_coupling', 'a', coupling=0.1, source=1.0, coupling_2=-0.3)
+    with pytest.raises(ConfigurationError, match='has no source'):
+        EffortCorrection(RobotModelFile('arm', joints, effects=(half,)))
