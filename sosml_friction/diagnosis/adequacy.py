@@ -43,6 +43,11 @@ AXES: Mapping[str, str] = {
 }
 #: The axis that no cause has.
 NEIGHBOURS = 'the position of the next joint'
+#: The axis of a curve of position that repeats nowhere, the causes that it could make up, and the
+#: share of what it and they explain from which on they are not the whole.
+POSITION = 'position'
+_BY_POSITION = ('spring', 'gravity', 'encoder_eccentricity')
+_POSITION_HATS, _POSITION_SHARE = 8, 0.1
 #: Causes by speed that a single other power of it could stand for, and the powers tried.
 _BY_SPEED = ('coulomb', 'viscous', 'stribeck')
 _POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
@@ -114,6 +119,25 @@ class SpeedCurve(Effect):
         return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
 
 
+class PositionCurve(Effect):
+    """Add f(q) with any piecewise linear f: a spring that is not straight, a cable, a stop."""
+
+    identifier: ClassVar[str] = 'position'
+    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(_POSITION_HATS))
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return hat functions on quantiles of q, (N, n, hats)."""
+        result = np.zeros((len(signals.q), signals.robot.n, _POSITION_HATS))
+        x = np.ascontiguousarray(signals.q[:, joint])
+        knots = np.unique(np.quantile(x, np.linspace(0.01, 0.99, _POSITION_HATS)))
+        result[:, joint, : len(knots)] = hats(x, knots)
+        return result
+
+    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
+        """Return the units."""
+        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+
+
 class NeighbourCurve(Effect):
     """Add f(q_k) + s g(q_k), q_k of the joint before and after: no cause of the catalogue does."""
 
@@ -153,7 +177,7 @@ class Leftover:
     has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
     that the causes of this axis and the curve explain together. ``instead``: it is one power of
     speed that explains more than all the named causes by speed, in their stead. ``foreign``: the
-    axis is one that no cause of the catalogue has.
+    curve is one that no cause of the catalogue has. ``least``: smallest share that counts.
     """
 
     axis: str
@@ -164,10 +188,12 @@ class Leftover:
     share: float
     instead: bool = False
     foreign: bool = False
+    least: float = 0.0
 
     def significant(self, largest_share: float) -> bool:
         """Tell whether it is beyond chance, and too much for the causes to be the whole."""
-        return self.gain > self.floor and self.energy > 0.0 and self.share > largest_share
+        share = max(largest_share, self.least)
+        return self.gain > self.floor and self.energy > 0.0 and self.share > share
 
 
 def leftovers(
@@ -192,6 +218,9 @@ def leftovers(
         by_speed = [f for f in mine if f.effect.identifier in AXES]
         if by_speed:
             probes.append(('speed', i, SpeedCurve(), by_speed))
+        by_position = [f for f in mine if f.effect.identifier in _BY_POSITION]
+        if by_position:
+            probes.append((POSITION, i, PositionCurve(), by_position))
         if mine and n > 1:
             probes.append((NEIGHBOURS, i, NeighbourCurve(), mine))
     if not probes:
@@ -228,9 +257,9 @@ def leftovers(
         named = sum(max(f.score.gain, 0.0) for f in mine)
         share = s.gain / max(named + s.gain, 1e-300)
         floor = settings.axis_margin * float(most)
-        result.append(
-            Leftover(axis, i, s.gain, s.energy, floor, share, foreign=axis == NEIGHBOURS)
-        )
+        least = _POSITION_SHARE if axis == POSITION else 0.0
+        foreign = axis in (NEIGHBOURS, POSITION)
+        result.append(Leftover(axis, i, s.gain, s.energy, floor, share, False, foreign, least))
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     return (*(x for x in result if (x.axis, x.joint) not in where), *instead)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band, first_derivative
+from sosml_friction.diagnosis.position_noise import PositionNoise
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.exceptions import DataError
@@ -21,17 +22,22 @@ from sosml_friction.observers.signal_noise import signal_noise
 FloatArray = NDArray[np.float64]
 
 #: The sign of motion changes over so much of a joint's range, or so many quanta of position.
-_SIGN_SHARE, _SIGN_QUANTA = 4e-4, 4.0
+_SIGN_SHARE, _SIGN_QUANTA = 4e-4, 8.0
 #: Displacements tried, as shares of that.
 _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
+#: White noise is seen beside a quantum from so much of it on.
+_DITHER = 0.1
 #: A step is a multiple of another to within so much of it.
 _OFF_STEP = 0.02
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: A stretch without holes lasts at least so many cycles of the band's edge.
 _SHORTEST_CYCLES = 60.0
-#: Narrowest band [Hz].
-_NARROWEST = 12.0
+#: Narrowest band [Hz] for the noise of position alone, and where the motion is slow besides.
+_NARROWEST, _LOWEST = 12.0, 10.0
+#: Where noise of position feigns more than the first share of the residual, the band is lowered by
+#: the factor at a time until it is less than the second.
+_FEIGNED, _FEIGNED_LEFT, _LOWER = 0.05, 0.02, 0.85
 #: Largest share of the sampling frequency that the band may be.
 _HIGHEST = 0.1
 
@@ -147,24 +153,39 @@ def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSet
     White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
     M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
     band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
-    is taken.
+    is taken. Where the motion is so slow that noise of acceleration would pass for structure, it
+    is lowered in steps until little of it is left, see
+    :class:`~sosml_friction.diagnosis.position_noise.PositionNoise`.
     """
     if settings.band is not None:
         return Band(settings.band, step)
-    inertia = np.diag(robot.inertia(np.nanmedian(log.q, axis=0)))
+    whole = robot.inertia(np.nanmedian(log.q, axis=0))
+    inertia = np.diag(whole)
     found = [settings.widest_band]
+    steps, white, efforts = np.zeros(robot.n), np.zeros(robot.n), np.zeros(robot.n)
     for i in range(robot.n):
         quantum, noise = signal_noise(log.q[:, i])
+        if _in_steps(log.q[:, i], quantum):
+            steps[i] = quantum
+        # Steps alone look like noise of a third of a quantum.
+        white[i] = noise if steps[i] == 0.0 or noise > quantum else 0.0
         # A joint that stands most of the time shows no noise, but moves in steps all the same.
-        if noise > 0.1 * quantum or _in_steps(log.q[:, i], quantum):
+        if noise > _DITHER * quantum or steps[i] > 0.0:
             noise = max(noise, quantum / np.sqrt(12.0))
-        effort = signal_noise(log.tau[:, i])[1]
+        effort = efforts[i] = signal_noise(log.tau[:, i])[1]
         if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
             found.append(
                 float(np.sqrt(np.sqrt(5.0) * effort / (inertia[i] * noise)) / (2.0 * np.pi))
             )
     widest = min(settings.widest_band, _HIGHEST / step)
-    return Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+    band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+    motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
+    noise_of = PositionNoise(motion, steps, white, efforts, whole)
+    most = _FEIGNED
+    while band.cutoff > _LOWEST and noise_of.share(band) > most:
+        most = _FEIGNED_LEFT
+        band = Band(max(_LOWER * band.cutoff, _LOWEST), step)
+    return band
 
 
 def _in_steps(x: FloatArray, quantum: float) -> bool:
@@ -202,8 +223,9 @@ def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Sc
         for name, values in friction.items():
             if name in joint.friction.parameters:
                 values[i] = joint.friction.parameters[name].value
-    # A quantum that noise dithers is no resolution.
-    resolution = np.where(noise > 0.0, np.minimum(quantum, 12.0 * noise), quantum)
+    # A quantum that noise dithers is no resolution; less than a tenth of one is rounding.
+    dithered = noise > _DITHER * quantum
+    resolution = np.where(dithered, np.minimum(quantum, 12.0 * noise), quantum)
     limit = np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution)
     return Scales(
         displacement=limit,

@@ -29,6 +29,9 @@ _SLOW = 0.04
 #: Frequencies are tried so far apart, times the range of motion [rad]; two that differ by 2 pi are
 #: orthogonal.
 _SPACING = 2.5
+#: So many periods are in the range of motion at least: fewer are a smooth curve of position, which
+#: a spring or gravity may be as well.
+_PERIODS = 3.0
 _MOST = 400
 
 
@@ -82,8 +85,8 @@ class Cogging(Effect):
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         span, top = float(signals.scales.span[joint]), float(signals.scales.speed[joint])
-        # Two periods in the range of motion at least, and a slow pass within the band.
-        low = 2.0 * _TURN / span
+        # Enough periods in the range of motion, and a slow pass within the band.
+        low = _PERIODS * _TURN / span
         if length_unit(signals, joint) == 'rad':
             low = max(low, 4.0)
         high = min(_TURN * signals.band.cutoff / (_SLOW * top), _MOST * _SPACING / span)
@@ -92,4 +95,4 @@ class Cogging(Effect):
     def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         span = float(signals.scales.span[joint])
-        return {'frequency': (_TURN / span, _MOST * _SPACING / span)}
+        return {'frequency': (_PERIODS * _TURN / span, _MOST * _SPACING / span)}
