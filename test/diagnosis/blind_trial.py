@@ -276,11 +276,16 @@ def _log(run: bp.Run) -> JointLog:
 
 
 def _shuffled(run: bp.Run, rng: np.random.Generator, block_s: float = 4.0) -> bp.Run:
-    """Return a run whose effort's residual is another block's: real, but nothing's cause."""
+    """
+    Return a run whose effort's residual is another block's: real, but nothing's cause.
+
+    Without its mean, which no shuffling moves: a constant left by errors of gravity is a bias.
+    """
     step = round(block_s / bp.PERIOD)
     # All of the residual, hence a band that is none; the noise of position is smoothed off.
     usual = run.tau - residual(run, None)
     left = run.tau - usual
+    left = left - left.mean(axis=0)
     count = len(run.t) // step
     order = rng.permutation(count)
     moved = left.copy()
