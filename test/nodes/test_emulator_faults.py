@@ -80,7 +80,7 @@ class Session:
         self.ros.spin_until(lambda: self.ros.call(SetBool, 'driver_node/enable', request).success)
 
     def go_up(self) -> None:
-        """Let both joints move up, where holding takes current."""
+        """Let both joints move up, where holding takes current: they are on the way, or there."""
         self.ros.spin_until(lambda: self.trajectories.get_subscription_count() > 0)
         message = JointTrajectory(joint_names=['shoulder', 'elbow'])
         message.points.append(
@@ -91,9 +91,14 @@ class Session:
             )
         )
         self.trajectories.publish(message)
-        self.ros.spin_until(
-            lambda: abs(float(self.fresh('emulator_node: shoulder')['true velocity'])) > 0.05
-        )
+
+        def up() -> bool:
+            # Told once a second: on a busy machine the two seconds of motion may be missed.
+            shoulder = self.fresh('emulator_node: shoulder')
+            there = abs(float(shoulder['true position']) - float(UP[0])) < 0.05
+            return there or abs(float(shoulder['true velocity'])) > 0.05
+
+        self.ros.spin_until(up)
 
     def set_faults(self, text: str):
         value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
