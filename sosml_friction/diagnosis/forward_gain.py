@@ -200,7 +200,7 @@ def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
     if not len(before):
         return False
     size = np.maximum(before[:, rows].mean(axis=0), 1e-300)
-    with np.errstate(invalid='ignore'):
+    with np.errstate(invalid='ignore', over='ignore'):
         change = ((after - before)[:, rows] / size).mean(axis=1)
     if not np.isfinite(change).all():
         return not np.isfinite(after[:, rows]).all()

@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 #: Knots of the curve in acceleration, as many as the curves without physics have.
 _HATS = 9
+#: Fewest samples in the band for a regression on as many curves.
+_FEWEST = 200
 
 
 @dataclass(frozen=True)
@@ -56,8 +58,11 @@ class PositionNoise:
         Noise e of position makes the residual -M e'' and is in the acceleration q'' + e'' as
         well. The regression of -M e'' plus noise of effort on the accelerations, and on a
         piecewise linear curve of the joint's own, explains of it what is no structure. Where the
-        accelerations are much larger than e'' it is nothing, however large the noise.
+        accelerations are much larger than e'' it is nothing, however large the noise. Of a motion
+        of a few samples in the band nothing can be said: 0.
         """
+        if band.count(len(self.q)) < _FEWEST:
+            return 0.0
         rng = np.random.default_rng(seed)
         noisy = second_derivative(band.smooth(self.drawn(rng)), band.step)
         a = second_derivative(band.smooth(self.q), band.step) + noisy

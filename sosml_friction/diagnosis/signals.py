@@ -304,6 +304,11 @@ def prepare(
     for log in logs:
         for stretch in even_stretches(log):
             step = float(np.median(np.diff(stretch.time)))
+            if shortest_s is None and len(stretch) * step < _SHORTEST_CYCLES / (
+                settings.band or settings.widest_band
+            ):
+                # Too short in any band: it has no say in which.
+                continue
             if band is None or abs(band.step - step) > 1e-3 * step:
                 chosen = choose_band(stretch, robot, step, settings)
                 # One band for all: what is compared must be filtered alike.

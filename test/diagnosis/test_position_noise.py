@@ -6,8 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band
 from sosml_friction.diagnosis.position_noise import PositionNoise
+from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.diagnosis.signals import prepare
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.share import share_directory
 
 STEP, QUANTUM = 2e-3, 2.0 * np.pi / 65536
 BAND = Band(28.0, STEP)
@@ -32,3 +37,29 @@ def test_steps_of_an_encoder_look_like_inertia_at_constant_speed_and_not_in_fast
     slow, fast = share(0.05 * t), share(0.4 * np.sin(5.0 * t))
     assert slow > 0.3
     assert fast < 0.01
+
+
+def test_of_a_moment_nothing_is_said():
+    """A recording with lost samples has stretches of any length."""
+    for samples in (2, 40, 300):
+        assert share(0.05 * STEP * np.arange(samples)) == 0.0
+
+
+def test_moments_between_holes_have_no_say_in_the_band():
+    """A busy computer loses samples; the pieces between are of any length, the first ones too."""
+    model = read_model(share_directory() / 'config/exoskeleton')
+    t_ns = np.arange(30_000, dtype=np.int64) * 2_000_000
+    q = 0.05 * t_ns[:, None] * 1e-9 + np.array([-1.0, 0.5])
+    q = QUANTUM * np.round(q / QUANTUM)
+    tau = np.random.default_rng(0).normal(0.0, 0.1, q.shape)
+    kept = np.ones(len(t_ns), dtype=bool)
+    kept[3:20] = kept[60:90] = False
+
+    def prepared(rows):
+        log = JointLog(('shoulder', 'elbow'), t_ns[rows], q[rows], np.nan * q[rows], tau[rows])
+        return prepare([log], model, model.make_robot(), DiagnosisSettings())
+
+    (whole,) = prepared(np.flatnonzero(t_ns >= t_ns[90]))
+    (left,) = prepared(np.flatnonzero(kept))
+    assert left.band == whole.band
+    assert len(left.q) == len(whole.q)
