@@ -11,8 +11,8 @@ import pytest
 
 from sosml_friction.cli import main
 from sosml_friction.diagnosis.diagnosis import VERDICTS
-from sosml_friction.diagnosis.extension import NO_TERM, OF_LAW
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.diagnosis.extension import OF_LAW
+from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS
 from sosml_friction.diagnosis.rigid_changes import RIGID
 from sosml_friction.model.effort_correction import CORRECTED
 
@@ -31,7 +31,7 @@ TABLE = {row[0].strip('`'): row for row in rows('The effects')}
 
 
 def test_the_table_names_exactly_the_registry_and_the_faults_of_data():
-    assert sorted(TABLE) == sorted([*EFFECTS, *NO_TERM])
+    assert sorted(TABLE) == sorted([*EFFECTS, *DATA_CAUSES])
     assert len(rows('The effects')) == len(TABLE)
     assert all(len(row) == 7 for row in TABLE.values())
     assert f'a catalogue of {len(TABLE)}' in PAGE
@@ -48,7 +48,7 @@ def test_twins_are_those_of_the_effect(name):
 @pytest.mark.parametrize('name', sorted(TABLE))
 def test_where_an_effect_lives_is_where_the_extension_puts_it(name):
     place = TABLE[name][6]
-    if name in NO_TERM:
+    if name in DATA_CAUSES:
         assert place == 'nowhere'
     elif name in RIGID:
         assert place == ('armature' if name == 'inertia' else 'robot.urdf')

@@ -12,8 +12,8 @@ from typing import Any
 
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
-from sosml_friction.diagnosis.extension import NO_TERM
-from sosml_friction.diagnosis.library import EFFECTS, make_library
+from sosml_friction.diagnosis.library import make_library
+from sosml_friction.diagnosis.model_effects import known_effects
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import (
@@ -71,7 +71,7 @@ def diagnose_bags(
 
     recorded = {label: read(path, label) for label, path in labels.items()}
     first, nominal = next((label, robot.nominal) for label, robot in recorded.items())
-    _require_known(nominal)
+    known_effects(nominal)
     hashes: dict[str, str] = {}
     for label, path in labels.items():
         copy_of = hashes.setdefault(bag_hash(path), label)
@@ -114,20 +114,6 @@ def diagnose_bags(
     )
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut))
     return BagDiagnosis(diagnosis, nominal, provenance)
-
-
-def _require_known(model: RobotModelFile) -> None:
-    """
-    Refuse a model with terms that nobody knows.
-
-    :raises ConfigurationError: if the name of one is unknown.
-    """
-    for term in model.effects:
-        if term.effect not in EFFECTS and term.effect not in NO_TERM:
-            raise ConfigurationError(
-                f'effect {term.effect!r} of model {model.name} is unknown: remove it, or use one '
-                f'of {", ".join(sorted(EFFECTS))}'
-            )
 
 
 def _require_same_robot(first: str, one: RecordedRobot, second: str, other: RecordedRobot) -> None:

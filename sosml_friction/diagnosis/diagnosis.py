@@ -22,8 +22,8 @@ from sosml_friction.diagnosis.experiment import Recommendation, recommend
 from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain, gets_worse
 from sosml_friction.diagnosis.gain import Gain, make_gain
 from sosml_friction.diagnosis.laboratory import Laboratory
-from sosml_friction.diagnosis.library import EFFECTS, library_hash, make_library
-from sosml_friction.diagnosis.model_effects import NO_TERM, known_effects, with_known
+from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS, library_hash, make_library
+from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
@@ -583,7 +583,7 @@ def _sentence(
             text += f'; in part it looks like {told}'
         return f'{text}. {_where_unknown(selection, names)}On {gain.on}: {gains}.'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
-    if all(cause.effect in NO_TERM for cause in causes):
+    if all(cause.effect in DATA_CAUSES for cause in causes):
         rest = _rest(selection, names).lstrip() or _nothing(selection)
         return f'Named, of the data: {told}. {rest}'
     return f'{lead}: {told}. On {gain.on}: {gains}.{_rest(selection, names)}'

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.diagnosis.library import DATA_CAUSES
 from sosml_friction.diagnosis.rigid_changes import (
     RIGID,
     cause_change,
@@ -34,8 +35,6 @@ from sosml_friction.model.model_folder import (
 )
 from sosml_friction.model.parameter import Parameter
 
-#: Faults of data or of one occasion: nothing that a model should have.
-NO_TERM = ('velocity_lag', 'dropped_samples', 'external_contact')
 #: Causes that are a parameter of the friction law.
 OF_LAW = ('coulomb', 'viscous')
 #: Law of a joint whose friction the model did not know.
@@ -58,7 +57,7 @@ def extended_model(
     terms = [
         EffectTerm(cause.effect, cause.joint, cause.parameters)
         for cause in diagnosis.causes
-        if cause.effect not in NO_TERM
+        if cause.effect not in DATA_CAUSES
     ]
     result, terms, rigid = _with_rigid_body(model, diagnosis, terms)
     result, terms = _with_friction(result, diagnosis, terms)

@@ -8,6 +8,7 @@ import hashlib
 import importlib
 import inspect
 import pkgutil
+from pathlib import Path
 
 from sosml_friction.diagnosis import effects
 from sosml_friction.diagnosis.effect import Effect
@@ -50,5 +51,5 @@ def library_hash(library: dict[str, Effect]) -> str:
     """Return the SHA-256 of the source of the effects: what was looked for, fixed beforehand."""
     digest = hashlib.sha256()
     for name in sorted(library):
-        digest.update(inspect.getsource(inspect.getmodule(library[name])).encode())  # type: ignore[arg-type]
+        digest.update(Path(inspect.getfile(type(library[name]))).read_bytes())
     return digest.hexdigest()

@@ -10,16 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, FloatArray, Inner
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS
 from sosml_friction.diagnosis.signals import Signals, nominal_friction
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_friction import ForwardFriction
 from sosml_friction.simulation.forward_term import ForwardTerm
-
-#: Faults of data or of one occasion: a model folder may list them, and nothing comes of it.
-NO_TERM = ('velocity_lag', 'dropped_samples', 'external_contact')
 
 
 @dataclass(frozen=True)
@@ -48,11 +45,14 @@ def known_effects(model: RobotModelFile) -> list[KnownEffect]:
 
 
 def _read(entry: EffectTerm, model: RobotModelFile) -> list[KnownEffect]:
-    where = f'effect {entry.effect} of model {model.name}'
-    if entry.effect in NO_TERM:
+    where = f'effect {entry.effect!r} of model {model.name}'
+    # A fault of data or of one occasion: a folder may list it, and nothing comes of it.
+    if entry.effect in DATA_CAUSES:
         return []
     if entry.effect not in EFFECTS:
-        raise ConfigurationError(f'{where} is unknown: use {", ".join(sorted(EFFECTS))}')
+        raise ConfigurationError(
+            f'{where} is unknown: remove it, or use one of {", ".join(sorted(EFFECTS))}'
+        )
     effect = EFFECTS[entry.effect]()
     if effect.of_robot != (entry.joint == ALL_JOINTS):
         wanted = '*, all joints' if effect.of_robot else 'one joint'

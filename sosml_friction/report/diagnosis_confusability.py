@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -105,7 +106,7 @@ def confusability_map(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def _write(axes, x: int, y: int, value: float) -> None:  # type: ignore[no-untyped-def]
+def _write(axes: Axes, x: int, y: int, value: float) -> None:
     axes.text(
         x, y, f'{100.0 * value:.0f}', ha='center', va='center', fontsize=5.5,
         color='white' if value > 0.55 else '#333333', in_layout=False,
