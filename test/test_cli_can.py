@@ -23,7 +23,6 @@ from sosml_friction.cli import main
 from sosml_friction.share import share_directory
 
 CONFIG = share_directory() / 'config' / 'exoskeleton.yaml'
-DBC = share_directory() / 'config' / 'elbow_servo.dbc'
 SCHEMAS = Path(__file__).resolve().parents[1] / 'docs' / 'schema'
 # An answer ends the wait; a busy machine may take its time with it.
 PATIENT = ('--wait', '20')

@@ -9,8 +9,8 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import Drive
 
 FloatArray = NDArray[np.float64]
 

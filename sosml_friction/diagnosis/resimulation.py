@@ -10,13 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import (
-    RecordedDrive,
-    Simulated,
-    Start,
-    simulate,
-)
+from sosml_friction.simulation.forward_simulation import Simulated, simulate
+from sosml_friction.simulation.forward_start import Start
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

@@ -10,7 +10,6 @@ are those of Pinocchio in the middle of each sample, and held over it.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -18,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.simulation.dahl import dahl_step
+from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
+from sosml_friction.simulation.forward_start import Start
 from sosml_friction.simulation.forward_term import Motion
 
 FloatArray = NDArray[np.float64]
@@ -30,64 +31,6 @@ _AWAY = 1e3
 _TINY = 1e-6
 #: Gears that give are simulated alone for so long before a window starts [s].
 _SETTLE_S = 0.5
-
-
-class Drive(ABC):
-    """Say which torque acts."""
-
-    @abstractmethod
-    def begin(self, k: int, q: FloatArray) -> None:
-        """Begin sample ``k`` with the encoders at ``q`` (W, n)."""
-
-    @abstractmethod
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque (W, n) [Nm or N] when ``share`` of the sample is over, 0..1."""
-
-
-class RecordedDrive(Drive):
-    """
-    Drive by effort that was reported, on lines between its samples.
-
-    :param torque: (N, n) at the samples of the recording: already the torque, delays undone.
-    :param at: first sample of each window (W,).
-    """
-
-    def __init__(self, torque: FloatArray, at: IndexArray) -> None:
-        self._torque = torque
-        self._at = at
-        self._now = torque[at]
-        self._next = torque[at]
-
-    def begin(self, k: int, q: FloatArray) -> None:
-        """Look up the sample and the next one."""
-        last = len(self._torque) - 1
-        self._now = self._torque[np.minimum(self._at + k, last)]
-        self._next = self._torque[np.minimum(self._at + k + 1, last)]
-
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque between the two."""
-        return np.asarray(self._now + share * (self._next - self._now))
-
-
-@dataclass(frozen=True)
-class Start:
-    """
-    Hold the measured state that windows start from, (W, n): of the encoders.
-
-    ``acceleration`` makes the first guess of the load; ``sign`` is the state of friction.
-    ``path`` (N, n): measured position of the recording, as smooth as its second derivative needs;
-    ``at`` (W,): where in it they start. ``time`` (N,) [s] and ``warm`` (N, n) [degC, NaN]: of the
-    recording's samples.
-    """
-
-    q: FloatArray
-    v: FloatArray
-    acceleration: FloatArray
-    sign: FloatArray
-    path: FloatArray
-    at: IndexArray
-    time: FloatArray
-    warm: FloatArray
 
 
 @dataclass(frozen=True)
@@ -118,114 +61,157 @@ def simulate(
     :raises ConfigurationError: if the model cannot be simulated at this rate.
     """
     windows, n = start.q.shape
-    robot, gears = model.robot, model.gears
-    bent = [gear.joint for gear in gears]
-    led = list(followed)
-    count = model.steps(np.median(start.q, axis=0), effort, period)
-    h = period / count
-    q = model.true_position(start.q)
-    # The encoders' map is one of position: its slope turns their velocity into the motors'.
-    tiny = 1e-6
-    v = (
-        model.true_position(start.q + tiny * start.v)
-        - model.true_position(start.q - tiny * start.v)
-    ) / (2.0 * tiny)
-    v = np.where(start.v == 0.0, 0.0, v)
-    a = np.array(start.acceleration)
-    z = np.array(start.sign)
-    path = model.true_position(start.path)
-    states = [term.start(path, start.at) for term in model.terms]
-    rigid = np.diag(model.rigid_rotors())
-    # Bodies behind gears that give: x is where they are, u how fast.
-    x, u = q.copy(), v.copy()
-    stiffness = np.array([gear.stiffness for gear in gears])
-    half_gap = np.array([0.5 * gear.gap for gear in gears])
-    motors = model.motors(np.median(start.q, axis=0))
-    through = np.zeros((windows, len(gears)))
-    load = _carried(model, q, v, a) + model.rotors * a
-    if bent:
-        twist, rate = _settled(model, path, start.at, period, count)
-        x[:, bent] -= twist
-        u[:, bent] -= rate
-    damping = np.zeros(len(gears))
+    state = _Integrator(model, start, period, effort, followed)
     out_q, out_v = np.empty((windows, samples, n)), np.empty((windows, samples, n))
-    friction, terms, displacement = model.friction, model.terms, model.displacement
-    body_a = a.copy()
-    motion = Motion(start.time[start.at], q, v, z, load, start.warm[start.at])
-
-    def drift(dt: float) -> None:
-        nonlocal q, x, z
-        dq = dt * v
-        q = q + dq
-        x = x + dt * u if bent else q
-        z = dahl_step(z, dq, displacement)
-        for j, term in enumerate(terms):
-            if states[j].shape[1]:
-                states[j] = term.advance(states[j], dq)
-
-    led_v = np.gradient(path, period, axis=0) if led else path
-    led_a = np.gradient(led_v, period, axis=0) if led else path
     for k in range(samples):
-        at = np.minimum(start.at + k, len(start.time) - 1)
-        if led:
-            q[:, led], v[:, led], a[:, led] = (y[at][:, led] for y in (path, led_v, led_a))
-        out_q[:, k], out_v[:, k] = model.measured_position(q), v
+        state.lead(k)
+        # What the encoders say of the velocity differs by the slope of their map, of order 1e-3.
+        out_q[:, k], out_v[:, k] = model.measured_position(state.q), state.v
         if k == samples - 1:
             break
         step(k)
         drive.begin(k, out_q[:, k])
-        middle = x + 0.5 * period * u + 0.125 * period**2 * body_a
-        speed = u + 0.5 * period * body_a
-        if not np.abs(middle).max() < _AWAY:
+        if not state.advance(k, drive):
             out_q[:, k:], out_v[:, k:] = np.inf, np.inf
             break
-        masses = np.array([robot.inertia(row) for row in middle])
-        still = np.zeros(n)
+    return Simulated(out_q, out_v)
+
+
+class _Integrator:
+    """
+    Hold the state of W windows: motors at ``q``, ``v`` (W, n), and what moves with them.
+
+    Bodies behind gears that give are at x and as fast as u; elsewhere these are q and v.
+    """
+
+    def __init__(
+        self,
+        model: ForwardModel,
+        start: Start,
+        period: float,
+        effort: FloatArray,
+        followed: Sequence[int],
+    ) -> None:
+        self.model, self.start, self.period = model, start, period
+        posture = np.median(start.q, axis=0)
+        self.count = model.steps(posture, effort, period)
+        self.h = period / self.count
+        self.q = model.true_position(start.q)
+        # The encoders' map is one of position: its slope turns their velocity into the motors'.
+        v = (
+            model.true_position(start.q + _TINY * start.v)
+            - model.true_position(start.q - _TINY * start.v)
+        ) / (2.0 * _TINY)
+        self.v = np.where(start.v == 0.0, 0.0, v)
+        self.a = np.array(start.acceleration)
+        self.sign = np.array(start.sign)
+        path = model.true_position(start.path)
+        self.states = [term.start(path, start.at) for term in model.terms]
+        self.rigid = np.diag(model.rigid_rotors())
+        self.motors = model.motors(posture)
+        self.bent = [gear.joint for gear in model.gears]
+        self.stiffness = np.array([gear.stiffness for gear in model.gears])
+        self.half_gap = np.array([0.5 * gear.gap for gear in model.gears])
+        self.damping = np.zeros(len(self.bent))
+        self.x, self.u, self.body_a = self.q.copy(), self.v.copy(), self.a.copy()
+        if self.bent:
+            twist, rate = _settled(model, path, start.at, period, self.count)
+            self.x[:, self.bent] -= twist
+            self.u[:, self.bent] -= rate
+        # M q'' + C q' + g with the rotor, before a gear as behind it.
+        self.load = _carried(model, self.q, self.v, self.a) + model.rotors * self.a
+        self.led = list(followed)
+        led_v = np.gradient(path, period, axis=0) if self.led else path
+        led_a = np.gradient(led_v, period, axis=0) if self.led else path
+        self.led_path = (path, led_v, led_a)
+
+    def _row(self, k: int) -> IndexArray:
+        """Return the samples of the recording that sample ``k`` of the windows is, (W,)."""
+        return np.asarray(np.minimum(self.start.at + k, len(self.start.time) - 1))
+
+    def lead(self, k: int) -> None:
+        """Put the joints that follow the path where it is at sample ``k``."""
+        if self.led:
+            at = self._row(k)
+            for state, path in zip((self.q, self.v, self.a), self.led_path, strict=True):
+                state[:, self.led] = path[at][:, self.led]
+
+    def advance(self, k: int, drive: Drive) -> bool:
+        """Go from sample ``k`` to the next one; return whether the state is still a sane one."""
+        middle = self.x + 0.5 * self.period * self.u + 0.125 * self.period**2 * self.body_a
+        if not np.abs(middle).max() < _AWAY:
+            return False
+        inverse, bias = self._bodies(middle, self.u + 0.5 * self.period * self.body_a)
+        at = self._row(k)
+        motion = Motion(
+            self.start.time[at] + 0.5 * self.period,
+            self.q, self.v, self.sign, self.load, self.start.warm[at],
+        )  # fmt: skip
+        for j in range(self.count):
+            self._drift(self.h if j else 0.5 * self.h)
+            self._kick(motion, drive.torque((j + 0.5) / self.count), inverse, bias)
+        self._drift(0.5 * self.h)
+        return True
+
+    def _bodies(self, middle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return M^-1 (W, n, n) and C q' + g (W, n) in the middle of a sample."""
+        robot, still = self.model.robot, np.zeros(middle.shape[1])
+        masses = np.array([robot.inertia(row) for row in middle]) + self.rigid
         bias = np.array(
             [robot.inverse_dynamics(row, s, still) for row, s in zip(middle, speed, strict=True)]
         )
-        masses = masses + rigid
-        if led:
-            masses[:, led] = np.eye(n)[led]
-        inverse = np.linalg.inv(masses)
-        motion.time, motion.warm = start.time[at] + 0.5 * period, start.warm[at]
+        if self.led:
+            masses[:, self.led] = np.eye(len(still))[self.led]
+        carried = masses[:, self.bent, self.bent].mean(axis=0)
+        self.damping = _damping(self.model, carried)
+        return np.asarray(np.linalg.inv(masses)), bias
+
+    def _drift(self, dt: float) -> None:
+        """Move everything by its velocity for a time ``dt``."""
+        dq = dt * self.v
+        self.q = self.q + dq
+        self.x = self.x + dt * self.u if self.bent else self.q
+        self.sign = dahl_step(self.sign, dq, self.model.displacement)
+        for j, term in enumerate(self.model.terms):
+            if self.states[j].shape[1]:
+                self.states[j] = term.advance(self.states[j], dq)
+
+    def _kick(
+        self, motion: Motion, torque: FloatArray, inverse: FloatArray, bias: FloatArray
+    ) -> None:
+        """Change the velocities by one step of what acts."""
+        h, bent = self.h, self.bent
+        ahead = self.v + 0.5 * h * self.a
+        motion.q, motion.v, motion.sign, motion.load = self.q, ahead, self.sign, self.load
+        net = torque - self.model.friction.torque(ahead, self.sign)
+        for term, state in zip(self.model.terms, self.states, strict=True):
+            part = term.load(motion, state)
+            if part is not None:
+                net = net - part
+        on_bodies = net - bias
         if bent:
-            carried_mass = masses[:, bent, bent].mean(axis=0)
-            damping = np.array(
-                [gear_damping(g, float(m)) for g, m in zip(gears, carried_mass, strict=True)]
-            )
-        for j in range(count):
-            drift(h if j else 0.5 * h)
-            ahead = v + 0.5 * h * a
-            motion.q, motion.v, motion.sign, motion.load = q, ahead, z, load
-            net = drive.torque((j + 0.5) / count) - friction.torque(ahead, z)
-            for term, state in zip(terms, states, strict=True):
-                part = term.load(motion, state)
-                if part is not None:
-                    net = net - part
-            on_bodies = net - bias
-            if bent:
-                twist = q[:, bent] - x[:, bent]
-                dead = np.clip(twist, -half_gap, half_gap)
-                slip = ahead[:, bent] - (u + 0.5 * h * body_a)[:, bent]
-                # The mesh damps the body all the way, as the candidate's does.
-                through = stiffness * (twist - dead) + damping * slip
-                on_bodies[:, bent] = through - bias[:, bent]
-            on_bodies[:, led] = a[:, led]
-            body_a = np.einsum('wij,wj->wi', inverse, on_bodies)
-            a = body_a
-            if bent:
-                a = body_a.copy()
-                a[:, bent] = (net[:, bent] - through) / motors
-                u = u + h * body_a
-            # M q'' + C q' + g with the rotor, before a gear as behind it.
-            load = net
-            v = v + h * a
-            if not bent:
-                u = v
-        drift(0.5 * h)
-    # What the encoders say of the velocity differs by the slope of their map, of order 1e-3.
-    return Simulated(out_q, out_v)
+            twist = self.q[:, bent] - self.x[:, bent]
+            dead = np.clip(twist, -self.half_gap, self.half_gap)
+            slip = ahead[:, bent] - (self.u + 0.5 * h * self.body_a)[:, bent]
+            # The mesh damps the body all the way, as the candidate's does.
+            through = self.stiffness * (twist - dead) + self.damping * slip
+            on_bodies[:, bent] = through - bias[:, bent]
+        on_bodies[:, self.led] = self.a[:, self.led]
+        self.a = self.body_a = np.einsum('wij,wj->wi', inverse, on_bodies)
+        if bent:
+            self.a = self.body_a.copy()
+            self.a[:, bent] = (net[:, bent] - through) / self.motors
+            self.u = self.u + h * self.body_a
+        self.load = net
+        self.v = self.v + h * self.a
+        if not bent:
+            self.u = self.v
+
+
+def _damping(model: ForwardModel, carried: FloatArray) -> FloatArray:
+    """Return the damping of the gears that give (g,), each with the inertia that it carries."""
+    pairs = zip(model.gears, carried, strict=True)
+    return np.array([gear_damping(gear, float(mass)) for gear, mass in pairs])
 
 
 def _carried(model: ForwardModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
@@ -251,7 +237,7 @@ def _settled(
     v = np.gradient(path, period, axis=0)
     a = np.gradient(v, period, axis=0)
     M = np.array([np.diag(robot.inertia(path[k]))[bent] for k in at])
-    c = np.array([gear_damping(g, float(m)) for g, m in zip(gears, M.mean(axis=0), strict=True)])
+    c = _damping(model, M.mean(axis=0))
     h = period / count
     d, rate = np.zeros(M.shape), np.zeros(M.shape)
     for k in range(-before, 0):

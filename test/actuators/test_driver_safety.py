@@ -20,8 +20,6 @@ from sosml_friction.actuators.lockstep import nominal_robot
 from sosml_friction.actuators.lockstep_bus import LockstepBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError
 
-HANGING = np.array([-np.pi / 2, 0.0])
-
 
 def moving(lockstep, trajectory):
     lockstep.driver.enable()

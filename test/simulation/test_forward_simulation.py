@@ -12,9 +12,11 @@ from sosml_friction.model.friction_laws import make_friction_law
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_friction import ForwardFriction
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import RecordedDrive, Start, simulate
+from sosml_friction.simulation.forward_simulation import simulate
+from sosml_friction.simulation.forward_start import Start
 from sosml_friction.simulation.forward_term import Gear
 from sosml_friction.simulation.forward_terms import GearTerm
 from sosml_friction.simulation.plant import Plant

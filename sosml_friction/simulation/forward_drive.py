@@ -1,0 +1,50 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which torque acts on a simulated arm."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
+
+
+class Drive(ABC):
+    """Say which torque acts."""
+
+    @abstractmethod
+    def begin(self, k: int, q: FloatArray) -> None:
+        """Begin sample ``k`` with the encoders at ``q`` (W, n)."""
+
+    @abstractmethod
+    def torque(self, share: float) -> FloatArray:
+        """Return the torque (W, n) [Nm or N] when ``share`` of the sample is over, 0..1."""
+
+
+class RecordedDrive(Drive):
+    """
+    Drive by effort that was reported, on lines between its samples.
+
+    :param torque: (N, n) at the samples of the recording: already the torque, delays undone.
+    :param at: first sample of each window (W,).
+    """
+
+    def __init__(self, torque: FloatArray, at: IndexArray) -> None:
+        self._torque = torque
+        self._at = at
+        self._now = torque[at]
+        self._next = torque[at]
+
+    def begin(self, k: int, q: FloatArray) -> None:
+        """Look up the sample and the next one."""
+        last = len(self._torque) - 1
+        self._now = self._torque[np.minimum(self._at + k, last)]
+        self._next = self._torque[np.minimum(self._at + k + 1, last)]
+
+    def torque(self, share: float) -> FloatArray:
+        """Return the torque between the two."""
+        return np.asarray(self._now + share * (self._next - self._now))
