@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner, effort_unit, in_joint
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.evidence import (
     Baseline,
     Score,
@@ -59,7 +59,9 @@ class Reversal(Effect):
     """Add the differences between ways to turn around at a reversal and the fitted one."""
 
     identifier: ClassVar[str] = 'reversal'
-    amplitudes: ClassVar[tuple[str, ...]] = ('faster', 'slower', 'smoother')
+    amplitudes: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ('faster', 'slower', 'smoother'), '{effort}'
+    )
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the differences of the sign."""
@@ -71,19 +73,15 @@ class Reversal(Effect):
                 q = signals.band.smooth(q, wider)
             z = sign_state(np.ascontiguousarray(q[:, 0]), share * scale)
             columns.append(z - signals.sign[:, joint])
-        return in_joint(signals, joint, *columns)
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
+        return signals.in_joint(joint, *columns)
 
 
 class SpeedPower(Effect):
     """Add s |q'|^p: friction by speed that is neither Coulomb's nor viscous, in one term."""
 
     identifier: ClassVar[str] = 'power_of_speed'
-    amplitudes: ClassVar[tuple[str, ...]] = ('level',)
-    inner: ClassVar[tuple[str, ...]] = ('power',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'power': '1'}
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return powers well away from 0 and 1, which have names."""
@@ -92,38 +90,32 @@ class SpeedPower(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return s (|q'| / top speed)^p."""
         speed = np.abs(signals.v[:, joint]) / float(signals.scales.speed[joint])
-        return in_joint(signals, joint, signals.sign[:, joint] * speed ** inner['power'])
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'level': effort_unit(signals, joint), 'power': '1'}
+        return signals.in_joint(joint, signals.sign[:, joint] * speed ** inner['power'])
 
 
 class SpeedCurve(Effect):
     """Add s f(|q'|) with any piecewise linear f: what friction by speed could explain at most."""
 
     identifier: ClassVar[str] = 'speed'
-    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(_HATS))
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(_HATS)}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return s times hat functions on knots of |q'| in geometric steps."""
         speed = np.abs(signals.v[:, joint])
         knots = float(signals.scales.speed[joint]) * np.geomspace(_SLOWEST, 1.0, _HATS)
         s = signals.sign[:, joint]
-        return in_joint(
-            signals, joint, *(s * np.interp(speed, knots, hat) for hat in np.eye(_HATS))
+        return signals.in_joint(
+            joint, *(s * np.interp(speed, knots, hat) for hat in np.eye(_HATS))
         )
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
 
 
 class PositionCurve(Effect):
     """Add f(q) with any piecewise linear f: a spring that is not straight, a cable, a stop."""
 
     identifier: ClassVar[str] = 'position'
-    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(_POSITION_HATS))
+    amplitudes: ClassVar[Mapping[str, str]] = {
+        f'hat_{k}': '{effort}' for k in range(_POSITION_HATS)
+    }
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return hat functions on quantiles of q, (N, n, hats)."""
@@ -133,16 +125,12 @@ class PositionCurve(Effect):
         result[:, joint, : len(knots)] = hats(x, knots)
         return result
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
-
 
 class NeighbourCurve(Effect):
     """Add f(q_k) + s g(q_k), q_k of the joint before and after: no cause of the catalogue does."""
 
     identifier: ClassVar[str] = 'neighbours'
-    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(4 * _HATS))
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(4 * _HATS)}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return hat functions on quantiles of q_k, and s times each, (N, n, 4 hats)."""
@@ -158,10 +146,6 @@ class NeighbourCurve(Effect):
             result[:, joint, first : first + len(knots)] = hat * s[:, None]
             first += _HATS
         return result
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))
 
 
 def _neighbours(n: int, joint: int) -> list[int]:

@@ -19,6 +19,7 @@ from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
 from sosml_friction.diagnosis.experiment import Recommendation, recommend
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain, gets_worse
 from sosml_friction.diagnosis.gain import Gain, make_gain
 from sosml_friction.diagnosis.laboratory import Laboratory
@@ -327,7 +328,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     ]  # fmt: skip
     inner = grid[int(np.argmin(energies))]
     one, unknown = np.ones(1), np.full(1, np.nan)
-    return effect.parameters(first, joint, inner, one, unknown)
+    return effect.parameters(Fitted(first, joint, inner, one, unknown))
 
 
 def _model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
@@ -343,9 +344,8 @@ def _model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
         amplitude = selection.after.x[first : first + k]
         error = errors[first : first + k]
         first += k
-        parameters = finding.effect.parameters(
-            laboratory.signals[0], finding.joint, finding.inner, amplitude, error
-        )
+        fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, error)
+        parameters = finding.effect.parameters(fit)
         inseparable = finding.effect.inseparable
         rivals = list(inseparable)
         for rival in finding.rivals:

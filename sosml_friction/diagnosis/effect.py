@@ -9,15 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.diagnosis.fitted import Fitted
+from sosml_friction.diagnosis.signals import FloatArray, Signals
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import ForwardTerm
 
-FloatArray = NDArray[np.float64]
 Inner = Mapping[str, float]
 
 #: A cause of all joints together.
@@ -28,17 +27,18 @@ class Effect(ABC):
     """
     Say what a cause adds to the measured effort: columns(inner) @ amplitudes, [Nm or N].
 
-    ``identifier`` as in model.yaml and diagnosis.json. ``amplitudes`` and ``inner``: names of its
-    linear and its inner parameters. ``of_robot``: it has one instance for the robot, not one per
-    joint. ``parameter_error``: it is a nominal parameter that is wrong, not a term that is
-    missing. ``twins``: causes that are the same but at reversals and rest, so that little evidence
+    ``identifier`` as in model.yaml and diagnosis.json. ``amplitudes`` and ``inner``: its linear
+    and its inner parameters in order, each with its unit, in which {effort}, {length} and
+    {inertia} stand for those of the joint. ``refined``: inner parameters that are continuous,
+    refined after selection. ``of_robot``: it has one instance for the robot, not one per joint.
+    ``parameter_error``: it is a nominal parameter that is wrong, not a term that is missing.
+    ``twins``: causes that are the same but at reversals and rest, so that little evidence
     separates them; ``inseparable``: causes that joint sensors cannot tell from it at all.
-    ``refined``: inner parameters that are continuous, refined after selection.
     """
 
     identifier: ClassVar[str]
-    amplitudes: ClassVar[tuple[str, ...]]
-    inner: ClassVar[tuple[str, ...]] = ()
+    amplitudes: ClassVar[Mapping[str, str]]
+    inner: ClassVar[Mapping[str, str]] = {}
     refined: ClassVar[tuple[str, ...]] = ()
     of_robot: ClassVar[bool] = False
     parameter_error: ClassVar[bool] = False
@@ -67,10 +67,6 @@ class Effect(ABC):
         """
         return None
 
-    @abstractmethod
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the unit of every amplitude and inner parameter."""
-
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ForwardTerm:
         """
         Return how the cause enters the forward simulation.
@@ -83,22 +79,24 @@ class Effect(ABC):
             f'effect {self.identifier} has no term in the simulation: take it out of the model'
         )
 
-    def parameters(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> dict[str, Parameter]:
-        """Return amplitudes (k,) with their standard errors (k,), and the inner parameters."""
-        units = self.units(signals, joint)
+    def units(self, signals: Signals, joint: int) -> dict[str, str]:
+        """Return the unit of every amplitude and inner parameter in a joint."""
+        effort, length = signals.effort_unit(joint), signals.length_unit(joint)
+        inertia = 'kg m2' if effort == 'Nm' else 'kg'
+        return {
+            name: unit.format(effort=effort, length=length, inertia=inertia)
+            for name, unit in (*self.amplitudes.items(), *self.inner.items())
+        }
+
+    def parameters(self, fit: Fitted) -> dict[str, Parameter]:
+        """Return the amplitudes with their standard errors, and the inner parameters."""
+        units = self.units(fit.signals, fit.joint)
         result = {
             name: Parameter(float(x), units[name], float(e))
-            for name, x, e in zip(self.amplitudes, amplitude, error, strict=True)
+            for name, x, e in zip(self.amplitudes, fit.amplitude, fit.error, strict=True)
         }
         for name in self.inner:
-            result[name] = Parameter(float(inner[name]), units[name])
+            result[name] = Parameter(float(fit.inner[name]), units[name])
         return result
 
     def restore(self, parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], FloatArray]:
@@ -106,45 +104,14 @@ class Effect(ABC):
         inner = {name: parameters[name].value for name in self.inner}
         return inner, np.array([parameters[name].value for name in self.amplitudes])
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such amplitudes are physically impossible for this cause, else ''."""
         return ''
 
-    def reduces_to(self, amplitude: FloatArray, error: FloatArray) -> str:
+    def reduces_to(self, fit: Fitted) -> str:
         """Return the cause that this one is where its own part is not seen, else ''."""
         return ''
 
     def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range of each refined inner parameter."""
         return {}
-
-
-def in_joint(signals: Signals, joint: int, *columns: FloatArray) -> FloatArray:
-    """Return (N, n, k) that is zero but for ``columns`` (N,) in one joint."""
-    result = np.zeros((len(signals.q), signals.robot.n, len(columns)))
-    for k, column in enumerate(columns):
-        result[:, joint, k] = column
-    return result
-
-
-def effort_unit(signals: Signals, joint: int) -> str:
-    """Return the unit of effort of a joint, Nm or N."""
-    return signals.robot.effort_units[joint]
-
-
-def length_unit(signals: Signals, joint: int) -> str:
-    """Return the unit of position of a joint, rad or m."""
-    return 'rad' if effort_unit(signals, joint) == 'Nm' else 'm'
-
-
-def level(signals: Signals, joint: int) -> float:
-    """Return what a friction term of this joint is measured against [Nm or N]."""
-    coulomb = float(signals.scales.coulomb[joint])
-    return coulomb if np.isfinite(coulomb) and coulomb > 0.0 else signals.scales.effort[joint]

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.band import first_derivative
-from sosml_friction.diagnosis.effect import level
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals, bump
 from sosml_friction.model.robot import Robot
@@ -143,7 +142,7 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
         for name in reversal_columns(signals, i):
             share = _SHAPE if name == 'shape' else _SOONER
             names.append(f'{joint} reversal {name}')
-            bound.append(share * level(signals, i))
+            bound.append(share * signals.scales.level(i))
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)

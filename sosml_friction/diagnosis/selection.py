@@ -23,6 +23,7 @@ from sosml_friction.diagnosis.evidence import (
     fit_baseline,
     score,
 )
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 
@@ -231,13 +232,10 @@ class Selector:
         residual = max(float(rows) - s.gain, 1.0)
         statistic = max(s.gain, 0.0) / k / (residual / rows)
         p = float(f_distribution.sf(statistic, k, rows)) * self.trials
-        objection = effect.implausible(
-            self.laboratory.signals[0], joint, inner, s.amplitude, s.error
-        )
-        reduced = effect.reduces_to(s.amplitude, s.error)
+        fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         return Finding(
-            effect, joint, inner, s, columns, float(bic), min(p, 1.0), objection=objection,
-            reduced=reduced,
+            effect, joint, inner, s, columns, float(bic), min(p, 1.0),
+            objection=effect.implausible(fit), reduced=effect.reduces_to(fit),
         )  # fmt: skip
 
     def refine(
@@ -549,11 +547,11 @@ class Selector:
                 count = finding.columns.C.shape[3]
                 amplitude = result.after.x[first : first + count]
                 first += count
-                reason = finding.effect.implausible(
+                fit = Fitted(
                     self.laboratory.signals[0], finding.joint, finding.inner, amplitude,
                     finding.score.error,
                 )  # fmt: skip
-                if reason:
+                if reason := finding.effect.implausible(fit):
                     result.rejected = replace(finding, objection=reason, failed=(reason,))
                     del result.accepted[k]
                     self._refit(result)

@@ -65,6 +65,11 @@ class Scales:
     stribeck_velocity: FloatArray
     bias: FloatArray
 
+    def level(self, joint: int) -> float:
+        """Return what a friction term of a joint is measured against [Nm or N]."""
+        coulomb = float(self.coulomb[joint])
+        return coulomb if np.isfinite(coulomb) and coulomb > 0.0 else self.effort[joint]
+
 
 @dataclass(frozen=True)
 class Signals:
@@ -100,6 +105,21 @@ class Signals:
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
+
+    def effort_unit(self, joint: int) -> str:
+        """Return the unit of effort of a joint, Nm or N."""
+        return self.robot.effort_units[joint]
+
+    def length_unit(self, joint: int) -> str:
+        """Return the unit of position of a joint, rad or m."""
+        return 'rad' if self.effort_unit(joint) == 'Nm' else 'm'
+
+    def in_joint(self, joint: int, *columns: FloatArray) -> FloatArray:
+        """Return (N, n, k) that is zero but for ``columns`` (N,) in one joint."""
+        result = np.zeros((len(self.q), self.robot.n, len(columns)))
+        for k, column in enumerate(columns):
+            result[:, joint, k] = column
+        return result
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner, effort_unit
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.signals import Signals
 
@@ -25,7 +25,7 @@ class Structure(Effect):
     """
 
     identifier: ClassVar[str] = 'structure'
-    amplitudes: ClassVar[tuple[str, ...]] = tuple(f'hat_{k}' for k in range(8 * _HATS))
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * _HATS)}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
@@ -51,7 +51,3 @@ class Structure(Effect):
             first += _HATS
             result[:, 0, first : first + len(knots)] = hat * s[:, None]
         return result
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return dict.fromkeys(self.amplitudes, effort_unit(signals, joint))

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.effect import Effect, FloatArray
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.rigid_terms import moved_body
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.simulation.forward_term import Gear
@@ -102,17 +104,10 @@ class Transmission(Effect):
     would need to follow exactly.
     """
 
-    amplitudes: ClassVar[tuple[str, ...]] = ('amplitude',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible: the simulation is right at 1."""
-        if not 0.4 < amplitude[0] < 1.8:
-            return f'its simulation would have to be {amplitude[0]:.2f} times as large'
+        if not 0.4 < fit.amplitude[0] < 1.8:
+            return f'its simulation would have to be {fit.amplitude[0]:.2f} times as large'
         return ''

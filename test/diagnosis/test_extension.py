@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import Cause, Diagnosis
 from sosml_friction.diagnosis.extension import extended_model
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.diagnosis.nominal import make_nominal
 from sosml_friction.diagnosis.settings import DiagnosisSettings
@@ -72,7 +73,7 @@ def cause_of(signals, effect, joint, amplitudes, inner=None):
     found = make_library()[effect]
     i = 0 if joint == '*' else NAMES.index(joint)
     errors = np.full(len(amplitudes), 1e-3)
-    parameters = found.parameters(signals, i, inner or {}, np.array(amplitudes), errors)
+    parameters = found.parameters(Fitted(signals, i, inner or {}, np.array(amplitudes), errors))
     return Cause(effect, joint, parameters, EVIDENCE)
 
 

@@ -19,6 +19,7 @@ from sosml_friction.diagnosis.bounded import bounded_least_squares
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
 from sosml_friction.diagnosis.diagnosis import Cause, _sentence, _verdict, describe
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.gain import Gain
 from sosml_friction.diagnosis.library import EFFECTS, make_library
 from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
@@ -128,7 +129,7 @@ def test_every_effect_has_finite_columns_and_restores_what_it_reports(arm, ident
     assert np.isfinite(columns).all()
     assert np.abs(columns).max() > 0.0
     amplitude = np.arange(1.0, len(effect.amplitudes) + 1.0)
-    reported = effect.parameters(signals, joint, inner, amplitude, 0.1 * amplitude)
+    reported = effect.parameters(Fitted(signals, joint, inner, amplitude, 0.1 * amplitude))
     assert all(parameter.unit for parameter in reported.values())
     again, values = effect.restore(reported)
     assert again == dict(inner)

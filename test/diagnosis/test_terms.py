@@ -11,6 +11,7 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
 from sosml_friction.diagnosis.resimulation import simulate_windows
@@ -122,7 +123,7 @@ def test_with_its_term_the_simulation_follows_effort_that_has_the_effects_column
     assert without > 3e-4
     assert astray(signals, tau, [term]) < SHARES.get(name, SHARE) * without
     # A term of the other sign would make it worse: the test knows the sign.
-    if effect.amplitudes != ('amplitude',) and name != 'presliding_hysteresis':
+    if 'amplitude' not in effect.amplitudes and name != 'presliding_hysteresis':
         assert astray(signals, tau, [effect.term(signals.robot, 0, inner, -amplitude)]) > without
 
 
@@ -130,7 +131,8 @@ def test_with_its_term_the_simulation_follows_effort_that_has_the_effects_column
 def test_a_model_folder_holds_the_effect_and_the_signals_have_it(signals, name, tmp_path):
     effect = EFFECTS[name]()
     amplitude, inner = np.array(SIZES[name][0]), SIZES[name][1]
-    parameters = effect.parameters(signals, 0, inner, amplitude, np.zeros(len(amplitude)))
+    fit = Fitted(signals, 0, inner, amplitude, np.zeros(len(amplitude)))
+    parameters = effect.parameters(fit)
     where = ALL_JOINTS if effect.of_robot else 'shoulder'
     model = replace(nominal_model(), effects=(EffectTerm(name, where, parameters),))
     model.write(tmp_path)

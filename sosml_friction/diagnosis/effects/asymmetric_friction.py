@@ -9,15 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-    level,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Motion
@@ -34,8 +27,11 @@ class AsymmetricFriction(Effect):
     """
 
     identifier: ClassVar[str] = 'asymmetric_friction'
-    amplitudes: ClassVar[tuple[str, ...]] = ('viscous_asymmetry', 'coulomb_asymmetry')
-    inner: ClassVar[tuple[str, ...]] = ('by_speed',)
+    amplitudes: ClassVar[Mapping[str, str]] = {
+        'viscous_asymmetry': '{effort} s/{length}',
+        'coulomb_asymmetry': '{effort}',
+    }
+    inner: ClassVar[Mapping[str, str]] = {'by_speed': '1'}
     twins: ClassVar[tuple[str, ...]] = ('effort_bias',)
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
@@ -44,7 +40,7 @@ class AsymmetricFriction(Effect):
         speed = np.abs(signals.v[:, joint])
         if inner['by_speed'] == 0.0:
             speed = np.zeros_like(speed)
-        return in_joint(signals, joint, speed, constant)
+        return signals.in_joint(joint, speed, constant)
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return c_v |q'| + c_c |s|."""
@@ -57,31 +53,16 @@ class AsymmetricFriction(Effect):
 
         return LoadTerm(joint, load, constant)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort = effort_unit(signals, joint)
-        return {
-            'viscous_asymmetry': f'{effort} s/{length_unit(signals, joint)}',
-            'coulomb_asymmetry': effort,
-            'by_speed': '1',
-        }
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         return ({'by_speed': 1.0}, {'by_speed': 0.0})
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        top = float(signals.scales.speed[joint])
-        viscous = np.nan_to_num(signals.scales.viscous[joint])
-        friction = level(signals, joint)
-        if abs(amplitude[0]) * top > friction + viscous * top or abs(amplitude[1]) > friction:
+        scales, (by_speed, constant) = fit.signals.scales, np.abs(fit.amplitude)
+        top = float(scales.speed[fit.joint])
+        viscous = np.nan_to_num(scales.viscous[fit.joint])
+        friction = scales.level(fit.joint)
+        if by_speed * top > friction + viscous * top or constant > friction:
             return 'one direction would have no friction left'
         return ''

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from sosml_friction.diagnosis.effect import FloatArray, Inner, effort_unit, length_unit
+from sosml_friction.diagnosis.effect import FloatArray, Inner
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.diagnosis.two_mass import (
     Transmission,
@@ -28,7 +28,7 @@ class Backlash(Transmission):
     """
 
     identifier: ClassVar[str] = 'backlash'
-    inner: ClassVar[tuple[str, ...]] = ('gap', 'stiffness')
+    inner: ClassVar[Mapping[str, str]] = {'gap': '{length}', 'stiffness': '{effort}/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('gap',)
     inseparable: ClassVar[tuple[str, ...]] = ('joint_elasticity',)
 
@@ -39,11 +39,6 @@ class Backlash(Transmission):
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> GearTerm:
         """Return the gear, that gives ``amplitude`` times as much."""
         return gear_term(joint, inner['stiffness'], inner['gap'], float(amplitude[0]))
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort, length = effort_unit(signals, joint), length_unit(signals, joint)
-        return {'amplitude': '1', 'gap': length, 'stiffness': f'{effort}/{length}'}
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""

@@ -9,14 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.kernels import lines
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
@@ -43,14 +36,14 @@ class Cogging(Effect):
     """
 
     identifier: ClassVar[str] = 'cogging'
-    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
-    inner: ClassVar[tuple[str, ...]] = ('frequency',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('frequency',)
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return cos w q and sin w q."""
         angle = inner['frequency'] * signals.q[:, joint]
-        return in_joint(signals, joint, np.cos(angle), np.sin(angle))
+        return signals.in_joint(joint, np.cos(angle), np.sin(angle))
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return A cos w q + B sin w q."""
@@ -73,21 +66,12 @@ class Cogging(Effect):
         q = np.ascontiguousarray(signals.q[:, joint])
         return lines(q, float(w[0]), step, len(w))
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort = effort_unit(signals, joint)
-        return {
-            'cosine': effort,
-            'sine': effort,
-            'frequency': f'rad/{length_unit(signals, joint)}',
-        }
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         span, top = float(signals.scales.span[joint]), float(signals.scales.speed[joint])
         # Enough periods in the range of motion, and a slow pass within the band.
         low = _PERIODS * _TURN / span
-        if length_unit(signals, joint) == 'rad':
+        if signals.length_unit(joint) == 'rad':
             low = max(low, 4.0)
         high = min(_TURN * signals.band.cutoff / (_SLOW * top), _MOST * _SPACING / span)
         return [{'frequency': float(w)} for w in np.arange(low, high, _SPACING / span)]

@@ -7,11 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.nominal import effort_slope
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
@@ -22,7 +19,7 @@ class EffortDelay(Effect):
     """Add -d dtau/dt: effort comes a ``delay`` d [s] after position, in all joints."""
 
     identifier: ClassVar[str] = 'effort_delay'
-    amplitudes: ClassVar[tuple[str, ...]] = ('delay',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'delay': 's'}
     of_robot: ClassVar[bool] = True
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
@@ -33,21 +30,10 @@ class EffortDelay(Effect):
         """Return a report that is late."""
         return ReportTerm(lambda torque: torque, lambda report: report, float(amplitude[0]))
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'delay': 's'}
-
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(amplitude[0]) < 0.75 * signals.band.step:
+        if abs(fit.amplitude[0]) < 0.75 * fit.signals.band.step:
             return 'a delay within a sampling interval is where in it a sample is taken'
-        if abs(amplitude[0]) > 0.05:
+        if abs(fit.amplitude[0]) > 0.05:
             return 'a delay of over 50 ms would be seen'
         return ''

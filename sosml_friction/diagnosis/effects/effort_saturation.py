@@ -9,13 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import ReportTerm
@@ -32,12 +27,12 @@ class EffortSaturation(Effect):
     """
 
     identifier: ClassVar[str] = 'effort_saturation'
-    amplitudes: ClassVar[tuple[str, ...]] = ('excess',)
-    inner: ClassVar[tuple[str, ...]] = ('reference',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'excess': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'reference': '{effort}'}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the cube of the effort."""
-        return in_joint(signals, joint, (signals.torque[:, joint] / inner['reference']) ** 3)
+        return signals.in_joint(joint, (signals.torque[:, joint] / inner['reference']) ** 3)
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
         """Return a report of the torque and its cube; Newton's rule solves it for the torque."""
@@ -59,25 +54,13 @@ class EffortSaturation(Effect):
 
         return ReportTerm(reported, torque)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort = effort_unit(signals, joint)
-        return {'excess': effort, 'reference': effort}
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         reference = float(np.quantile(np.abs(signals.torque[:, joint]), 0.99))
         return ({'reference': max(reference, 1e-9)},)
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if not 0.0 < amplitude[0] < 0.5 * inner['reference']:
+        if not 0.0 < fit.amplitude[0] < 0.5 * fit.inner['reference']:
             return 'saturation makes the effort exceed the torque, by less than half'
         return ''

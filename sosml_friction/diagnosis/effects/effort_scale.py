@@ -9,12 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    in_joint,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import ReportTerm
@@ -24,12 +20,12 @@ class EffortScale(Effect):
     """Add error * tau: the torque constant, or gear ratio, of the effort is wrong."""
 
     identifier: ClassVar[str] = 'effort_scale'
-    amplitudes: ClassVar[tuple[str, ...]] = ('error',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'error': '1'}
     parameter_error: ClassVar[bool] = True
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the nominal effort."""
-        return in_joint(signals, joint, signals.torque[:, joint])
+        return signals.in_joint(joint, signals.torque[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
         """Return a report of another scale."""
@@ -37,19 +33,8 @@ class EffortScale(Effect):
         scale[joint] += amplitude[0]
         return ReportTerm(lambda torque: torque * scale, lambda report: report / scale)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'error': '1'}
-
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(amplitude[0]) > 0.5:
+        if abs(fit.amplitude[0]) > 0.5:
             return 'the effort would be wrong by more than half'
         return ''

@@ -9,12 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    length_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.rigid_terms import moved_body
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
@@ -25,7 +21,7 @@ class EncoderEccentricity(Effect):
     """Add (M d2/dt2 + dg/dq) (A cos q + B sin q): position is wrong once per turn."""
 
     identifier: ClassVar[str] = 'encoder_eccentricity'
-    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
+    amplitudes: ClassVar[Mapping[str, str]] = {'cosine': 'rad', 'sine': 'rad'}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the effort of a wrong position."""
@@ -38,23 +34,12 @@ class EncoderEccentricity(Effect):
         cosine, sine = amplitude
         return EncoderTerm(joint, lambda q: np.asarray(cosine * np.cos(q) + sine * np.sin(q)))
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'cosine': 'rad', 'sine': 'rad'}
-
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether the joint turns."""
-        return length_unit(signals, joint) == 'rad'
+        return signals.length_unit(joint) == 'rad'
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if float(np.hypot(*amplitude)) > 0.03:
+        if float(np.hypot(*fit.amplitude)) > 0.03:
             return 'an eccentricity of over 30 mrad would be seen'
         return ''

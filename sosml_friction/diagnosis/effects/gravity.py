@@ -9,12 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Body
@@ -32,7 +27,7 @@ class Gravity(Effect):
     """
 
     identifier: ClassVar[str] = 'gravity'
-    amplitudes: ClassVar[tuple[str, ...]] = ('first_moment_1', 'first_moment_2')
+    amplitudes: ClassVar[Mapping[str, str]] = {'first_moment_1': 'kg m', 'first_moment_2': 'kg m'}
     parameter_error: ClassVar[bool] = True
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
@@ -49,14 +44,10 @@ class Gravity(Effect):
 
         return BodyTerm(body)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'first_moment_1': 'kg m', 'first_moment_2': 'kg m'}
-
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether gravity acts on a body that turns."""
         return (
-            effort_unit(signals, joint) == 'Nm'
+            signals.effort_unit(joint) == 'Nm'
             and bool(signals.robot.gravity_acceleration.any())
             and len(first_moments(signals.robot, joint)) == 2
         )

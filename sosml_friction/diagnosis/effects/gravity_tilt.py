@@ -9,11 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.rigid_terms import between, coarse_rows
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
@@ -25,7 +22,7 @@ class GravityTilt(Effect):
     """Add dg/dphi phi: the base is turned by phi_x, phi_y [rad] about its horizontal axes."""
 
     identifier: ClassVar[str] = 'gravity_tilt'
-    amplitudes: ClassVar[tuple[str, ...]] = ('rotation_x', 'rotation_y')
+    amplitudes: ClassVar[Mapping[str, str]] = {'rotation_x': 'rad', 'rotation_y': 'rad'}
     of_robot: ClassVar[bool] = True
     parameter_error: ClassVar[bool] = True
 
@@ -53,25 +50,14 @@ class GravityTilt(Effect):
 
         return BodyTerm(body)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'rotation_x': 'rad', 'rotation_y': 'rad'}
-
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether gravity acts on the robot."""
         g0 = signals.robot.gravity_acceleration
         felt = signals.robot.gravity(signals.q[len(signals.q) // 2])
         return bool(g0.any()) and bool(np.abs(felt).max() > 0.0)
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if np.abs(amplitude).max() > 0.3:
+        if np.abs(fit.amplitude).max() > 0.3:
             return 'a base tilted by over 17 degrees would be seen'
         return ''

@@ -9,13 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Body
@@ -26,12 +21,12 @@ class Inertia(Effect):
     """Add change * q'': the inertia about the joint's axis is not the nominal one."""
 
     identifier: ClassVar[str] = 'inertia'
-    amplitudes: ClassVar[tuple[str, ...]] = ('change',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'change': '{inertia}'}
     parameter_error: ClassVar[bool] = True
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return q''."""
-        return in_joint(signals, joint, signals.a[:, joint])
+        return signals.in_joint(joint, signals.a[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BodyTerm:
         """Return a rotor that is larger by the change."""
@@ -42,20 +37,10 @@ class Inertia(Effect):
 
         return BodyTerm(body)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'change': 'kg m2' if effort_unit(signals, joint) == 'Nm' else 'kg'}
-
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        whole = float(signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint])
-        if whole + amplitude[0] < 0.3 * whole:
+        inertia = fit.signals.robot.inertia(np.median(fit.signals.q, axis=0))
+        whole = float(inertia[fit.joint, fit.joint])
+        if whole + fit.amplitude[0] < 0.3 * whole:
             return 'hardly any inertia would be left'
         return ''

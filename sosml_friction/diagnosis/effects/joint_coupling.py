@@ -9,12 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    in_joint,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import ReportTerm
@@ -28,12 +24,12 @@ class JointCoupling(Effect):
     """
 
     identifier: ClassVar[str] = 'joint_coupling'
-    amplitudes: ClassVar[tuple[str, ...]] = ('coupling',)
-    inner: ClassVar[tuple[str, ...]] = ('source',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'coupling': '1'}
+    inner: ClassVar[Mapping[str, str]] = {'source': 'joint'}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the other joint's nominal effort."""
-        return in_joint(signals, joint, signals.torque[:, int(inner['source'])])
+        return signals.in_joint(joint, signals.torque[:, int(inner['source'])])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
         """Return a report that has some of another joint's torque."""
@@ -41,10 +37,6 @@ class JointCoupling(Effect):
         mix[joint, int(inner['source'])] += amplitude[0]
         inverse = np.linalg.inv(mix)
         return ReportTerm(lambda torque: torque @ mix.T, lambda report: report @ inverse.T)
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'coupling': '1', 'source': 'joint'}
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
@@ -54,15 +46,8 @@ class JointCoupling(Effect):
         """Tell whether there is another joint."""
         return signals.robot.n > 1
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(amplitude[0]) > 0.5:
+        if abs(fit.amplitude[0]) > 0.5:
             return 'more than half of the torque would pass over'
         return ''

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from sosml_friction.diagnosis.effect import FloatArray, Inner, effort_unit, length_unit
+from sosml_friction.diagnosis.effect import FloatArray, Inner
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.diagnosis.two_mass import (
     Transmission,
@@ -27,7 +27,7 @@ class JointElasticity(Transmission):
     """
 
     identifier: ClassVar[str] = 'joint_elasticity'
-    inner: ClassVar[tuple[str, ...]] = ('stiffness',)
+    inner: ClassVar[Mapping[str, str]] = {'stiffness': '{effort}/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('stiffness',)
     inseparable: ClassVar[tuple[str, ...]] = ('backlash',)
 
@@ -38,11 +38,6 @@ class JointElasticity(Transmission):
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> GearTerm:
         """Return the gear, that gives ``amplitude`` times as much."""
         return gear_term(joint, inner['stiffness'], 0.0, float(amplitude[0]))
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort, length = effort_unit(signals, joint), length_unit(signals, joint)
-        return {'amplitude': '1', 'stiffness': f'{effort}/{length}'}
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""

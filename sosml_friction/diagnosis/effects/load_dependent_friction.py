@@ -9,12 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    in_joint,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Motion
@@ -25,11 +21,11 @@ class LoadDependentFriction(Effect):
     """Add k |tau_load| s, tau_load what the gear passes on, k = ``load_coefficient``."""
 
     identifier: ClassVar[str] = 'load_dependent_friction'
-    amplitudes: ClassVar[tuple[str, ...]] = ('load_coefficient',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'load_coefficient': '1'}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return |tau_load| s."""
-        return in_joint(signals, joint, np.abs(signals.rigid[:, joint]) * signals.sign[:, joint])
+        return signals.in_joint(joint, np.abs(signals.rigid[:, joint]) * signals.sign[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return k |tau_load| s, of the load a step before."""
@@ -40,19 +36,8 @@ class LoadDependentFriction(Effect):
 
         return LoadTerm(joint, load, lambda effort: k * effort)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'load_coefficient': '1'}
-
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if not 0.0 < amplitude[0] < 0.5:
+        if not 0.0 < fit.amplitude[0] < 0.5:
             return 'a gear loses between nothing and half of its load'
         return ''

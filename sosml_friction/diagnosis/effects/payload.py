@@ -9,12 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Body
@@ -29,8 +25,8 @@ class Payload(Effect):
     """
 
     identifier: ClassVar[str] = 'payload'
-    amplitudes: ClassVar[tuple[str, ...]] = ('mass',)
-    inner: ClassVar[tuple[str, ...]] = ('distance',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'mass': 'kg'}
+    inner: ClassVar[Mapping[str, str]] = {'distance': 'm'}
     refined: ClassVar[tuple[str, ...]] = ('distance',)
     of_robot: ClassVar[bool] = True
 
@@ -48,10 +44,6 @@ class Payload(Effect):
 
         return BodyTerm(body)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {'mass': 'kg', 'distance': 'm'}
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         centre = body_centre(signals)
@@ -64,18 +56,11 @@ class Payload(Effect):
 
     def applies(self, signals: Signals, joint: int) -> bool:
         """Tell whether the last body turns and has a centre off its axis."""
-        return effort_unit(signals, signals.robot.n - 1) == 'Nm' and body_centre(signals) > 1e-6
+        return signals.effort_unit(signals.robot.n - 1) == 'Nm' and body_centre(signals) > 1e-6
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if amplitude[0] <= 0.0:
+        if fit.amplitude[0] <= 0.0:
             return 'a payload has a positive mass'
         return ''
 

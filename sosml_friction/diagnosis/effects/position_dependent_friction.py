@@ -9,15 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-    level,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Motion
@@ -32,14 +25,14 @@ class PositionDependentFriction(Effect):
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
-    amplitudes: ClassVar[tuple[str, ...]] = ('cosine', 'sine')
-    inner: ClassVar[tuple[str, ...]] = ('frequency',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return s cos w q and s sin w q."""
         angle = inner['frequency'] * signals.q[:, joint]
         s = signals.sign[:, joint]
-        return in_joint(signals, joint, s * np.cos(angle), s * np.sin(angle))
+        return signals.in_joint(joint, s * np.cos(angle), s * np.sin(angle))
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return s (A cos w q + B sin w q)."""
@@ -52,31 +45,15 @@ class PositionDependentFriction(Effect):
 
         return LoadTerm(joint, load, float(np.hypot(cosine, sine)))
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort = effort_unit(signals, joint)
-        return {
-            'cosine': effort,
-            'sine': effort,
-            'frequency': f'rad/{length_unit(signals, joint)}',
-        }
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        if length_unit(signals, joint) == 'rad':
+        if signals.length_unit(joint) == 'rad':
             return ({'frequency': 1.0}, {'frequency': 2.0})
         span = float(signals.scales.span[joint])
         return tuple({'frequency': np.pi * k / span} for k in (1.0, 2.0))
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if float(np.hypot(*amplitude)) > 1.5 * level(signals, joint):
+        if float(np.hypot(*fit.amplitude)) > 1.5 * fit.signals.scales.level(fit.joint):
             return 'friction would be negative in some posture'
         return ''

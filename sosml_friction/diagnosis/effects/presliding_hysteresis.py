@@ -9,14 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
@@ -31,26 +25,19 @@ class PreslidingHysteresis(Effect):
     """
 
     identifier: ClassVar[str] = 'presliding_hysteresis'
-    amplitudes: ClassVar[tuple[str, ...]] = ('level',)
-    inner: ClassVar[tuple[str, ...]] = ('displacement',)
+    amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'displacement': '{length}'}
     refined: ClassVar[tuple[str, ...]] = ('displacement',)
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return z - s."""
         q = np.ascontiguousarray(signals.q[:, joint])
         z = sign_state(q, float(inner['displacement']))
-        return in_joint(signals, joint, z - signals.sign[:, joint])
+        return signals.in_joint(joint, z - signals.sign[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BuildUpTerm:
         """Return F (z(x_s) - s), z a state of its own."""
         return BuildUpTerm(joint, float(amplitude[0]), inner['displacement'])
-
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {
-            'level': effort_unit(signals, joint),
-            'displacement': length_unit(signals, joint),
-        }
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
@@ -62,19 +49,12 @@ class PreslidingHysteresis(Effect):
         smallest = float(signals.scales.sign_limit[joint])
         return {'displacement': (smallest, 40.0 * smallest)}
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        coulomb = float(signals.scales.coulomb[joint])
-        if amplitude[0] <= 0.0:
+        level, coulomb = fit.amplitude[0], float(fit.signals.scales.coulomb[fit.joint])
+        if level <= 0.0:
             return 'the level of friction would be negative'
         # The nominal may take a part of it, or make up for a part that is too much.
-        if np.isfinite(coulomb) and not 0.4 * coulomb < amplitude[0] < 2.0 * coulomb:
-            return f'what builds up is {amplitude[0] / coulomb:.2f} of Coulomb friction, not all'
+        if np.isfinite(coulomb) and not 0.4 * coulomb < level < 2.0 * coulomb:
+            return f'what builds up is {level / coulomb:.2f} of Coulomb friction, not all'
         return ''

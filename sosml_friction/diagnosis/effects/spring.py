@@ -9,14 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import LoadTerm
@@ -29,37 +23,28 @@ class Spring(Effect):
     """Add k (q - q_0) as k q + offset."""
 
     identifier: ClassVar[str] = 'spring'
-    amplitudes: ClassVar[tuple[str, ...]] = ('stiffness', 'offset')
+    amplitudes: ClassVar[Mapping[str, str]] = {
+        'stiffness': '{effort}/{length}',
+        'offset': '{effort}',
+    }
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return q and 1."""
-        return in_joint(signals, joint, signals.q[:, joint], np.ones(len(signals.q)))
+        return signals.in_joint(joint, signals.q[:, joint], np.ones(len(signals.q)))
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return k q + offset."""
         k, offset = float(amplitude[0]), float(amplitude[1])
         return LoadTerm(joint, lambda m: k * m.q[:, joint] + offset, stiffness=k)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort = effort_unit(signals, joint)
-        return {'stiffness': f'{effort}/{length_unit(signals, joint)}', 'offset': effort}
-
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if amplitude[0] <= 0.0:
+        if fit.amplitude[0] <= 0.0:
             return 'a spring has a positive stiffness'
-        if self.reduces_to(amplitude, error):
+        if self.reduces_to(fit):
             return 'no stiffness is seen: what is left of a spring is a constant'
         return ''
 
-    def reduces_to(self, amplitude: FloatArray, error: FloatArray) -> str:
+    def reduces_to(self, fit: Fitted) -> str:
         """Return 'effort_bias' where no stiffness is seen: what is left is a constant."""
-        return 'effort_bias' if amplitude[0] < _CLEAR * error[0] else ''
+        return 'effort_bias' if fit.amplitude[0] < _CLEAR * fit.error[0] else ''

@@ -9,15 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-    level,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_term import Motion
@@ -32,14 +25,14 @@ class Stribeck(Effect):
     """
 
     identifier: ClassVar[str] = 'stribeck'
-    amplitudes: ClassVar[tuple[str, ...]] = ('stribeck',)
-    inner: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
+    amplitudes: ClassVar[Mapping[str, str]] = {'stribeck': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'stribeck_velocity': '{length}/s', 'exponent': '1'}
     refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return s exp(-(|q'| / v_s)^d)."""
         v = np.abs(signals.v[:, joint]) / inner['stribeck_velocity']
-        return in_joint(signals, joint, signals.sign[:, joint] * np.exp(-(v ** inner['exponent'])))
+        return signals.in_joint(joint, signals.sign[:, joint] * np.exp(-(v ** inner['exponent'])))
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return S s exp(-(|q'| / v_s)^d)."""
@@ -51,14 +44,6 @@ class Stribeck(Effect):
 
         return LoadTerm(joint, load, size)
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        return {
-            'stribeck': effort_unit(signals, joint),
-            'stribeck_velocity': f'{length_unit(signals, joint)}/s',
-            'exponent': '1',
-        }
-
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         speeds = signals.scales.speed[joint] * np.geomspace(0.01, 0.25, 7)
@@ -69,17 +54,10 @@ class Stribeck(Effect):
         top = float(signals.scales.speed[joint])
         return {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': (0.5, 2.5)}
 
-    def implausible(
-        self,
-        signals: Signals,
-        joint: int,
-        inner: Inner,
-        amplitude: FloatArray,
-        error: FloatArray,
-    ) -> str:
+    def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if amplitude[0] <= 0.0:
+        if fit.amplitude[0] <= 0.0:
             return 'friction would fall towards standstill'
-        if amplitude[0] > 2.0 * level(signals, joint):
+        if fit.amplitude[0] > 2.0 * fit.signals.scales.level(fit.joint):
             return 'breakaway would be over three times Coulomb friction'
         return ''

@@ -9,14 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import (
-    Effect,
-    FloatArray,
-    Inner,
-    effort_unit,
-    in_joint,
-    length_unit,
-)
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
@@ -40,8 +33,11 @@ class ThermalDrift(Effect):
     """
 
     identifier: ClassVar[str] = 'thermal_drift'
-    amplitudes: ClassVar[tuple[str, ...]] = ('viscous_drift', 'coulomb_drift')
-    inner: ClassVar[tuple[str, ...]] = ('time_constant',)
+    amplitudes: ClassVar[Mapping[str, str]] = {
+        'viscous_drift': '{effort} s/{length}',
+        'coulomb_drift': '{effort}',
+    }
+    inner: ClassVar[Mapping[str, str]] = {'time_constant': 's'}
     refined: ClassVar[tuple[str, ...]] = ('time_constant',)
 
     def applies(self, signals: Signals, joint: int) -> bool:
@@ -54,7 +50,7 @@ class ThermalDrift(Effect):
             warm = signals.temperature[:, joint] - signals.temperature[0, joint]
         else:
             warm = 1.0 - np.exp(-signals.time / max(inner['time_constant'], 1e-9))
-        return in_joint(signals, joint, warm * signals.v[:, joint], warm * signals.sign[:, joint])
+        return signals.in_joint(joint, warm * signals.v[:, joint], warm * signals.sign[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> LoadTerm:
         """Return the warming times a q' + b s, by time or by measured temperature."""
@@ -75,16 +71,11 @@ class ThermalDrift(Effect):
 
         return LoadTerm(joint, load, coulomb * (1.0 if time_constant else _WARMEST))
 
-    def units(self, signals: Signals, joint: int) -> Mapping[str, str]:
-        """Return the units."""
-        effort, per = effort_unit(signals, joint), ''
-        if self._measured(signals, joint):
-            per = '/degC'
-        return {
-            'viscous_drift': f'{effort} s/{length_unit(signals, joint)}{per}',
-            'coulomb_drift': f'{effort}{per}',
-            'time_constant': 's',
-        }
+    def units(self, signals: Signals, joint: int) -> dict[str, str]:
+        """Return the units: of a drift per degC where temperature is measured."""
+        units = super().units(signals, joint)
+        per = '/degC' if self._measured(signals, joint) else ''
+        return {**units, **{name: units[name] + per for name in self.amplitudes}}
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
