@@ -26,8 +26,6 @@ IndexArray = NDArray[np.int64]
 
 #: A simulation that is so far away has run away [rad or m].
 _AWAY = 1e3
-#: Time over which the slope of the encoders' map is taken [s].
-_TINY = 1e-6
 #: Gears that give are simulated alone for so long before a window starts [s].
 _SETTLE_S = 0.5
 
