@@ -21,6 +21,19 @@ import typer
 
 from sosml_friction.cli_can import app as can_app
 from sosml_friction.cli_diagnose import diagnose
+from sosml_friction.cli_options import (
+    BagArgument,
+    BagsArgument,
+    EffortHoldOption,
+    JsonOption,
+    ModelOption,
+    NamespaceOption,
+    UrdfOption,
+    folder_option,
+    joint_values_option,
+    names_option,
+    out_option,
+)
 from sosml_friction.cli_simulate import simulate
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.share import share_directory
@@ -45,30 +58,6 @@ app = typer.Typer(
 
 app.add_typer(can_app)
 
-JsonOption = Annotated[
-    bool, typer.Option('--json', help='Print one JSON object on stdout instead of tables.')
-]
-NamespaceOption = Annotated[
-    str | None,
-    typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
-]
-
-ModelOption = Annotated[
-    Path | None,
-    typer.Option(help="Model folder with the armature of the joints; default: the bag's."),
-]
-UrdfOption = Annotated[
-    Path | None,
-    typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
-]
-EffortHoldOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar='[JOINT=]HOLD',
-        help='Where in an interval a sample of effort holds: start (a command), mean, or end (a '
-        "measured current); repeatable; default: the bag's, else start.",
-    ),
-]
 _OBSERVER_NAMES = (
     'quasi_static, first_order, first_order_prefiltered, linear_second_order, sosml, '
     'sosml_explicit, kalman, kalman_adaptive, kalman_scheduled, kalman_imm, kalman_stribeck, '
@@ -85,7 +74,7 @@ def _sosml(context: typer.Context) -> None:
 
 @app.command()
 def fit(
-    bags: Annotated[list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    bags: BagsArgument,
     model: ModelOption = None,
     urdf: UrdfOption = None,
     method: Annotated[
@@ -166,24 +155,17 @@ def fit(
     ] = None,
     observers: Annotated[
         str | None,
-        typer.Option(
-            metavar='NAME,...',
-            help='Observers to run, with gains as sosml tune proposes them; SOSML, else the first '
-            f'one, makes the model. Default: those of the bag. Known: {_OBSERVER_NAMES}.',
+        names_option(
+            'Observers to run, with gains as sosml tune proposes them; SOSML, else the first '
+            f'one, makes the model. Default: those of the bag. Known: {_OBSERVER_NAMES}.'
         ),
     ] = None,
     effort_hold: EffortHoldOption = None,
     namespace: NamespaceOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='DIR',
-            help='Where to write; default: <name of the first bag>_fit in this folder.',
-        ),
-    ] = None,
+    out: Annotated[Path | None, out_option('<name of the first bag>_fit')] = None,
     truth: Annotated[
         Path | None,
-        typer.Option(metavar='DIR', help='Model folder whose friction is known to be the truth.'),
+        folder_option('Model folder whose friction is known to be the truth.'),
     ] = None,
     json: JsonOption = False,
 ) -> None:
@@ -204,7 +186,7 @@ def fit(
     Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
     """
     from sosml_friction.identification.bag_analysis import analyse_bag
-    from sosml_friction.identification.bags_analysis import analyse_bags
+    from sosml_friction.identification.bags_analysis import analyse_bags, bag_name
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law_form import LawForm
     from sosml_friction.identification.segments import SegmentSettings
@@ -240,7 +222,7 @@ def fit(
         refit_inertia=refit_inertia,
         form=LawForm(law, symmetric, alpha),
     )
-    folder = check_destination(out if out is not None else Path(f'{_bag_name(bags[0])}_fit'))
+    folder = check_destination(out or Path(f'{bag_name(bags[0])}_fit'))
     known = None if truth is None else read_model(truth)
     with progress(f'reading and fitting {bags[0]}') as step:
         names = _joint_names(bags[0], namespace) if effort_hold else ()
@@ -379,7 +361,7 @@ def import_(
 
 @app.command()
 def info(
-    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    bag: BagArgument,
     namespace: NamespaceOption = None,
     json: JsonOption = False,
 ) -> None:
@@ -409,42 +391,31 @@ def info(
 
 @app.command()
 def tune(
-    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    bag: BagArgument,
     observers: Annotated[
         str | None,
-        typer.Option(
-            metavar='NAME,...',
-            help=f'Observers to propose gains for; default: all of {_OBSERVER_NAMES}.',
-        ),
+        names_option(f'Observers to propose gains for; default: all of {_OBSERVER_NAMES}.'),
     ] = None,
     position_noise: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar='[JOINT=]VALUE',
-            help='Noise of a position [rad or m], with resolution / sqrt(12); default: measured.',
+        joint_values_option(
+            'Noise of a position [rad or m], with resolution / sqrt(12); default: measured.'
         ),
     ] = None,
     velocity_noise: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar='[JOINT=]VALUE',
-            help='Noise of a velocity [rad/s or m/s]; default: measured.',
-        ),
+        joint_values_option('Noise of a velocity [rad/s or m/s]; default: measured.'),
     ] = None,
     friction_jump: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar='[JOINT=]VALUE',
-            help='How much friction changes at a reversal, twice its level [Nm or N]; default: '
-            'measured.',
+        joint_values_option(
+            'How much friction changes at a reversal, twice its level [Nm or N]; default: '
+            'measured.'
         ),
     ] = None,
     reversal_time: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar='[JOINT=]VALUE',
-            help='Time between reversals [s]; default: measured.',
-        ),
+        joint_values_option('Time between reversals [s]; default: measured.'),
     ] = None,
     effort_hold: EffortHoldOption = None,
     model: ModelOption = None,
@@ -467,6 +438,7 @@ def tune(
     Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
     """
     from sosml_friction.identification.bag_analysis import read_recorded_robot
+    from sosml_friction.identification.bags_analysis import bag_name
     from sosml_friction.report.gain_proposal import (
         check_parameter_file,
         parse_effort_hold,
@@ -496,7 +468,7 @@ def tune(
         }
         step('measuring noise, trying gains')
         holds = parse_effort_hold(effort_hold or [], recorded.robot.names)
-        proposal = propose_gains(recorded, _bag_name(bag), stated, _names(observers), holds)
+        proposal = propose_gains(recorded, bag_name(bag), stated, _names(observers), holds)
     if out is not None:
         write_parameters(out, proposal)
     if json:
@@ -522,9 +494,7 @@ def trajectory(
             'reversal, multisine or rich.',
         ),
     ],
-    model: Annotated[
-        Path | None, typer.Option(metavar='DIR', help='Model folder; default: the exoskeleton.')
-    ] = None,
+    model: Annotated[Path | None, folder_option('Model folder; default: the exoskeleton.')] = None,
     urdf: Annotated[
         Path | None, typer.Option(metavar='FILE', help="URDF file; default: the model's.")
     ] = None,
@@ -682,9 +652,7 @@ def plan(
 
 @app.command()
 def study(
-    out: Annotated[Path, typer.Option(metavar='DIR', help='Where to write the report.')] = Path(
-        'study_output'
-    ),
+    out: Annotated[Path, folder_option('Where to write the report.')] = Path('study_output'),
     seeds: Annotated[
         int | None,
         typer.Option(metavar='N', help='Noise seeds that are scored, 1 to 100; default: 5.'),
@@ -701,14 +669,12 @@ def study(
     ] = None,
     observers: Annotated[
         str | None,
-        typer.Option(metavar='NAME,...', help='Observers of the study; default: all.'),
+        names_option('Observers of the study; default: all.'),
     ] = None,
-    motions: Annotated[
-        str | None, typer.Option(metavar='NAME,...', help='slow, reversal; default: both.')
-    ] = None,
+    motions: Annotated[str | None, names_option('slow, reversal; default: both.')] = None,
     conditions: Annotated[
         str | None,
-        typer.Option(metavar='NAME,...', help='nominal, noise, mismatch; default: all.'),
+        names_option('nominal, noise, mismatch; default: all.'),
     ] = None,
     bits: Annotated[
         int, typer.Option(metavar='N', help='Resolution of the encoders per turn, 8 to 24.')
@@ -780,9 +746,9 @@ app.command()(simulate)
 
 @app.command()
 def demo(
-    out: Annotated[
-        Path, typer.Option(metavar='DIR', help='Where to write the recording and the report.')
-    ] = Path('demo_output'),
+    out: Annotated[Path, folder_option('Where to write the recording and the report.')] = Path(
+        'demo_output'
+    ),
     seed: Annotated[int, typer.Option(help='Seed of the noise in the emulator.')] = 0,
     json: JsonOption = False,
 ) -> None:
@@ -842,11 +808,6 @@ def _refuse(text: str) -> int:
 
 def _remark(text: str) -> None:
     print(f'sosml: {text}', file=sys.stderr)
-
-
-def _bag_name(bag: Path) -> str:
-    path = bag.resolve()
-    return path.stem if path.suffix == '.mcap' else path.name
 
 
 def _names(text: str | None) -> tuple[str, ...] | None:

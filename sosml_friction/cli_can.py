@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.cli_options import JsonOrTableOption
 from sosml_friction.exceptions import ConfigurationError
 
 # As in cli.py, modules that load NumPy or python-can are imported where they are needed.
@@ -39,9 +40,6 @@ ChannelOption = Annotated[
 BitrateOption = Annotated[
     int | None, typer.Option(help='Bit rate [bit/s]; default: 1000000.', metavar='BIT/S')
 ]
-JsonOption = Annotated[
-    bool, typer.Option('--json', help='Print one JSON object on stdout instead of a table.')
-]
 
 
 @app.callback(invoke_without_command=True)
@@ -69,7 +67,7 @@ def scan(
     wait: Annotated[
         float, typer.Option(metavar='SECONDS', help='How long to wait for an answer.')
     ] = 0.15,
-    json: JsonOption = False,
+    json: JsonOrTableOption = False,
 ) -> None:
     """
     List who answers on the bus: id, kind, model, version, voltage, temperature, errors.
@@ -129,7 +127,7 @@ def check(
     interface: InterfaceOption = None,
     channel: ChannelOption = None,
     bitrate: BitrateOption = None,
-    json: JsonOption = False,
+    json: JsonOrTableOption = False,
 ) -> None:
     """
     Go through the driver's start-up without writing anything, and say what it finds.

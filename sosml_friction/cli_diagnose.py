@@ -10,15 +10,22 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli_options import (
+    BagsArgument,
+    NamespaceOption,
+    folder_option,
+    json_option,
+    out_option,
+)
+
 
 def diagnose(
-    bags: Annotated[list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    bags: BagsArgument,
     model: Annotated[
         Path | None,
-        typer.Option(
-            metavar='DIR',
-            help="Model folder that is put to the test, with its own URDF; default: the bag's own "
-            'model and robot_description.',
+        folder_option(
+            "Model folder that is put to the test, with its own URDF; default: the bag's own "
+            'model and robot_description.'
         ),
     ] = None,
     holdout: Annotated[
@@ -29,28 +36,16 @@ def diagnose(
             'bags that are left out in turn.',
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='DIR',
-            help='Where to write; default: <name of the first bag>_diagnosis in this folder.',
-        ),
-    ] = None,
+    out: Annotated[Path | None, out_option('<name of the first bag>_diagnosis')] = None,
     without: Annotated[
         str | None,
         typer.Option(metavar='EFFECT,...', help='Causes not to look for.'),
     ] = None,
     urdf: Annotated[
-        Path | None,
-        typer.Option(help='URDF file instead of that of the model.'),
+        Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
-    namespace: Annotated[
-        str | None,
-        typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
-    ] = None,
-    json: Annotated[
-        bool, typer.Option('--json', help='Print one JSON object on stdout instead of sentences.')
-    ] = False,
+    namespace: NamespaceOption = None,
+    json: Annotated[bool, json_option('sentences')] = False,
 ) -> None:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -69,18 +64,17 @@ def diagnose(
     Example: sosml diagnose recording --model config/exoskeleton --out why
     """
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
+    from sosml_friction.identification.bags_analysis import bag_name
     from sosml_friction.report.diagnosis_document import (
-        check_diagnosis_folder,
+        KIND,
         diagnosis_document,
         diagnosis_lines,
         write_diagnosis,
     )
-    from sosml_friction.report.output import require_writable, to_json
+    from sosml_friction.report.output import check_output_folder, require_writable, to_json
     from sosml_friction.report.progress import progress
 
-    name = bags[0].resolve()
-    stem = name.stem if name.suffix == '.mcap' else name.name
-    folder = check_diagnosis_folder(out if out is not None else Path(f'{stem}_diagnosis'))
+    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), KIND)
     require_writable(folder)
     leave = tuple(x.strip() for x in without.split(',')) if without else ()
     with progress(f'reading {bags[0]}') as step:

@@ -10,12 +10,19 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli_options import (
+    BagArgument,
+    JsonOrTableOption,
+    NamespaceOption,
+    folder_option,
+    out_option,
+)
+
 
 def simulate(
-    bag: Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')],
+    bag: BagArgument,
     model: Annotated[
-        Path | None,
-        typer.Option(metavar='DIR', help="Model folder to simulate; default: the bag's own."),
+        Path | None, folder_option("Model folder to simulate; default: the bag's own.")
     ] = None,
     horizon: Annotated[
         float | None,
@@ -25,26 +32,15 @@ def simulate(
             'the closed loop from end to end where the bag holds its controller, else 0.5.',
         ),
     ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='DIR',
-            help='Where to write; default: <name of the bag>_simulation in this folder.',
-        ),
-    ] = None,
+    out: Annotated[Path | None, out_option('<name of the bag>_simulation')] = None,
     urdf: Annotated[
         Path | None,
         typer.Option(
             help="URDF file; default: that of --model, else the bag's robot_description."
         ),
     ] = None,
-    namespace: Annotated[
-        str | None,
-        typer.Option(help='Namespace of the robot, where a bag holds several.', metavar='NS'),
-    ] = None,
-    json: Annotated[
-        bool, typer.Option('--json', help='Print one JSON object on stdout instead of a table.')
-    ] = False,
+    namespace: NamespaceOption = None,
+    json: JsonOrTableOption = False,
 ) -> None:
     """
     Simulate a recording from a model folder, and show where the two differ.
@@ -60,20 +56,19 @@ def simulate(
     from sosml_friction.diagnosis.recorded_loop import recorded_loop
     from sosml_friction.diagnosis.recorded_simulation import simulate_recording
     from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
+    from sosml_friction.identification.bags_analysis import bag_name
     from sosml_friction.identification.output_error_fits import recorded_controllers
-    from sosml_friction.report.output import require_writable, to_json
+    from sosml_friction.report.output import check_output_folder, require_writable, to_json
     from sosml_friction.report.progress import progress
     from sosml_friction.report.simulation_document import (
-        check_simulation_folder,
+        KIND,
         simulation_document,
         write_simulation,
     )
     from sosml_friction.report.simulation_rows import error_table, simulation_sentences
     from sosml_friction.report.tables import print_table
 
-    name = bag.resolve()
-    stem = name.stem if name.suffix == '.mcap' else name.name
-    folder = check_simulation_folder(out if out is not None else Path(f'{stem}_simulation'))
+    folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)
     with progress(f'reading {bag}') as step:
         recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)

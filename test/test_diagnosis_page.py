@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from sosml_friction.cli import main
-from sosml_friction.diagnosis.diagnosis import VERDICTS
 from sosml_friction.diagnosis.extension import OF_LAW
 from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS
 from sosml_friction.diagnosis.rigid_changes import RIGID
+from sosml_friction.diagnosis.verdict import VERDICTS
 from sosml_friction.model.effort_correction import CORRECTED
 
 PAGE = (Path(__file__).resolve().parents[1] / 'docs' / 'diagnosis.md').read_text()

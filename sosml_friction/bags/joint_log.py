@@ -64,6 +64,21 @@ class JointLog:
                 'effort [Nm or N], or map it when the recording is imported'
             )
 
+    def rows(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
+        """
+        Return the log of the samples ``rows``, all joints.
+
+        :raises DataError: if there are none.
+        """
+        return replace(
+            self,
+            t_ns=self.t_ns[rows],
+            q=self.q[rows],
+            v=self.v[rows],
+            tau=self.tau[rows],
+            temperature=None if self.temperature is None else self.temperature[rows],
+        )
+
     def select(self, names: Sequence[str]) -> JointLog:
         """
         Return the log of ``names``, in that order.
@@ -82,15 +97,7 @@ class JointLog:
         says = np.isfinite(self.q) | np.isfinite(self.v) | np.isfinite(self.tau)
         own = says[:, index].any(axis=1) | ~says.any(axis=1)
         if not own.all():
-            kept = replace(
-                self,
-                t_ns=self.t_ns[own],
-                q=self.q[own],
-                v=self.v[own],
-                tau=self.tau[own],
-                temperature=None if self.temperature is None else self.temperature[own],
-            )
-            return kept.select(names)
+            return self.rows(np.flatnonzero(own)).select(names)
         temperature = None if self.temperature is None else self.temperature[:, index]
         return replace(
             self,

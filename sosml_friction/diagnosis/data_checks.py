@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,20 +43,12 @@ class Check:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
-        return {
-            'kind': self.kind,
-            'severity': self.severity,
-            'joint': self.joint,
-            'sentence': self.sentence,
-            'values': dict(self.values),
-        }
+        return asdict(self)
 
 
 def check_log(log: JointLog) -> list[Check]:
     """Return what stamps, resolution and motion of a recording say, worst first."""
-    checks = [_time_base(log)]
-    for i, name in enumerate(log.names):
-        checks.extend(_joint(log, i, name))
+    checks = [_time_base(log), *(_effort(log, i, name) for i, name in enumerate(log.names))]
     order = {'bad': 0, 'warning': 1, 'note': 2}
     return sorted(checks, key=lambda check: order[check.severity])
 
@@ -76,7 +68,7 @@ def _time_base(log: JointLog) -> Check:
     chance = _chance_of_repeat(log)
     repeated = float((steps == 0.0).mean() + max(float(same[steps > 0.0].mean()) - chance, 0.0))
     backward = int((steps < 0.0).sum())
-    jitter = float(np.std(forwards[forwards < 1.5 * step])) if len(forwards) else 0.0
+    jitter = float(np.std(forwards[forwards < 1.5 * step]))
     values = {
         'step_s': step,
         'jitter_s': jitter,
@@ -109,14 +101,11 @@ def _chance_of_repeat(log: JointLog) -> float:
     return 1.5 * float(same.mean())
 
 
-def _joint(log: JointLog, i: int, name: str) -> list[Check]:
-    checks = []
+def _effort(log: JointLog, i: int, name: str) -> Check:
+    """Return whether a joint moves, and how finely its position and effort are resolved."""
     q, tau = log.q[:, i], log.tau[:, i]
     if not np.isfinite(tau).any():
-        checks.append(
-            Check('effort', 'bad', name, f'{name} has no effort: let its driver report one')
-        )
-        return checks
+        return Check('effort', 'bad', name, f'{name} has no effort: let its driver report one')
     size = float(np.nanstd(tau))
     quantum_q, noise_q = signal_noise(q)
     quantum, noise = signal_noise(tau)
@@ -127,20 +116,18 @@ def _joint(log: JointLog, i: int, name: str) -> list[Check]:
         'effort_noise': noise,
     }
     if not np.ptp(q[np.isfinite(q)]) > 10.0 * max(quantum_q, 1e-12):
-        checks.append(Check('motion', 'bad', name, f'{name} hardly moved: record motion', values))
-    elif quantum > _COARSE * max(size, 1e-300) and noise < quantum:
+        return Check('motion', 'bad', name, f'{name} hardly moved: record motion', values)
+    if quantum > _COARSE * max(size, 1e-300) and noise < quantum:
         sentence = (
             f'the effort of {name} has steps of {quantum:.3g}, a {size / quantum:.1f}th of its '
             'size: small causes are out of reach'
         )
-        checks.append(Check('quantisation', 'warning', name, sentence, values))
-    else:
-        sentence = (
-            f'{name}: position in steps of {quantum_q:.3g} with noise {noise_q:.2g}, effort in '
-            f'steps of {quantum:.3g} with noise {noise:.2g}'
-        )
-        checks.append(Check('quantisation', 'note', name, sentence, values))
-    return checks
+        return Check('quantisation', 'warning', name, sentence, values)
+    sentence = (
+        f'{name}: position in steps of {quantum_q:.3g} with noise {noise_q:.2g}, effort in '
+        f'steps of {quantum:.3g} with noise {noise:.2g}'
+    )
+    return Check('quantisation', 'note', name, sentence, values)
 
 
 def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:

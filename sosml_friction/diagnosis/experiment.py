@@ -5,17 +5,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.cause import joint_name
 from sosml_friction.diagnosis.conditions import conditions
 from sosml_friction.diagnosis.effect import Inner
 from sosml_friction.diagnosis.evidence import CandidateColumns
-from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.laboratory import Candidate, Laboratory
+from sosml_friction.diagnosis.pair_conditions import PAIR_CONDITIONS, PairCondition
+from sosml_friction.diagnosis.recommendation import Option, Recommendation
 from sosml_friction.diagnosis.selection import Finding, Selection
 from sosml_friction.diagnosis.separation import Stretch, Supposed, separation
 from sosml_friction.diagnosis.signals import Signals, make_signals
@@ -25,7 +26,6 @@ from sosml_friction.identification.multisine import MultisineSettings, add_multi
 from sosml_friction.identification.rich import rich
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.identification.symmetric_reversals import symmetric_reversals
-from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -37,166 +37,8 @@ _HOPELESS = 0.995
 #: Grids with more points than this are not tried over again along a planned motion.
 _MOST_POINTS = 12
 
-#: What tells causes apart that the joint sensors do not, said for the pair; by condition.
-_SAID: dict[frozenset[str], tuple[str, str]] = {
-    frozenset({'effort_bias', 'asymmetric_friction'}): (
-        'free_hanging_hold',
-        'hold the joint where gravity asks nothing of it, free of load and at rest, motors off: a '
-        'bias of effort stays, friction that differs between the directions does not',
-    ),
-    frozenset({'backlash', 'joint_elasticity'}): (
-        '',
-        'lock the motor and move the link by hand, or measure the link: with position at the '
-        'motor alone a gap and a spring look alike',
-    ),
-    frozenset({'effort_scale', 'gravity'}): (
-        'known_payload',
-        'hang a known mass on the arm and record again: a wrong torque constant scales it, a '
-        'wrong first moment does not',
-    ),
-    frozenset({'effort_scale', 'payload'}): (
-        'known_payload',
-        'hang a known mass on the arm and record again: a wrong torque constant scales it too',
-    ),
-    frozenset({'effort_scale', 'inertia'}): (
-        'known_payload',
-        'hang a known mass on the arm and record again: a wrong torque constant scales it, a '
-        'wrong inertia does not',
-    ),
-    frozenset({'gravity', 'spring'}): (
-        'not_worn',
-        'record without the person or the cable (not worn) and compare: gravity stays, a spring '
-        'goes',
-    ),
-    frozenset({'effort_bias', 'spring'}): (
-        'not_worn',
-        'record without the person or the cable (not worn) and compare: a bias of effort stays, a '
-        'spring goes',
-    ),
-    frozenset({'viscous', 'thermal_drift'}): (
-        'warm_up_repeat',
-        'repeat the same speeds cold and warm: a wrong viscous friction is the same in both',
-    ),
-    frozenset({'coulomb', 'thermal_drift'}): (
-        'warm_up_repeat',
-        'repeat the same speeds cold and warm: a wrong Coulomb friction is the same in both',
-    ),
-    frozenset({'load_dependent_friction', 'position_dependent_friction'}): (
-        'known_payload',
-        'repeat the recording with a known payload: friction that follows the load grows, '
-        'friction that follows posture does not',
-    ),
-    frozenset({'load_dependent_friction', 'coulomb'}): (
-        'known_payload',
-        'repeat the recording with a known payload: friction that follows the load grows',
-    ),
-}
-#: Pairs that can be told apart at all by another condition only.
-CONDITIONS = {pair: said for pair, (_, said) in _SAID.items()}
 
-
-@dataclass(frozen=True)
-class Option:
-    """
-    Hold one thing to do: a trajectory of ``sosml trajectory``, or a change of condition.
-
-    ``overlap``: share of the first cause that the second explains, with what it adds to these
-    data; ``margin``: log-likelihood by which the right one leads then.
-    """
-
-    name: str
-    kind: str
-    duration_s: float
-    overlap: float
-    margin: float
-    instruction: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings."""
-        return {
-            'name': self.name,
-            'kind': self.kind,
-            'duration_s': self.duration_s,
-            'overlap': self.overlap,
-            'margin': self.margin,
-            'instruction': self.instruction,
-        }
-
-
-@dataclass(frozen=True)
-class Recommendation:
-    """
-    Hold what to do next.
-
-    ``pair``: the two causes, ``joint`` where the first is; ``overlap``: share of the first that
-    the second explains in these data; ``margin``: log-likelihood that separates them here,
-    ``needed`` what would do; ``trajectory``: a name for ``sosml trajectory``, or None;
-    ``condition``: what to change instead, or ''; ``duration_s``, ``predicted_overlap`` and
-    ``predicted_margin``: with these data and those of what is recommended together; NaN where
-    the joint sensors do not take part. ``options``: all that was weighed, best first.
-    """
-
-    pair: tuple[str, str]
-    joint: str
-    overlap: float
-    margin: float
-    needed: float
-    trajectory: str | None
-    duration_s: float
-    predicted_overlap: float
-    predicted_margin: float
-    condition: str
-    options: tuple[Option, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """Return it for a person."""
-        one, other = (name.replace('_', ' ') for name in self.pair)
-        where = '' if self.joint == '*' else f' ({self.joint})'
-        text = (
-            f'{one} and {other}{where} are {100 * self.overlap:.1f} % the same in these data '
-            f'(margin {self.margin:.2g}, needed {self.needed:g})'
-        )
-        predicted = ''
-        if np.isfinite(self.predicted_margin):
-            predicted = (
-                f'{100 * self.predicted_overlap:.1f} % the same with both recordings, margin '
-                f'{self.predicted_margin:.2g}'
-            )
-        if self.trajectory is not None:
-            return (
-                f'{text}: run {self.trajectory} ({self.duration_s:.0f} s; predicted {predicted})'
-            )
-        if self.condition and predicted:
-            return (
-                f'{text}, and no trajectory separates them: {self.condition} '
-                f'({self.duration_s:.0f} s; predicted {predicted})'
-            )
-        if self.condition:
-            return f'{text}, and no trajectory separates them: {self.condition}'
-        return f'{text}: nothing on the menu separates them; change the load or the posture'
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings."""
-        return {
-            'pair': list(self.pair),
-            'joint': self.joint,
-            'overlap': self.overlap,
-            'margin': self.margin,
-            'needed': self.needed,
-            'trajectory': self.trajectory,
-            'duration_s': self.duration_s,
-            'predicted_overlap': self.predicted_overlap,
-            'predicted_margin': self.predicted_margin,
-            'condition': self.condition,
-            'options': [option.to_dict() for option in self.options],
-            'sentence': self.sentence,
-        }
-
-
-def recommend(
-    laboratory: Laboratory, selection: Selection, model: RobotModelFile
-) -> Recommendation | None:
+def recommend(laboratory: Laboratory, selection: Selection) -> Recommendation | None:
     """
     Return the experiment for the first ambiguous cause and its closest rival.
 
@@ -207,57 +49,52 @@ def recommend(
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
     finding = next((f for f in selection.accepted if f.rivals or f.effect.inseparable), None)
-    names = laboratory.robot.names
     if finding is None:
         return _of_impacts(laboratory)
-    where = '*' if finding.effect.of_robot else names[finding.joint]
     own = finding.effect.identifier
-    cause = supposed(laboratory, finding)
-    if finding.rivals:
-        closest = next(
-            (r for r in finding.rivals if frozenset({own, r.effect.identifier}) in CONDITIONS),
-            finding.rivals[0],
-        )
-        rival: Supposed | None = supposed(laboratory, closest)
+    closest = _closest(finding)
+    other = finding.effect.inseparable[0] if closest is None else closest.effect.identifier
+    margin = 0.0
+    if closest is not None:
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
-        other = closest.effect.identifier
-    else:
-        other = finding.effect.inseparable[0]
-        rival = _candidate(laboratory, other, finding.joint)
-        margin = 0.0
     pair = (own, other)
-    known, said = _SAID.get(frozenset(pair), ('', ''))
-    if rival is None or other in finding.effect.inseparable:
+    where = joint_name(finding.effect, finding.joint, laboratory.robot.names)
+    known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
+    if closest is None or other in finding.effect.inseparable:
         # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
-        return Recommendation(
-            pair, where, 1.0, margin, NEEDED, None, np.nan, np.nan, np.nan, said
-        )  # fmt: skip
+        return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
+    cause, rival = supposed(laboratory, finding), supposed(laboratory, closest)
     here, _ = separation(laboratory, cause, rival, ())
-    options = weigh(laboratory, cause, rival, model)
+    options = weigh(laboratory, cause, rival)
     runs = [option for option in options if option.kind == 'trajectory']
     changes = [option for option in options if option.kind == 'condition']
-    twins = other in finding.effect.twins or own in (
-        closest.effect.twins if finding.rivals else ()
-    )
     best = next(
         (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
     )
+    twins = other in finding.effect.twins or own in closest.effect.twins
     if best is not None and not twins:
         return Recommendation(
             pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,
-            best.margin, '', options,
+            best.margin, options=options,
         )  # fmt: skip
     change = next((option for option in changes if option.name == known), None)
     if change is None and not said and changes and changes[0].margin > NEEDED:
         change = changes[0]
     if change is None:
-        return Recommendation(
-            pair, where, here, margin, NEEDED, None, np.nan, np.nan, np.nan, said, options
-        )  # fmt: skip
+        return Recommendation(pair, where, here, margin, NEEDED, condition=said, options=options)
     return Recommendation(
         pair, where, here, margin, NEEDED, None, change.duration_s, change.overlap, change.margin,
         said or change.instruction, options,
     )  # fmt: skip
+
+
+def _closest(finding: Finding) -> Finding | None:
+    """Return the rival that another condition is known to tell apart, else the first; or none."""
+    own = finding.effect.identifier
+    for rival in finding.rivals:
+        if frozenset({own, rival.effect.identifier}) in PAIR_CONDITIONS:
+            return rival
+    return finding.rivals[0] if finding.rivals else None
 
 
 def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
@@ -266,19 +103,17 @@ def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
         return None
     pair = ('backlash', 'joint_elasticity')
     where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
-    said = CONDITIONS[frozenset(pair)]
-    return Recommendation(pair, where, 1.0, 0.0, NEEDED, None, np.nan, np.nan, np.nan, said)
+    said = PAIR_CONDITIONS[frozenset(pair)].instruction
+    return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=said)
 
 
-def weigh(
-    laboratory: Laboratory, cause: Supposed, rival: Supposed, model: RobotModelFile
-) -> tuple[Option, ...]:
+def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Option, ...]:
     """Return every trajectory of the menu and change of condition, largest margin first."""
     first = laboratory.signals[0]
     options = []
     for name, make in _menu(first).items():
         try:
-            planned = _planned(first, make(), model)
+            planned = _planned(first, make())
         except TrajectoryError:
             continue
         stretch = Stretch(planned)
@@ -296,13 +131,14 @@ def supposed(laboratory: Laboratory, finding: Finding) -> Supposed:
     p = len(laboratory.nominal.bound)
     columns = finding.columns
     points: list[Inner] = [dict(finding.inner)]
-    grid = _candidate(laboratory, finding.effect.identifier, finding.joint)
     C, A, B = columns.C[:, :, :1], columns.A[:, :1], columns.B[:, :1, :p]
-    if grid is not None and np.array_equal(grid.columns.rows, columns.rows):
-        points += list(grid.points)
-        C = np.concatenate([C, grid.columns.C], axis=2)
-        A = np.concatenate([A, grid.columns.A], axis=1)
-        B = np.concatenate([B, grid.columns.B[:, :, :p]], axis=1)
+    grid = _small_grid(laboratory, finding)
+    if grid is not None:
+        candidate, own = grid
+        points += list(candidate.grid)
+        C = np.concatenate([C, own.C], axis=2)
+        A = np.concatenate([A, own.A], axis=1)
+        B = np.concatenate([B, own.B[:, :, :p]], axis=1)
     return Supposed(
         finding.effect,
         finding.joint,
@@ -313,21 +149,18 @@ def supposed(laboratory: Laboratory, finding: Finding) -> Supposed:
     )
 
 
-def _candidate(laboratory: Laboratory, identifier: str, joint: int) -> Supposed | None:
-    """Return a candidate over its grid, without a size; None if there is none, or too large."""
+def _small_grid(
+    laboratory: Laboratory, finding: Finding
+) -> tuple[Candidate, CandidateColumns] | None:
+    """Return the candidate that a finding is a point of, with its columns, where it is small."""
     for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):
-        if candidate.effect.identifier != identifier or len(candidate.grid) > _MOST_POINTS:
-            continue
-        if candidate.joint == joint or candidate.effect.of_robot:
-            k, p = columns.C.shape[3], len(laboratory.nominal.bound)
-            return Supposed(
-                candidate.effect,
-                candidate.joint,
-                candidate.grid,
-                columns,
-                np.zeros(k),
-                np.zeros(p),
-            )
+        if (
+            candidate.effect.identifier == finding.effect.identifier
+            and candidate.joint == finding.joint
+            and len(candidate.grid) <= _MOST_POINTS
+            and np.array_equal(columns.rows, finding.columns.rows)
+        ):
+            return candidate, columns
     return None
 
 
@@ -374,7 +207,7 @@ def _menu(signals: Signals) -> dict[str, Callable[[], Trajectory]]:
     }
 
 
-def _planned(signals: Signals, trajectory: Trajectory, model: RobotModelFile) -> Signals:
+def _planned(signals: Signals, trajectory: Trajectory) -> Signals:
     """Return the signals of a trajectory that is followed exactly."""
     step = signals.band.step
     t = np.arange(0.0, trajectory.duration, step)

@@ -302,25 +302,25 @@ class Laboratory:
             parts.append(smooth[signals.band.first :: signals.band.factor][: len(y)][ORDER:])
         return np.concatenate(parts)[:rows]
 
-    def unwhitened(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def unwhitened(self) -> tuple[FloatArray, FloatArray]:
         """
-        Return residual (rows, n), nominal columns (rows, n, p) and inertia (rows, n).
+        Return residual (rows, n) and nominal columns (rows, n, p).
 
-        In the band, in Nm or N, in the rows of the whitened ones; the inertia is M_ii at each row.
+        In the band, in Nm or N, in the rows of the whitened ones.
         """
         y = np.concatenate([part[ORDER:] for part in self._y])
         Z = np.concatenate([part[ORDER:] for part in self._Z])
-        inertia = []
-        for signals, part in zip(self.signals, self._y, strict=True):
-            q = signals.q[signals.band.first :: signals.band.factor][: len(part)][ORDER:]
-            coarse = np.array([np.diag(self.robot.inertia(x)) for x in q[::10]])
-            inertia.append(np.repeat(coarse, 10, axis=0)[: len(q)])
-        return y, Z, np.concatenate(inertia)
+        return y, Z
 
     def split(self, rows: FloatArray) -> list[FloatArray]:
         """Return what has one entry per whitened row as one array per stretch."""
         ends = np.cumsum([len(part) - ORDER for part in self._y])[:-1]
         return np.split(rows, ends)
+
+    def measured(self) -> FloatArray:
+        """Return the measured effort in the band (rows, n), in the rows of the whitened ones."""
+        parts = [signals.band.apply(signals.tau)[ORDER:] for signals in self.signals]
+        return np.concatenate(parts)
 
     def own_columns(self, effect: Effect, joint: int, inner: Inner) -> FloatArray:
         """Return an effect's columns in the band (rows, n, k), in Nm or N."""

@@ -140,13 +140,4 @@ def during(log: JointLog, loop: RecordedLoop) -> tuple[JointLog, RecordedLoop]:
     rows = np.flatnonzero((log.time >= begin) & (log.time <= end))
     if not len(rows):
         raise DataError('the trajectory was sent when nothing was recorded')
-    temperature = None if log.temperature is None else log.temperature[rows]
-    part = replace(
-        log,
-        t_ns=log.t_ns[rows],
-        q=log.q[rows],
-        v=log.v[rows],
-        tau=log.tau[rows],
-        temperature=temperature,
-    )
-    return part, replace(loop, sent=loop.sent - float(log.time[rows[0]]))
+    return log.rows(rows), replace(loop, sent=loop.sent - float(log.time[rows[0]]))

@@ -134,6 +134,12 @@ def analyse_bags(
     return BagsAnalysis(analyses, consolidation, _model(analyses, consolidation, command))
 
 
+def bag_name(bag: Path) -> str:
+    """Return the name of a bag, which is a folder or an .mcap file."""
+    path = bag.resolve()
+    return path.stem if path.suffix == '.mcap' else path.name
+
+
 def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
     """
     Return the bags by a label of each: its name, or where two have the same, its path.
@@ -144,7 +150,7 @@ def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
     for k, path in enumerate(resolved):
         if path in resolved[:k]:
             raise ConfigurationError(f'bag {paths[k]} is given twice: give each bag once')
-    names = [path.stem if path.suffix == '.mcap' else path.name for path in resolved]
+    names = [bag_name(path) for path in resolved]
     return {
         name if names.count(name) == 1 else str(path): Path(path)
         for name, path in zip(names, paths, strict=True)

@@ -202,17 +202,6 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     return replace(log, tau=tau), checks
 
 
-def _rows(log: JointLog, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
-    return replace(
-        log,
-        t_ns=log.t_ns[rows],
-        q=log.q[rows],
-        v=log.v[rows],
-        tau=log.tau[rows],
-        temperature=None if log.temperature is None else log.temperature[rows],
-    )
-
-
 def _one_pass(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int]:
     """Return the longest stretch of one clock, late samples in order, and what is not in it."""
     steps = np.diff(log.t_ns) * 1e-9
@@ -239,7 +228,7 @@ def _one_pass(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int
                 f'{what}: the {left} samples outside the longest stretch are left out',
             )
         )  # fmt: skip
-        log = _rows(log, longest)
+        log = log.rows(longest)
     if late:
         findings.append(
             DataFinding(
@@ -247,7 +236,7 @@ def _one_pass(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int
                 f'{late} samples came after later ones and were put in order',
             )
         )  # fmt: skip
-        log = _rows(log, np.argsort(log.t_ns, kind='stable'))
+        log = log.rows(np.argsort(log.t_ns, kind='stable'))
     return log, left
 
 
@@ -270,7 +259,7 @@ def _without_repeats(log: JointLog, findings: list[DataFinding]) -> tuple[JointL
             f'{count} of {len(log)} samples repeat the stamp of the one before and are left out',
         )
     )  # fmt: skip
-    return _rows(log, ~again), count
+    return log.rows(~again), count
 
 
 def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int]:
@@ -304,7 +293,7 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
             f'up to {longest} in a row',
         )
     )  # fmt: skip
-    return _rows(log, whole), count
+    return log.rows(whole), count
 
 
 def _check_joint(

@@ -102,14 +102,12 @@ class FitJob:
     def _find_causes(self) -> None:
         # numba and the catalogue take a second to load: only for those who asked.
         from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
-        from sosml_friction.report.diagnosis_document import (
-            check_diagnosis_folder,
-            write_diagnosis,
-        )
+        from sosml_friction.report.diagnosis_document import KIND, write_diagnosis
+        from sosml_friction.report.output import check_output_folder
 
         try:
             self._begin('beginning the diagnosis')
-            folder = check_diagnosis_folder(self.folder / 'diagnosis')
+            folder = check_output_folder(self.folder / 'diagnosis', KIND)
             found = diagnose_bags([self.folder / 'bag'], without=self._without, step=self._begin)
             write_diagnosis(folder, found.diagnosis, found.nominal, found.provenance, self._begin)
             self.diagnosis = found.diagnosis

@@ -32,8 +32,8 @@ from sosml_friction.report.parameter_figure import ParameterRow
 #: How the two ways are called and drawn.
 WAYS = {JOINT: 'joint fit', BY_RULE: "paper's rule"}
 _STYLES = {
-    JOINT: Style('#000000', 'D', 6.0, '-', 1.8),
-    BY_RULE: Style('#666666', 's', 6.0, '-', 1.8),
+    JOINT: Style('#000000', 'D', '-', 1.8),
+    BY_RULE: Style('#666666', 's', '-', 1.8),
 }
 
 

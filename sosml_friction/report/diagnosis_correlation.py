@@ -11,6 +11,8 @@ from scipy.interpolate import CubicSpline
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.report.drawing import (
+    AFTER,
+    BEFORE,
     FONT,
     GREY,
     FloatArray,
@@ -19,7 +21,6 @@ from sosml_friction.report.drawing import (
     new_figure,
 )
 
-_BEFORE, _AFTER = '#D55E00', '#0072B2'
 #: Longest lag of the autocorrelation [s].
 _LONGEST_S = 1.5
 #: Shifts of effort that are tried, to each side [s], and how many.
@@ -87,8 +88,8 @@ def correlation(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatAr
     left, right = figure.subplots(1, 2)
     lags = max(2, round(_LONGEST_S / step))
     white = (
-        (laboratory.y[:, i] - laboratory.system.Z[:, i] @ selection.before.x, _BEFORE),
-        (laboratory.y[:, i] - selection.system.Z[:, i] @ selection.after.x, _AFTER),
+        (laboratory.y[:, i] - laboratory.system.Z[:, i] @ selection.before.x, BEFORE),
+        (laboratory.y[:, i] - selection.system.Z[:, i] @ selection.after.x, AFTER),
     )
     for e, colour in white:
         left.plot(
@@ -102,7 +103,7 @@ def correlation(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatAr
     lengths = [len(part) for part in laboratory.split(before)]
     ends = tuple(int(x) for x in np.cumsum(lengths)[:-1])
     shifts = np.linspace(-_SHIFT_S, _SHIFT_S, _SHIFTS)
-    for values, colour in ((before, _BEFORE), (after, _AFTER)):
+    for values, colour in ((before, BEFORE), (after, AFTER)):
         error = shifted_error(rows['tau'][:, i], values[:, i], step, shifts, ends)
         right.plot(1e3 * shifts, error, color=colour, linewidth=1.4)
         place, least = lowest(shifts, error)
@@ -110,7 +111,7 @@ def correlation(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatAr
         right.annotate(
             f'{1e3 * place:.1f} ms',
             (1e3 * place, least),
-            xytext=(6, -4 if colour == _AFTER else 8),
+            xytext=(6, -4 if colour == AFTER else 8),
             textcoords='offset points',
             fontsize=FONT,
             color=colour,
@@ -121,8 +122,8 @@ def correlation(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatAr
     label_axes(right, 'effort later than position by [ms]', f'error [{diagnosis.units[i]}]')
     right.set_title('error with effort shifted', fontsize=FONT, loc='left')
     handles = [
-        Line2D([], [], color=_BEFORE, label='refitted model'),
-        Line2D([], [], color=_AFTER, label='with what was named'),
+        Line2D([], [], color=BEFORE, label='refitted model'),
+        Line2D([], [], color=AFTER, label='with what was named'),
     ]
     fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.9, 0.2), handles)
     return figure

@@ -15,9 +15,8 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.diagnosis_html import render_diagnosis
 from sosml_friction.report.output import (
     OutputKind,
-    check_output_folder,
-    to_json,
     to_plain,
+    write_document,
     written_together,
 )
 
@@ -50,17 +49,7 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         'library_hash': diagnosis.library_hash,
         'provenance': dict(provenance),
     }
-    plain: dict[str, Any] = to_plain(document)
-    return plain
-
-
-def check_diagnosis_folder(folder: str | Path) -> Path:
-    """
-    Return ``folder`` if a diagnosis may be written there.
-
-    :raises ConfigurationError: if it holds something else.
-    """
-    return check_output_folder(folder, KIND)
+    return to_plain(document)
 
 
 def write_diagnosis(
@@ -80,8 +69,7 @@ def write_diagnosis(
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
         (workshop / 'report.html').write_text(render_diagnosis(diagnosis), encoding='utf-8')
-        text = to_json(diagnosis_document(diagnosis, provenance))
-        (workshop / 'diagnosis.json').write_text(text + '\n', encoding='utf-8')
+        write_document(workshop, KIND, diagnosis_document(diagnosis, provenance))
 
 
 def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:

@@ -12,6 +12,8 @@ from numba import njit
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.report.drawing import (
+    AFTER,
+    BEFORE,
     FONT,
     GREY,
     FloatArray,
@@ -23,7 +25,6 @@ from sosml_friction.report.drawing import (
     new_figure,
 )
 
-_BEFORE, _AFTER = '#D55E00', '#0072B2'
 _BINS = 24
 #: A bin is at least so much of the range: narrower ones draw a plateau's noise as a vertical line.
 _NARROWEST = 0.02
@@ -39,10 +40,8 @@ def rows_of(diagnosis: Diagnosis) -> dict[str, FloatArray]:
     """
     laboratory = diagnosis.laboratory
     assert laboratory is not None
-    parts: dict[str, list[FloatArray]] = {
-        k: [] for k in ('time', 'q', 'v', 'a', 'load', 'tau', 'since')
-    }
-    y, _, _ = laboratory.unwhitened()
+    parts: dict[str, list[FloatArray]] = {k: [] for k in ('time', 'q', 'v', 'a', 'load', 'since')}
+    y, _ = laboratory.unwhitened()
     for signals, part in zip(laboratory.signals, laboratory.split(y), strict=True):
         rows = slice(signals.band.first, None, signals.band.factor)
         for name, x in (
@@ -55,8 +54,8 @@ def rows_of(diagnosis: Diagnosis) -> dict[str, FloatArray]:
         ):
             kept = x[rows][: signals.band.count(len(x))]
             parts[name].append(kept[-len(part) :])
-        parts['tau'].append(signals.band.apply(signals.tau)[-len(part) :])
-    return {name: np.concatenate(x) for name, x in parts.items()}
+    joined = {name: np.concatenate(x) for name, x in parts.items()}
+    return {**joined, 'tau': laboratory.measured()}
 
 
 def _since_reversal(signals: Signals) -> FloatArray:
@@ -101,15 +100,15 @@ def residual_over_time(diagnosis: Diagnosis, i: int, before: FloatArray, after: 
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
     unit = diagnosis.units[i]
     draw_line(top, rows['time'], rows['tau'][:, i], color=GREY, linewidth=1.0)
-    draw_line(bottom, rows['time'], before[:, i], color=_BEFORE, linewidth=0.9)
-    draw_line(bottom, rows['time'], after[:, i], color=_AFTER, linewidth=0.9)
+    draw_line(bottom, rows['time'], before[:, i], color=BEFORE, linewidth=0.9)
+    draw_line(bottom, rows['time'], after[:, i], color=AFTER, linewidth=0.9)
     label_axes(top, '', f'measured effort [{unit}]')
     label_axes(bottom, 'time [s]', f'unexplained [{unit}]')
     legend_below(
         figure,
         [
-            Line2D([], [], color=_BEFORE, label='refitted model'),
-            Line2D([], [], color=_AFTER, label='with what was named'),
+            Line2D([], [], color=BEFORE, label='refitted model'),
+            Line2D([], [], color=AFTER, label='with what was named'),
         ],
     )
     return figure
@@ -152,7 +151,7 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
             log_axis(ax)
         place = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, len(edges) - 2)
         for way, dashes in ((forwards, '-'), (~forwards, '--')):
-            for values, colour in ((before, _BEFORE), (after, _AFTER)):
+            for values, colour in ((before, BEFORE), (after, AFTER)):
                 middle, mean = [], []
                 for k in range(len(edges) - 1):
                     inside = way & (place == k)
@@ -162,10 +161,10 @@ def binned_residual(diagnosis: Diagnosis, i: int, before: FloatArray, after: Flo
                 ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
         label_axes(ax, label, f'mean unexplained effort [{unit}]' if name in 'va' else '')
     handles = [
-        Line2D([], [], color=_BEFORE, label='refitted model, forwards'),
-        Line2D([], [], color=_BEFORE, linestyle='--', label='backwards'),
-        Line2D([], [], color=_AFTER, label='with what was named, forwards'),
-        Line2D([], [], color=_AFTER, linestyle='--', label='backwards'),
+        Line2D([], [], color=BEFORE, label='refitted model, forwards'),
+        Line2D([], [], color=BEFORE, linestyle='--', label='backwards'),
+        Line2D([], [], color=AFTER, label='with what was named, forwards'),
+        Line2D([], [], color=AFTER, linestyle='--', label='backwards'),
     ]
     fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
     return figure
@@ -195,7 +194,7 @@ def ranking_bars(diagnosis: Diagnosis) -> Figure:
         [100.0 * max(entry['cv_gain'], 0.0) for entry in entries],
         xerr=[100.0 * entry['cv_gain_se'] for entry in entries],
         color=[
-            _AFTER
+            AFTER
             if (entry['effect'], entry['joint']) in named
             else ('#d9d9d9' if entry['objection'] else '#9ecae1')
             for entry in entries

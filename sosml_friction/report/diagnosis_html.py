@@ -21,7 +21,7 @@ from sosml_friction.report.diagnosis_periodogram import position_periodogram
 from sosml_friction.report.diagnosis_tables import controls, experiments, parameters
 from sosml_friction.report.diagnosis_variance import variance_waterfall
 from sosml_friction.report.drawing import to_png
-from sosml_friction.report.html_page import number_cell, page, picture
+from sosml_friction.report.html_page import page, picture, table
 from sosml_friction.report.number_text import format_number
 
 _METHOD = (
@@ -86,18 +86,13 @@ def _causes(diagnosis: Diagnosis) -> str:
             what = f'{cause.effect.replace("_", " ")}, {cause.joint}' if k == 0 else ''
             rivals = ', '.join(r.replace('_', ' ') for r in cause.rivals) if k == 0 else ''
             error = format_number(p.std_error, p.std_error) if np.isfinite(p.std_error) else ''
-            rows.append(
-                f'<tr><td>{escape(what)}</td><td>{escape(name.replace("_", " "))}</td>'
-                + number_cell(format_number(p.value, p.std_error))
-                + number_cell(error)
-                + f'<td>{escape(p.unit)}</td><td>{escape(rivals)}</td></tr>'
-            )
-    return (
-        '<h2>Causes</h2><table><thead><tr><th>cause</th><th>parameter</th><th class="n">value</th>'
-        '<th class="n">standard error</th><th>unit</th><th>or as well</th></tr></thead><tbody>'
-        + ''.join(rows)
-        + '</tbody></table>'
-    )
+            value = format_number(p.value, p.std_error)
+            rows.append((what, name.replace('_', ' '), value, error, p.unit, rivals))
+    columns = {
+        'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n', 'unit': '',
+        'or as well': '',
+    }  # fmt: skip
+    return '<h2>Causes</h2>' + table(columns, rows)
 
 
 def _gain(diagnosis: Diagnosis) -> str:
@@ -108,22 +103,18 @@ def _gain(diagnosis: Diagnosis) -> str:
     for i, name in enumerate(diagnosis.names):
         unit = diagnosis.units[i]
         length = 'mrad' if unit == 'Nm' else 'mm'
+        before, after = 1e3 * gain.forward_before[i], 1e3 * gain.forward_after[i]
         rows.append(
-            f'<tr><td>{escape(name)}</td>'
-            + number_cell(f'{gain.inverse_before[i]:.4g} → {gain.inverse_after[i]:.4g} {unit}')
-            + number_cell(f'{gain.relative_before[i]:.2f} → {gain.relative_after[i]:.2f} %')
-            + number_cell(
-                f'{1e3 * gain.forward_before[i]:.3g} → {1e3 * gain.forward_after[i]:.3g} {length}'
+            (
+                name,
+                f'{gain.inverse_before[i]:.4g} → {gain.inverse_after[i]:.4g} {unit}',
+                f'{gain.relative_before[i]:.2f} → {gain.relative_after[i]:.2f} %',
+                f'{before:.3g} → {after:.3g} {length}',
             )
-            + '</tr>'
         )
-    return (
-        f'<h2>Gain, on {escape(gain.on)}</h2><table><thead><tr><th>joint</th>'
-        '<th class="n">effort error</th><th class="n">relative</th>'
-        f'<th class="n">position after {gain.horizon_s:g} s</th></tr></thead><tbody>'
-        + ''.join(rows)
-        + '</tbody></table>'
-    )
+    position = f'position after {gain.horizon_s:g} s'
+    columns = {'joint': '', 'effort error': 'n', 'relative': 'n', position: 'n'}
+    return f'<h2>Gain, on {escape(gain.on)}</h2>' + table(columns, rows)
 
 
 def _pictures(diagnosis: Diagnosis) -> str:

@@ -11,6 +11,8 @@ from matplotlib.lines import Line2D
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.kernels import lines, squares
 from sosml_friction.report.drawing import (
+    AFTER,
+    BEFORE,
     FONT,
     FloatArray,
     fix_axes,
@@ -19,7 +21,6 @@ from sosml_friction.report.drawing import (
     new_figure,
 )
 
-_BEFORE, _AFTER = '#D55E00', '#0072B2'
 _TURN = 2.0 * np.pi
 #: Lines to a range of motion, and in all; so many are made at a time.
 _PER_SPAN, _MOST, _AT_ONCE = 4.0, 800, 32
@@ -88,7 +89,7 @@ def position_periodogram(diagnosis: Diagnosis, i: int, before: FloatArray, after
         place = np.ascontiguousarray(q[way])
         for frequency in named:
             ax.axvline(frequency if turns else frequency / _TURN, color='#c9c9c9', linewidth=3.0)
-        for values, colour in ((before, _BEFORE), (after, _AFTER)):
+        for values, colour in ((before, BEFORE), (after, AFTER)):
             size = position_spectrum(place, values[way, i], first, step, count)
             ax.plot(x, size, color=colour, linewidth=0.9)
         ax.set_title(label, fontsize=FONT, loc='left')
@@ -102,8 +103,8 @@ def position_periodogram(diagnosis: Diagnosis, i: int, before: FloatArray, after
         ax.set_xlim(float(x[0]), float(x[-1]))
         ax.set_ylim(bottom=0.0)
     handles = [
-        Line2D([], [], color=_BEFORE, label='refitted model'),
-        Line2D([], [], color=_AFTER, label='with what was named'),
+        Line2D([], [], color=BEFORE, label='refitted model'),
+        Line2D([], [], color=AFTER, label='with what was named'),
     ]
     if named:
         handles.append(Line2D([], [], color='#c9c9c9', linewidth=3.0, label='named'))

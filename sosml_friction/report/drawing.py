@@ -25,44 +25,45 @@ FloatArray = NDArray[np.float64]
 DPI = 100
 FONT = 10
 GREY = '#7a7a7a'
+#: Colours of what the refitted model leaves, and of what is left with the causes.
+BEFORE, AFTER = '#D55E00', '#0072B2'
 #: Points of one line that a figure shows.
 _LINE_POINTS = 4000
 
 
 class Style(NamedTuple):
-    """Say how an observer is drawn; sizes and widths in points."""
+    """Say how an observer is drawn; width in points."""
 
     colour: str
     marker: str
-    marker_size: float
     dashes: Literal['-', '--', '-.', ':']
     width: float
 
 
 # The first lie under the others, and look out on both sides.
 _STYLES = {
-    'quasi_static': Style('#999999', '8', 7.0, '-', 2.2),
-    'first_order_capped': Style('#004B78', 'p', 8.0, '-', 2.6),
-    'first_order': Style('#0072B2', 'o', 10.0, '-', 3.2),
-    'first_order_prefiltered': Style('#56B4E9', 'v', 7.0, '-', 2.0),
-    'linear_second_order': Style('#7B3294', 'x', 7.0, '--', 1.8),
-    'sosml': Style('#D55E00', 's', 5.5, '-', 1.4),
-    'sosml_explicit': Style('#D55E00', 'P', 6.5, ':', 1.4),
-    'kalman': Style('#CC79A7', '^', 6.0, '-', 1.6),
-    'kalman_scheduled': Style('#CC79A7', '>', 6.0, '--', 1.6),
-    'kalman_adaptive': Style('#CC79A7', '<', 6.0, ':', 1.6),
-    'kalman_imm': Style('#555555', 'h', 6.5, '-', 1.6),
-    'kalman_stribeck': Style('#009E73', 'D', 5.5, '-', 1.6),
-    'kalman_stribeck_wrong_knee': Style('#009E73', 'd', 6.0, ':', 1.6),
-    'smoother': Style('#E69F00', '*', 9.0, '-.', 1.6),
-    'weak_form': Style('#117733', 'D', 5.5, '-', 1.6),
-    'output_error': Style('#332288', 'X', 6.5, '-', 1.6),
+    'quasi_static': Style('#999999', '8', '-', 2.2),
+    'first_order_capped': Style('#004B78', 'p', '-', 2.6),
+    'first_order': Style('#0072B2', 'o', '-', 3.2),
+    'first_order_prefiltered': Style('#56B4E9', 'v', '-', 2.0),
+    'linear_second_order': Style('#7B3294', 'x', '--', 1.8),
+    'sosml': Style('#D55E00', 's', '-', 1.4),
+    'sosml_explicit': Style('#D55E00', 'P', ':', 1.4),
+    'kalman': Style('#CC79A7', '^', '-', 1.6),
+    'kalman_scheduled': Style('#CC79A7', '>', '--', 1.6),
+    'kalman_adaptive': Style('#CC79A7', '<', ':', 1.6),
+    'kalman_imm': Style('#555555', 'h', '-', 1.6),
+    'kalman_stribeck': Style('#009E73', 'D', '-', 1.6),
+    'kalman_stribeck_wrong_knee': Style('#009E73', 'd', ':', 1.6),
+    'smoother': Style('#E69F00', '*', '-.', 1.6),
+    'weak_form': Style('#117733', 'D', '-', 1.6),
+    'output_error': Style('#332288', 'X', '-', 1.6),
 }
 _OTHERS = (
-    Style('#CC79A7', '^', 6.0, '--', 1.4),
-    Style('#009E73', 'D', 6.0, '-.', 1.4),
-    Style('#56B4E9', 'v', 6.0, ':', 1.8),
-    Style('#E69F00', 'P', 6.0, '--', 1.4),
+    Style('#CC79A7', '^', '--', 1.4),
+    Style('#009E73', 'D', '-.', 1.4),
+    Style('#56B4E9', 'v', ':', 1.8),
+    Style('#E69F00', 'P', '--', 1.4),
 )
 
 
@@ -81,7 +82,7 @@ _BAGS = (
 def bag_style(k: int) -> Style:
     """Return how the recording number ``k`` is drawn."""
     colour, marker = _BAGS[k % len(_BAGS)]
-    return Style(colour, marker, 6.0, '-' if k < len(_BAGS) else '--', 1.6)
+    return Style(colour, marker, '-' if k < len(_BAGS) else '--', 1.6)
 
 
 def to_png(figure: Figure) -> bytes:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 _STYLE = """
@@ -49,6 +49,27 @@ def picture(png: bytes, caption: str) -> str:
         f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
         f'<figcaption>{escape(caption)}</figcaption></figure>'
     )
+
+
+def table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], caption: str = '') -> str:
+    """
+    Return a table of texts.
+
+    :param columns: heads, each with the class of its column: 'n' for numbers, '' for text.
+    """
+    styles = [f' class="{style}"' if style else '' for style in columns.values()]
+
+    def line(tag: str, texts: Sequence[str]) -> str:
+        cells = (
+            f'<{tag}{style}>{escape(text)}</{tag}>'
+            for style, text in zip(styles, texts, strict=True)
+        )
+        return f'<tr>{"".join(cells)}</tr>'
+
+    told = f'<caption>{escape(caption)}</caption>' if caption else ''
+    body = ''.join(line('td', row) for row in rows)
+    head = line('th', list(columns))
+    return f'<table>{told}<thead>{head}</thead><tbody>{body}</tbody></table>'
 
 
 def number_cell(text: str, style: str = 'n') -> str:

@@ -117,6 +117,11 @@ def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
         shutil.rmtree(workshop, ignore_errors=True)
 
 
+def write_document(workshop: Path, kind: OutputKind, document: Mapping[str, Any]) -> None:
+    """Write the JSON file of a result into the folder that :func:`written_together` yields."""
+    (workshop / kind.document).write_text(to_json(document) + '\n', encoding='utf-8')
+
+
 def _refused(folder: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
         f'{folder} cannot be written: {error.strerror}: choose another place with --out'
@@ -136,16 +141,20 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
-def to_plain(value: Any) -> Any:
-    """Return the same in plain Python types, a number that is not finite as None."""
+def to_plain(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document in plain Python types, a number that is not finite as None."""
+    return {str(key): _plain(entry) for key, entry in document.items()}
+
+
+def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): to_plain(entry) for key, entry in value.items()}
+        return to_plain(value)
     if isinstance(value, np.ndarray):
-        return to_plain(value.tolist())
+        return _plain(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [to_plain(entry) for entry in value]
+        return [_plain(entry) for entry in value]
     if isinstance(value, np.generic):
-        return to_plain(value.item())
+        return _plain(value.item())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

@@ -20,8 +20,8 @@ from sosml_friction.report.joint_view import JointView, joint_views
 from sosml_friction.report.output import (
     OutputKind,
     check_output_folder,
-    to_json,
     to_plain,
+    write_document,
     written_together,
 )
 from sosml_friction.report.segment_rows import segments_csv
@@ -57,8 +57,7 @@ def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> 
     }
     if truth is not None:
         document['truth'] = {view.name: _truth(view) for view in views if view.truth}
-    plain: dict[str, Any] = to_plain(document)
-    return plain
+    return to_plain(document)
 
 
 def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> dict[str, Any]:
@@ -98,8 +97,7 @@ def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -
     }
     if truth is not None:
         document['truth'] = _known_truth(truth, analysis.model)
-    plain: dict[str, Any] = to_plain(document)
-    return plain
+    return to_plain(document)
 
 
 def _provenance(analysis: BagAnalysis) -> dict[str, Any]:
@@ -241,6 +239,6 @@ def write_bags_results(
 def _write_data(
     workshop: Path, document: Mapping[str, Any], analyses: Mapping[str, BagAnalysis]
 ) -> None:
-    (workshop / 'fit.json').write_text(to_json(document) + '\n', encoding='utf-8')
+    write_document(workshop, _KIND, document)
     table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
     (workshop / 'segments.csv').write_text(table, encoding='utf-8')

@@ -73,7 +73,7 @@ def s_shape_figure(view: JointView) -> Figure:
     panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
     top = _top_speed(view)
     levels = {observer: _levels(view, observer) for observer in observers}
-    span = _log_span(view, top, levels)
+    span = _log_span(view, top)
     height = _height(view, levels, 1.05 * top, span[0], by_direction=False)
     opposing = _height(view, levels, 1.05 * top, span[0], by_direction=True)
     for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
@@ -251,7 +251,7 @@ def _top_speed(view: JointView) -> float:
     return top if top > 0.0 else 1.0
 
 
-def _log_span(view: JointView, top: float, levels: dict[str, _Levels]) -> tuple[float, float]:
+def _log_span(view: JointView, top: float) -> tuple[float, float]:
     """Return the speeds of the lower panels: from inside the zero band to the fastest."""
     lowest = max(_BELOW_BAND * view.zero_band, _DEEPEST * top)
     return min(lowest, 0.1 * top), 1.1 * top

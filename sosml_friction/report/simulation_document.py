@@ -12,9 +12,8 @@ from sosml_friction.diagnosis.recorded_simulation import RecordedSimulation
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.output import (
     OutputKind,
-    check_output_folder,
-    to_json,
     to_plain,
+    write_document,
     written_together,
 )
 from sosml_friction.report.simulation_html import render_simulation
@@ -56,17 +55,7 @@ def simulation_document(
         'remarks': list(found.remarks),
         'provenance': dict(provenance),
     }
-    plain: dict[str, Any] = to_plain(document)
-    return plain
-
-
-def check_simulation_folder(folder: str | Path) -> Path:
-    """
-    Return ``folder`` if a simulation may be written there.
-
-    :raises ConfigurationError: if it holds something else.
-    """
-    return check_output_folder(folder, KIND)
+    return to_plain(document)
 
 
 def write_simulation(
@@ -83,5 +72,4 @@ def write_simulation(
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
         (workshop / 'report.html').write_text(render_simulation(found, title), encoding='utf-8')
-        text = to_json(simulation_document(found, model, provenance))
-        (workshop / 'simulation.json').write_text(text + '\n', encoding='utf-8')
+        write_document(workshop, KIND, simulation_document(found, model, provenance))

@@ -8,7 +8,7 @@ from html import escape
 
 from sosml_friction.diagnosis.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 from sosml_friction.report.drawing import to_png
-from sosml_friction.report.html_page import number_cell, page, picture
+from sosml_friction.report.html_page import page, picture, table
 from sosml_friction.report.simulation_figure import simulation_figure
 from sosml_friction.report.simulation_rows import error_rows, simulation_sentences
 
@@ -37,17 +37,8 @@ def render_simulation(found: RecordedSimulation, title: str) -> str:
 
 
 def _table(found: RecordedSimulation) -> str:
-    rows = ''.join(
-        f'<tr><td>{escape(row.joint)}</td><td>{escape(row.quantity)}</td>'
-        + number_cell(row.rms)
-        + number_cell(row.largest)
-        + f'<td>{escape(row.unit)}</td>'
-        + number_cell(row.relative)
-        + '</tr>'
-        for row in error_rows(found)
-    )
-    return (
-        '<h2>Error of the simulation</h2><table><thead><tr><th>joint</th><th>quantity</th>'
-        '<th class="n">root mean square</th><th class="n">largest</th><th>unit</th>'
-        f'<th class="n">relative</th></tr></thead><tbody>{rows}</tbody></table>'
-    )
+    columns = {
+        'joint': '', 'quantity': '', 'root mean square': 'n', 'largest': 'n', 'unit': '',
+        'relative': 'n',
+    }  # fmt: skip
+    return '<h2>Error of the simulation</h2>' + table(columns, error_rows(found))

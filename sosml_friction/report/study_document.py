@@ -83,8 +83,7 @@ def study_document(study: Study) -> dict[str, Any]:
         ],
         'versions': {name: _version(name) for name in ('sosml_friction', 'numpy', 'scipy', 'pin')},
     }
-    plain: dict[str, Any] = to_plain(document)
-    return plain
+    return to_plain(document)
 
 
 def _row(study: Study, row: StudyRow, joint: int, score: Score) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from sosml_friction.report.drawing import to_png
 from sosml_friction.report.output import (
     OutputKind,
     check_output_folder,
-    to_json,
+    write_document,
     written_together,
 )
 from sosml_friction.report.study_document import FORMAT
@@ -57,5 +57,5 @@ def write_study(
             pictures[name] = to_png(draw(study, name))
             (workshop / f'{name}.png').write_bytes(pictures[name])
         (workshop / 'study.html').write_text(render_study(study, pictures), encoding='utf-8')
-        (workshop / 'study.json').write_text(to_json(document) + '\n', encoding='utf-8')
+        write_document(workshop, _KIND, document)
     return folder

@@ -23,9 +23,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.conditions import WARM_S, conditions
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
 from sosml_friction.diagnosis.experiment import (
-    CONDITIONS,
     NEEDED,
-    Recommendation,
     _menu,
     recommend,
     supposed,
@@ -33,6 +31,8 @@ from sosml_friction.diagnosis.experiment import (
 )
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import make_library
+from sosml_friction.diagnosis.pair_conditions import PAIR_CONDITIONS
+from sosml_friction.diagnosis.recommendation import Recommendation
 from sosml_friction.diagnosis.selection import Selection, Selector
 from sosml_friction.diagnosis.separation import separation
 from sosml_friction.diagnosis.settings import DiagnosisSettings
@@ -198,7 +198,7 @@ def margins(case, seed):
     one, other = found(laboratory, (effect, i), (rival, i))
     cause, against = supposed(laboratory, one), supposed(laboratory, other)
     here = separation(laboratory, cause, against, ())[1]
-    options = {o.name: o for o in weigh(laboratory, cause, against, model)}
+    options = {o.name: o for o in weigh(laboratory, cause, against)}
     again = {}
     begin, drop = 0.0, frozenset()
     if besides == 'known_payload':
@@ -246,7 +246,7 @@ def margins(case, seed):
 def test_a_recommendation_says_the_pair_the_margin_and_what_to_do():
     said = Recommendation(
         ('effort_bias', 'asymmetric_friction'), 'elbow', 0.97, 1.3, NEEDED, None, 20.0, 0.34, 48.0,
-        CONDITIONS[frozenset({'effort_bias', 'asymmetric_friction'})],
+        PAIR_CONDITIONS[frozenset({'effort_bias', 'asymmetric_friction'})].instruction,
     )  # fmt: skip
     assert said.sentence == (
         'effort bias and asymmetric friction (elbow) are 97.0 % the same in these data (margin '
@@ -270,7 +270,7 @@ def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
     selection = Selection()
     for impacts in ((), (SimpleNamespace(joint=1),)):
         laboratory = SimpleNamespace(robot=robot, bursts=SimpleNamespace(impacts=impacts))
-        said = recommend(laboratory, selection, None)
+        said = recommend(laboratory, selection)
         if not impacts:
             assert said is None
     assert said.pair == ('backlash', 'joint_elasticity')

@@ -11,7 +11,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.diagnosis import Cause, Diagnosis
+from sosml_friction.diagnosis.cause import Cause
+from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import make_library

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.diagnosis import VERDICTS, diagnose
+from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.forward_gain import ForwardGain, gets_worse, reversal_term
 from sosml_friction.diagnosis.model_effects import known_effects
@@ -138,11 +138,12 @@ def test_friction_that_turns_around_otherwise_is_what_the_state_says(turn, share
 def test_what_the_simulation_takes_back_is_not_called_chance(found, nominal, monkeypatch):
     """What is left is judged anew without it, and the sentence says why nothing is named."""
     assert not (found.selection.structure_gain > found.selection.structure_floor).any()
-    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis.gets_worse', lambda *_: True)
+    monkeypatch.setattr('sosml_friction.diagnosis.forward_gate.gets_worse', lambda *_: True)
     refused = diagnose([make_log(28.0, 0)], nominal)
     assert refused.causes == ()
     assert refused.verdict == 'unknown_structure'
     assert (refused.selection.structure_gain > refused.selection.structure_floor).all()
-    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis._verdict', lambda *_: VERDICTS[2])
+    verdict = 'nothing_above_floor'
+    monkeypatch.setattr('sosml_friction.diagnosis.diagnosis.verdict_of', lambda *_: verdict)
     told = diagnose([make_log(28.0, 0)], nominal).sentence
     assert told.endswith('but with it the forward simulation of data left out gets worse.')

@@ -18,13 +18,10 @@ from sosml_friction.diagnosis.band import Band, first_derivative, second_derivat
 from sosml_friction.diagnosis.bounded import bounded_least_squares
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.diagnosis import Cause, _sentence, _verdict, describe
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.gain import Gain
 from sosml_friction.diagnosis.library import EFFECTS, make_library
 from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
 from sosml_friction.diagnosis.nominal import effort_slope, make_nominal
-from sosml_friction.diagnosis.selection import Selection
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import even_stretches, prepare
@@ -336,40 +333,6 @@ def test_unknown_effort_of_one_joint_is_a_hole_and_not_zero():
     assert len(even_stretches(JointLog(('a', 'b'), t_ns, q, 0.0 * q, tau))) == 2
     tau[:] = np.nan
     assert even_stretches(JointLog(('a', 'b'), t_ns, q, 0.0 * q, tau)) == []
-
-
-@pytest.mark.parametrize(
-    ('over', 'effect', 'verdict'),
-    [
-        (True, 'velocity_lag', 'unknown_structure'),
-        (False, 'velocity_lag', 'named'),
-        (True, 'dropped_samples', 'unknown_structure'),
-        (True, 'external_contact', 'named'),
-    ],
-)
-def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
-    over, effect, verdict
-):
-    """The diagnosis does not use a late velocity, and bridges short holes."""
-    gain = np.array([0.5 if over else 0.0])
-    selection = Selection(
-        structure_gain=gain,
-        structure_floor=np.array([0.1]),
-        structure_energy=gain,
-        settings=DiagnosisSettings(),
-    )
-    parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
-    cause = Cause(effect, 'elbow', parameters, {})
-    assert _verdict([cause], selection) == verdict
-    assert describe(cause) == f'elbow: {effect.replace("_", " ")} (lag 0.01 s)'
-    sentence = _sentence(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
-    assert (effect.replace('_', ' ') in sentence) == (verdict == 'named')
-    assert ('The refitted model explains the data' in sentence) != over
-
-
-def unmoved():
-    one = np.ones(1)
-    return Gain(one, one, one, one, one, one, 0.3, 'folds left out')
 
 
 def test_every_axis_of_what_is_left_is_in_the_schema():

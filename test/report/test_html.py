@@ -13,6 +13,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report import html as report
 from sosml_friction.report import joint_section
 from sosml_friction.report.findings import joint_sentence, notes
+from sosml_friction.report.html_page import table
 from sosml_friction.report.joint_view import joint_views
 from sosml_friction.report.number_text import format_number
 
@@ -131,3 +132,14 @@ def test_a_place_that_cannot_be_written_is_one_sentence(analysis, tmp_path, monk
     (tmp_path / 'file').write_text('')
     with pytest.raises(ConfigurationError, match=r'report .* cannot be written'):
         report.write_report(tmp_path / 'file' / 'report.html', analysis)
+
+
+def test_a_table_has_a_class_for_each_column_and_no_markup_of_its_texts():
+    text = table({'joint': '', 'error': 'n'}, [('<a>', '1')], 'A & B')
+    assert text == (
+        '<table><caption>A &amp; B</caption>'
+        '<thead><tr><th>joint</th><th class="n">error</th></tr></thead>'
+        '<tbody><tr><td>&lt;a&gt;</td><td class="n">1</td></tr></tbody></table>'
+    )
+    with pytest.raises(ValueError, match='zip'):
+        table({'joint': ''}, [('a', 'b')])

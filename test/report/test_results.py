@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.report import results
+from sosml_friction.report.output import to_json, to_plain
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs' / 'schema' / 'fit.schema.json'
 
@@ -72,14 +73,12 @@ def test_the_document_has_the_numbers_of_the_fit_and_the_truth(analysis, truth):
     )
 )
 def test_json_never_holds_nan(value):
-    text = results.to_json({'value': value})
+    text = to_json({'value': value})
     assert json.loads(text, parse_constant=pytest.fail)['value'] is not NotImplemented
 
 
 def test_numpy_becomes_plain():
-    plain = results.to_plain(
-        {'a': np.array([1.0, math.nan]), 'b': np.int64(3), 'c': (np.float64(2),)}
-    )
+    plain = to_plain({'a': np.array([1.0, math.nan]), 'b': np.int64(3), 'c': (np.float64(2),)})
     assert plain == {'a': [1.0, None], 'b': 3, 'c': [2.0]}
 
 

@@ -1,0 +1,53 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A cause as it is reported: effect, joint, parameters, evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
+from sosml_friction.model.parameter import Parameter
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """
+    Hold one cause.
+
+    ``joint``: its name, or '*' for all; ``evidence``: delta_bic, p_adjusted, cv_gain, cv_gain_se,
+    folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
+    that explain as much. ``terms``: inner parameters and amplitudes of each harmonic.
+    """
+
+    effect: str
+    joint: str
+    parameters: Mapping[str, Parameter]
+    evidence: Mapping[str, float | None]
+    rivals: tuple[str, ...] = ()
+    terms: tuple[tuple[Inner, FloatArray], ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings."""
+        return {
+            'effect': self.effect,
+            'joint': self.joint,
+            'parameters': {
+                name: {'value': p.value, 'std_error': p.std_error, 'unit': p.unit}
+                for name, p in self.parameters.items()
+            },
+            'evidence': dict(self.evidence),
+            'rivals': list(self.rivals),
+        }
+
+
+def joint_name(effect: Effect, joint: int, names: tuple[str, ...]) -> str:
+    """Return the name under which a cause is reported."""
+    return ALL_JOINTS if effect.of_robot else names[joint]

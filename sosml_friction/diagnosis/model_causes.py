@@ -1,0 +1,86 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Causes that candidates of the library show: accepted findings, with their numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.cause import Cause, joint_name
+from sosml_friction.diagnosis.fitted import Fitted
+from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.selection import Finding, Selection
+
+FloatArray = NDArray[np.float64]
+
+
+def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
+    """Return accepted findings as causes; several of one effect and joint are its harmonics."""
+    names = laboratory.robot.names
+    errors = standard_errors(selection)
+    assert selection.after is not None
+    causes: dict[tuple[str, int], Cause] = {}
+    first = len(laboratory.nominal.bound)
+    for finding in selection.accepted:
+        k = finding.columns.C.shape[3]
+        amplitude = selection.after.x[first : first + k]
+        error = errors[first : first + k]
+        first += k
+        fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, error)
+        parameters = finding.effect.parameters(fit)
+        term = ((dict(finding.inner), np.array(amplitude)),)
+        if finding.key in causes:
+            old = causes[finding.key]
+            number = len(old.terms) + 1
+            more = {f'{name}_{number}': value for name, value in parameters.items()}
+            causes[finding.key] = replace(
+                old, parameters={**old.parameters, **more}, terms=old.terms + term
+            )
+            continue
+        causes[finding.key] = Cause(
+            finding.effect.identifier,
+            joint_name(finding.effect, finding.joint, names),
+            parameters,
+            _evidence(finding),
+            _rivals(finding, names),
+            term,
+        )
+    return list(causes.values())
+
+
+def _evidence(finding: Finding) -> dict[str, float | None]:
+    return {
+        'delta_bic': finding.delta_bic,
+        'p_adjusted': finding.p_adjusted,
+        'cv_gain': finding.score.cv_gain,
+        'cv_gain_se': finding.score.cv_se,
+        'folds_improved': finding.score.improved,
+        'floor': finding.floor,
+    }
+
+
+def _rivals(finding: Finding, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what cannot be told from a finding, as effect@joint where that is another joint."""
+    own = joint_name(finding.effect, finding.joint, names)
+    rivals = list(finding.effect.inseparable)
+    for rival in finding.rivals:
+        where = joint_name(rival.effect, rival.joint, names)
+        name = rival.effect.identifier
+        rivals.append(name if where == own else f'{name}@{where}')
+    return tuple(dict.fromkeys(rivals))
+
+
+def standard_errors(selection: Selection) -> FloatArray:
+    """Return standard errors (p,) from the whitened equations, scaled by what is left."""
+    assert selection.system is not None
+    assert selection.after is not None
+    system = selection.system
+    G = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
+    scale = 1.0 / np.sqrt(np.diag(G))
+    covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
+    rows = system.Z.shape[0] * system.Z.shape[1]
+    left = max(selection.after.cost / rows, 1.0)
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance) * left, 0.0)))

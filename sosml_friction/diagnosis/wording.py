@@ -1,0 +1,136 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A diagnosis in words, for a person."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sosml_friction.diagnosis.cause import Cause
+from sosml_friction.diagnosis.data_causes import FAULTS
+from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.diagnosis.forward_gate import FORWARD_WORSE, was_taken_back
+from sosml_friction.diagnosis.gain import Gain
+from sosml_friction.diagnosis.library import DATA_CAUSES
+from sosml_friction.diagnosis.selection import Selection
+from sosml_friction.diagnosis.verdict import more_along_axis
+
+#: Numbers that a sentence does without: a switch between forms, and what a data check looks at.
+_NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')
+#: So many numbers of a cause are told.
+_MOST_NUMBERS = 3
+
+
+def describe(cause: Cause) -> str:
+    """Return a cause in words, with its first numbers."""
+    where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
+    numbers = []
+    told = [(name, p) for name, p in cause.parameters.items() if name not in _NOT_TOLD]
+    for name, p in told[:_MOST_NUMBERS]:
+        # The names of what data checks found end in their unit.
+        name = name.removesuffix(f'_{p.unit}')
+        error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
+        unit = '' if p.unit == '1' else f' {p.unit}'
+        numbers.append(f'{_words(name)} {p.value:.4g}{error}{unit}')
+    return f'{where}: {_words(cause.effect)} ({", ".join(numbers)})'
+
+
+def sentence_of(
+    verdict: str,
+    causes: Sequence[Cause],
+    gain: Gain,
+    selection: Selection,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+) -> str:
+    """Return the verdict with its numbers, for a person."""
+    if verdict == 'nothing_above_floor':
+        return _nothing(selection)
+    gains = f'On {gain.on}: {_gains(gain, names, units)}.'
+    if verdict == 'unknown_structure':
+        # What a fault of the data leaves nothing of cannot be part of what is missing.
+        told = _told([cause for cause in causes if cause.effect not in FAULTS])
+        text = 'The model misses something that no cause of the catalogue explains'
+        if told:
+            text += f'; in part it looks like {told}'
+        return f'{text}. {_where_unknown(selection, names)}{gains}'
+    if all(cause.effect in DATA_CAUSES for cause in causes):
+        rest = _rest(selection, names).lstrip() or _nothing(selection)
+        return f'Named, of the data: {_told(causes)}. {rest}'
+    lead = 'Named' if verdict == 'named' else 'These data leave a choice'
+    return f'{lead}: {_told(causes)}. {gains}{_rest(selection, names)}'
+
+
+def _told(causes: Sequence[Cause]) -> str:
+    parts = []
+    for cause in causes:
+        rivals = ', or '.join(_words(rival) for rival in cause.rivals)
+        parts.append(describe(cause) + (f', or {rivals}' if rivals else ''))
+    return '; '.join(parts)
+
+
+def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
+    return '; '.join(
+        f'{name}: effort error {gain.inverse_before[i]:.3g} -> {gain.inverse_after[i]:.3g} '
+        f'{units[i]} ({gain.relative_before[i]:.2f} -> {gain.relative_after[i]:.2f} %), position '
+        f'after {gain.horizon_s:g} s {1e3 * gain.forward_before[i]:.3g} -> '
+        f'{1e3 * gain.forward_after[i]:.3g} {"mrad" if units[i] == "Nm" else "mm"}'
+        for i, name in enumerate(names)
+    )
+
+
+def _nothing(selection: Selection) -> str:
+    """Return why no cause of the catalogue is named, as a sentence."""
+    best = selection.rejected or next(iter(selection.ranking), None)
+    if best is not None and was_taken_back(best):
+        return (
+            f'No cause is named: {_words(best.effect.identifier)} removes '
+            f'{100 * best.score.cv_gain:.1f} % of the error, but with it {FORWARD_WORSE}.'
+        )
+    text = (
+        'The refitted model explains the data: no cause removes more of the error than chance '
+        'would'
+    )
+    if best is not None:
+        gain = 100 * best.score.cv_gain
+        text += f' (closest: {_words(best.effect.identifier)}, {gain:.1f} %)'
+    return text + '.'
+
+
+def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return along which axis something is missing, as a sentence with a blank after it."""
+    found = []
+    for x in more_along_axis(selection):
+        how = (
+            f'one power of {x.axis} explains more than what is named'
+            if x.instead
+            else f'a free curve of {x.axis} explains {100.0 * x.share:.0f} % of what the two '
+            'explain together'
+        )
+        found.append(f'{names[x.joint]} depends on {x.axis} in another way: {how}')
+    if found:
+        return '; '.join(found) + '. '
+    return (_rest(selection, names) + ' ').lstrip()
+
+
+def _rest(selection: Selection, names: tuple[str, ...]) -> str:
+    """Return what free curves predict of the rest, as a sentence with a blank before it."""
+    parts = [
+        f'{name} {100.0 * gain:.0f} %'
+        for name, gain, floor in zip(
+            names, selection.structure_gain, selection.structure_floor, strict=True
+        )
+        if gain > floor
+    ]
+    if not parts:
+        return ''
+    return (
+        ' Free curves of speed, position, acceleration and load still predict some of what is '
+        f'left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
+    )
+
+
+def _words(identifier: str) -> str:
+    return identifier.replace('_', ' ')
