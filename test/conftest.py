@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 from scipy.io import loadmat
 
+from sosml_friction import cli
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.study_run import Study, StudySettings, run_study
@@ -115,6 +116,39 @@ def emps_log(emps_record: dict[str, Any]) -> JointLog:
     effort = float(emps_record['gtau']) * emps_record['vir'][:, None]
     t_ns = np.round(emps_record['t'] * 1e9).astype(np.int64)
     return JointLog(('slider',), t_ns, q, np.full_like(q, np.nan), effort)
+
+
+@pytest.fixture
+def sosml(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str, str]]:
+    """Return a function that runs the tool in an empty folder: (exit code, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = cli.main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run
+
+
+@pytest.fixture
+def refused(sosml: Callable[..., tuple[int, str, str]], tmp_path: Path) -> Callable[..., str]:
+    """Return a function that expects exit code 2, one sentence, and nothing written."""
+
+    def run(*arguments: object) -> str:
+        before = sorted(tmp_path.rglob('*'))
+        code, out, err = sosml(*arguments)
+        assert code == 2
+        assert out == ''
+        assert err.startswith('sosml: ')
+        assert err.count('\n') == 1
+        assert 'Traceback' not in err
+        assert sorted(tmp_path.rglob('*')) == before
+        return err
+
+    return run
 
 
 def serial_arm(types: list[str], seed: int = 0) -> str:

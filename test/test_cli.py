@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 import yaml
 
-from sosml_friction import cli
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
@@ -70,37 +69,6 @@ def slider_fit(slider_bag, tmp_path_factory):
     assert ran.returncode == 0, ran.stderr
     assert ran.stderr == ''
     return folder, ran.stdout
-
-
-@pytest.fixture
-def sosml(monkeypatch, tmp_path, capsys):
-    """Return a function that runs the tool in an empty folder: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        code = cli.main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
-
-
-@pytest.fixture
-def refused(sosml, tmp_path):
-    """Return a function that expects exit code 2, one sentence, and nothing written."""
-
-    def run(*arguments):
-        before = sorted(tmp_path.rglob('*'))
-        code, out, err = sosml(*arguments)
-        assert code == 2
-        assert out == ''
-        assert err.startswith('sosml: ')
-        assert err.count('\n') == 1
-        assert 'Traceback' not in err
-        assert sorted(tmp_path.rglob('*')) == before
-        return err
-
-    return run
 
 
 def checked(text, name):

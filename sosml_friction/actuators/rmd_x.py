@@ -21,13 +21,42 @@ Not coded: 0x9B (gone since V3), 0xA3 and 0xA5 (V3.4 to V3.6 only), 0xC0 and 0xC
 from __future__ import annotations
 
 import math
-import struct
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
-from enum import IntEnum, IntFlag
+from dataclasses import dataclass
 from typing import ClassVar
 
 from sosml_friction.actuators.frame import Frame
+from sosml_friction.actuators.rmd_x_commands import (
+    ENCODER_COMMANDS,
+    MOTION_COMMANDS,
+    Command,
+    ControlMode,
+    ErrorFlag,
+)
+from sosml_friction.actuators.rmd_x_commands import AccelerationIndex as AccelerationIndex
+from sosml_friction.actuators.rmd_x_commands import FunctionIndex as FunctionIndex
+from sosml_friction.actuators.rmd_x_commands import GainIndex as GainIndex
+from sosml_friction.actuators.rmd_x_commands import flag_names as flag_names
+from sosml_friction.actuators.rmd_x_layout import (
+    ANGLE,
+    ANGLE_IN_TURN,
+    BITRATE,
+    CURRENT,
+    DEGREES,
+    ERRORS,
+    FLOAT32,
+    INVERSE_SWITCH,
+    MAX_SPEED,
+    MODE,
+    PERIOD,
+    SWITCH,
+    TEMPERATURE,
+    TENTHS,
+    Layout,
+    answered_command,
+    characters,
+    whole,
+)
+from sosml_friction.actuators.rmd_x_layout import ANGLE_RESOLUTION as ANGLE_RESOLUTION
 from sosml_friction.actuators.rmd_x_protocol import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
@@ -36,142 +65,17 @@ REPLY_BASE = 0x240
 BROADCAST_ID = 0x280
 MOTOR_IDS = range(1, 33)
 
-ANGLE_RESOLUTION = math.radians(0.01)
-CURRENT_RESOLUTION = 0.01
-_DEGREE = math.radians(1.0)
-
-
-class Command(IntEnum):
-    """Byte 0 of a frame."""
-
-    FUNCTION = 0x20
-    READ_GAINS = 0x30
-    GAINS_TO_RAM = 0x31
-    GAINS_TO_ROM = 0x32
-    READ_ACCELERATION = 0x42
-    ACCELERATION_TO_ROM = 0x43
-    ENCODER = 0x60
-    ENCODER_RAW = 0x61
-    ENCODER_OFFSET = 0x62
-    ENCODER_OFFSET_TO_ROM = 0x63
-    ENCODER_ZERO_TO_ROM = 0x64
-    MODE = 0x70
-    POWER = 0x71
-    RESET = 0x76
-    BRAKE_RELEASE = 0x77
-    BRAKE_LOCK = 0x78
-    SHUTDOWN = 0x80
-    STOP = 0x81
-    SINGLE_TURN_ENCODER = 0x90
-    ANGLE = 0x92
-    SINGLE_TURN_ANGLE = 0x94
-    STATUS = 0x9A
-    MOTION = 0x9C
-    PHASE_CURRENTS = 0x9D
-    CURRENT = 0xA1
-    SPEED = 0xA2
-    POSITION = 0xA4
-    SINGLE_TURN_POSITION = 0xA6
-    INCREMENT = 0xA8
-    UPTIME = 0xB1
-    VERSION = 0xB2
-    TIMEOUT = 0xB3
-    BITRATE = 0xB4
-    MODEL = 0xB5
-    ACTIVE_REPLY = 0xB6
-    TIMEOUT_EXPIRED = 0xF1
-
-
-MOTION_COMMANDS = (
-    Command.MOTION,
-    Command.CURRENT,
-    Command.SPEED,
-    Command.POSITION,
-    Command.INCREMENT,
-)
-"""Commands answered by :class:`Motion`."""
-
-ENCODER_COMMANDS = (
-    Command.ENCODER,
-    Command.ENCODER_RAW,
-    Command.ENCODER_OFFSET,
-    Command.ENCODER_OFFSET_TO_ROM,
-    Command.ENCODER_ZERO_TO_ROM,
-)
-"""Commands answered by :class:`Encoder`."""
-
-
-class ErrorFlag(IntFlag):
-    """Bits of the error word; several may be set, and bits of other firmware are kept."""
-
-    STALL = 0x0002
-    UNDER_VOLTAGE = 0x0004
-    OVER_VOLTAGE = 0x0008
-    OVER_CURRENT = 0x0010
-    POWER_OVERRUN = 0x0040
-    CALIBRATION_WRITE = 0x0080
-    OVER_SPEED = 0x0100
-    BOARD_OVER_TEMPERATURE = 0x0800
-    MOTOR_OVER_TEMPERATURE = 0x1000
-    ENCODER_CALIBRATION = 0x2000
-    ENCODER_DATA = 0x4000
-
-
-def flag_names(word: int) -> str:
-    """Return the set bits as words, ``unknown 0x..`` for bits without a name, ``none`` for 0."""
-    names = [flag.name.lower() for flag in ErrorFlag if word & flag and flag.name]
-    unknown = word & ~sum(ErrorFlag)
-    if unknown:
-        names.append(f'unknown {unknown:#06x}')
-    return ', '.join(names) or 'none'
-
-
-class ControlMode(IntEnum):
-    """Which of its loops the motor runs (0x70)."""
-
-    CURRENT = 1
-    SPEED = 2
-    POSITION = 3
-
-
-class FunctionIndex(IntEnum):
-    """What 0x20 sets."""
-
-    CLEAR_MULTI_TURN = 1
-    ID_FILTER = 2
-    REPORT_ERRORS = 3
-    SAVE_MULTI_TURN = 4
-    SET_ID = 5
-    POSITION_MAX = 6
-    POSITION_MIN = 7
-
-
-class AccelerationIndex(IntEnum):
-    """Which acceleration 0x42 and 0x43 are about."""
-
-    POSITION_ACCELERATION = 0
-    POSITION_DECELERATION = 1
-    SPEED_ACCELERATION = 2
-    SPEED_DECELERATION = 3
-
-
-class GainIndex(IntEnum):
-    """Which gain 0x30 to 0x32 are about since V4.2."""
-
-    CURRENT_KP = 1
-    CURRENT_KI = 2
-    SPEED_KP = 4
-    SPEED_KI = 5
-    POSITION_KP = 7
-    POSITION_KI = 8
-    POSITION_KD = 9
-
 
 @dataclass(frozen=True)
 class Message:
-    """Say something in 8 bytes; byte 0 is :attr:`command`, and this one says nothing else."""
+    """
+    Say something in 8 bytes; this one says nothing but its command.
+
+    ``command`` is byte 0, ``layout`` says where the values lie and how they are coded.
+    """
 
     command: ClassVar[Command]
+    layout: ClassVar[Layout] = Layout('B7x')
 
     def pack(self) -> bytes:
         """
@@ -179,7 +83,7 @@ class Message:
 
         :raises CanProtocolError: if a value is not finite or no such value exists.
         """
-        return struct.pack('<B7x', self.command)
+        return self.layout.pack(self, self.command)
 
     @classmethod
     def unpack(cls, data: bytes) -> Message:
@@ -188,7 +92,7 @@ class Message:
 
         :raises CanProtocolError: if they say nothing the protocol allows.
         """
-        return cls()
+        return cls(**cls.layout.unpack(data))
 
 
 # ---- commands without a payload; those the motor echoes are also its replies
@@ -332,18 +236,19 @@ class ReadModel(Message):
     """0xB5: ask for the model; since V4.4 for one ``block`` of it, 1 to 3, else ``block`` 0."""
 
     command = Command.MODEL
+    layout = Layout('BxB5x', block=whole('block'))
     block: int = 0
 
     def pack(self) -> bytes:
         """Return ``B5``, or ``B5 01 block``."""
-        if not self.block:
-            return super().pack()
-        return struct.pack('<BBB5x', self.command, 1, _integer('block', self.block, 8))
+        data = bytearray(super().pack())
+        data[1] = self.block != 0
+        return bytes(data)
 
     @classmethod
     def unpack(cls, data: bytes) -> Message:
         """Return the block asked for."""
-        return cls(data[2] if data[1] == 1 else 0)
+        return super().unpack(data) if data[1] == 1 else cls()
 
 
 # ---- commands with a payload
@@ -354,16 +259,8 @@ class SetCurrent(Message):
     """0xA1: command the torque-producing current [A]; answered by :class:`Motion`."""
 
     command = Command.CURRENT
+    layout = Layout('B3xh2x', current=CURRENT)
     current: float
-
-    def pack(self) -> bytes:
-        """Return the current in 0.01 A."""
-        return struct.pack('<B3xhxx', self.command, _counts(self.current, CURRENT_RESOLUTION, 16))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the current."""
-        return cls(struct.unpack_from('<h', data, 4)[0] / 100.0)
 
 
 @dataclass(frozen=True)
@@ -371,16 +268,8 @@ class SetSpeed(Message):
     """0xA2: command the speed of the output shaft [rad/s]; answered by :class:`Motion`."""
 
     command = Command.SPEED
+    layout = Layout('B3xi', speed=ANGLE)
     speed: float
-
-    def pack(self) -> bytes:
-        """Return the speed in 0.01 degree/s."""
-        return struct.pack('<B3xi', self.command, _counts(self.speed, ANGLE_RESOLUTION, 32))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the speed."""
-        return cls(_angle(struct.unpack_from('<i', data, 4)[0]))
 
 
 @dataclass(frozen=True)
@@ -393,23 +282,9 @@ class SetPosition(Message):
     """
 
     command = Command.POSITION
+    layout = Layout('BxHi', max_speed=MAX_SPEED, angle=ANGLE)
     angle: float
     max_speed: float
-
-    def pack(self) -> bytes:
-        """Return the speed in degrees/s and the angle in 0.01 degree."""
-        return struct.pack(
-            '<BxHi',
-            self.command,
-            _max_speed(self.max_speed),
-            _counts(self.angle, ANGLE_RESOLUTION, 32),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return angle and speed; a speed of 0, no limit, is infinite."""
-        speed, angle = struct.unpack_from('<Hi', data, 2)
-        return cls(_angle(angle), speed * _DEGREE if speed else math.inf)
 
 
 @dataclass(frozen=True)
@@ -428,28 +303,10 @@ class SetSingleTurnPosition(Message):
     """
 
     command = Command.SINGLE_TURN_POSITION
+    layout = Layout('BBHH2x', clockwise=INVERSE_SWITCH, max_speed=MAX_SPEED, angle=ANGLE_IN_TURN)
     angle: float
     max_speed: float
     clockwise: bool = True
-
-    def pack(self) -> bytes:
-        """Return direction, speed in degrees/s and angle in 0.01 degree."""
-        angle = _counts(self.angle, ANGLE_RESOLUTION, 16, signed=False)
-        return struct.pack(
-            '<BBHHxx',
-            self.command,
-            int(not self.clockwise),
-            _max_speed(self.max_speed),
-            min(angle, 35999),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return angle, speed and direction."""
-        direction, speed, angle = struct.unpack_from('<BHH', data, 1)
-        if angle > 35999:
-            raise CanProtocolError(f'0xA6 asks for {angle} hundredths of a degree within a turn')
-        return cls(_angle(angle), speed * _DEGREE if speed else math.inf, direction == 0)
 
 
 @dataclass(frozen=True)
@@ -457,17 +314,8 @@ class SetEncoderOffset(Message):
     """0x63: write the encoder's zero [counts] to ROM; answered by :class:`Encoder`."""
 
     command = Command.ENCODER_OFFSET_TO_ROM
+    layout = Layout('B3xi', counts=whole('encoder offset'))
     counts: int
-
-    def pack(self) -> bytes:
-        """Return the counts."""
-        counts = _integer('encoder offset', self.counts, 32, signed=True)
-        return struct.pack('<B3xi', self.command, counts)
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the counts."""
-        return cls(struct.unpack_from('<i', data, 4)[0])
 
 
 @dataclass(frozen=True)
@@ -479,16 +327,8 @@ class SetTimeout(Message):
     """
 
     command = Command.TIMEOUT
+    layout = Layout('B3xI', milliseconds=whole('timeout'))
     milliseconds: int
-
-    def pack(self) -> bytes:
-        """Return the time."""
-        return struct.pack('<B3xI', self.command, _integer('timeout', self.milliseconds, 32))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the time."""
-        return cls(struct.unpack_from('<I', data, 4)[0])
 
 
 @dataclass(frozen=True)
@@ -496,22 +336,8 @@ class SetBitrate(Message):
     """0xB4: 500000 or 1000000 bit/s after the next power-up; the answer is to be ignored."""
 
     command = Command.BITRATE
+    layout = Layout('B6xB', bitrate=BITRATE)
     bitrate: int
-
-    def pack(self) -> bytes:
-        """Return 0 or 1 in the last byte."""
-        if self.bitrate not in (500_000, 1_000_000):
-            raise CanProtocolError(
-                f'bit rate {self.bitrate} cannot be set: an RMD-X has 500000 and 1000000 bit/s'
-            )
-        return struct.pack('<B6xB', self.command, self.bitrate == 1_000_000)
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the bit rate."""
-        if data[7] > 1:
-            raise CanProtocolError(f'0xB4 has the unknown bit rate {data[7]}')
-        return cls(1_000_000 if data[7] else 500_000)
 
 
 @dataclass(frozen=True)
@@ -523,25 +349,10 @@ class SetActiveReply(Message):
     """
 
     command = Command.ACTIVE_REPLY
+    layout = Layout('BBBH3x', of=whole('command'), enabled=SWITCH, period=PERIOD)
     of: int
     enabled: bool
     period: float
-
-    def pack(self) -> bytes:
-        """Return command byte, switch and period in 10 ms."""
-        return struct.pack(
-            '<BBBH3x',
-            self.command,
-            _integer('command', self.of, 8),
-            self.enabled,
-            _counts(self.period, 0.01, 16, signed=False),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return command byte, switch and period."""
-        of, enabled, period = struct.unpack_from('<BBH', data, 1)
-        return cls(of, enabled != 0, period / 100.0)
 
 
 @dataclass(frozen=True)
@@ -549,22 +360,9 @@ class Function(Message):
     """0x20: set function ``index`` (:class:`FunctionIndex`) to ``value``; echoed."""
 
     command = Command.FUNCTION
+    layout = Layout('BB2xI', index=whole('index'), value=whole('value'))
     index: int
     value: int
-
-    def pack(self) -> bytes:
-        """Return index and value."""
-        return struct.pack(
-            '<BBxxI',
-            self.command,
-            _integer('index', self.index, 8),
-            _integer('value', self.value, 32),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return index and value."""
-        return cls(*struct.unpack_from('<BxxI', data, 1))
 
 
 @dataclass(frozen=True)
@@ -572,16 +370,8 @@ class ReadAcceleration(Message):
     """0x42: ask for an acceleration; answered by :class:`Acceleration`."""
 
     command = Command.READ_ACCELERATION
+    layout = Layout('BB6x', index=whole('index'))
     index: int
-
-    def pack(self) -> bytes:
-        """Return the index."""
-        return struct.pack('<BB6x', self.command, _integer('index', self.index, 8))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the index."""
-        return cls(data[1])
 
 
 @dataclass(frozen=True)
@@ -589,23 +379,9 @@ class Acceleration(Message):
     """The reply to 0x42: ``acceleration`` [rad/s^2] number ``index``."""
 
     command = Command.READ_ACCELERATION
+    layout = Layout('BB2xI', index=whole('index'), acceleration=DEGREES)
     index: int
     acceleration: float
-
-    def pack(self) -> bytes:
-        """Return index and acceleration in degrees/s^2."""
-        return struct.pack(
-            '<BBxxI',
-            self.command,
-            _integer('index', self.index, 8),
-            _counts(self.acceleration, _DEGREE, 32, signed=False),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return index and acceleration."""
-        index, value = struct.unpack_from('<BxxI', data, 1)
-        return cls(index, value * _DEGREE)
 
 
 @dataclass(frozen=True)
@@ -627,22 +403,21 @@ class Gains(Message):
     """0x30 up to V4.1: the gains of all loops, 0 to 255 of the motor's own scale."""
 
     command = Command.READ_GAINS
+    layout = Layout(
+        'Bx6B',
+        current_kp=whole('gain'),
+        current_ki=whole('gain'),
+        speed_kp=whole('gain'),
+        speed_ki=whole('gain'),
+        position_kp=whole('gain'),
+        position_ki=whole('gain'),
+    )
     current_kp: int
     current_ki: int
     speed_kp: int
     speed_ki: int
     position_kp: int
     position_ki: int
-
-    def pack(self) -> bytes:
-        """Return the six gains."""
-        values = (getattr(self, field.name) for field in fields(self))
-        return struct.pack('<Bx6B', self.command, *(_integer('gain', v, 8) for v in values))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the six gains."""
-        return cls(*data[2:8])
 
 
 @dataclass(frozen=True)
@@ -664,16 +439,8 @@ class ReadGain(Message):
     """0x30 since V4.2: ask for one gain (:class:`GainIndex`); answered by :class:`Gain`."""
 
     command = Command.READ_GAINS
+    layout = Layout('BB6x', index=whole('index'))
     index: int
-
-    def pack(self) -> bytes:
-        """Return the index."""
-        return struct.pack('<BB6x', self.command, _integer('index', self.index, 8))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the index."""
-        return cls(data[1])
 
 
 @dataclass(frozen=True)
@@ -681,20 +448,14 @@ class Gain(Message):
     """0x30 since V4.2: one gain (:class:`GainIndex`), a float32."""
 
     command = Command.READ_GAINS
+    layout = Layout('BB2xf', index=whole('index'), value=FLOAT32)
     index: int
     value: float
-
-    def pack(self) -> bytes:
-        """Return index and value."""
-        index = _integer('index', self.index, 8)
-        if not math.isfinite(self.value) or abs(self.value) > 3.4e38:
-            raise CanProtocolError(f'the gain {self.value} cannot be sent: it is no float32')
-        return struct.pack('<BBxxf', self.command, index, self.value)
 
     @classmethod
     def unpack(cls, data: bytes) -> Message:
         """Return index and value."""
-        index, value = struct.unpack_from('<Bxxf', data, 1)
+        index, value = cls.layout.unpack(data).values()
         if not math.isfinite(value):
             raise CanProtocolError(f'gain {index} is {value}: it must be finite')
         return cls(index, value)
@@ -727,34 +488,19 @@ class Motion(Message):
     """
 
     command = Command.CURRENT
+    layout = Layout(
+        'Bbhhh',
+        of=answered_command(MOTION_COMMANDS, 'current and speed'),
+        temperature=TEMPERATURE,
+        current=CURRENT,
+        speed=DEGREES,
+        angle=DEGREES,
+    )
     temperature: int
     current: float
     speed: float
     angle: float
     of: Command = Command.CURRENT
-
-    def pack(self) -> bytes:
-        """Return the four values."""
-        if self.of not in MOTION_COMMANDS:
-            raise CanProtocolError(
-                f'command {self.of:#04x} is not answered with current and speed'
-            )
-        return struct.pack(
-            '<Bbhhh',
-            self.of,
-            _counts(self.temperature, 1.0, 8),
-            _counts(self.current, CURRENT_RESOLUTION, 16),
-            _counts(self.speed, _DEGREE, 16),
-            _counts(self.angle, _DEGREE, 16),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the four values."""
-        temperature, current, speed, angle = struct.unpack_from('<bhhh', data, 1)
-        return cls(
-            temperature, current / 100.0, speed * _DEGREE, angle * _DEGREE, Command(data[0])
-        )
 
 
 @dataclass(frozen=True)
@@ -762,27 +508,13 @@ class SingleTurnMotion(Message):
     """The reply to 0xA6: as :class:`Motion`, with the encoder [counts] in place of the angle."""
 
     command = Command.SINGLE_TURN_POSITION
+    layout = Layout(
+        'BbhhH', temperature=TEMPERATURE, current=CURRENT, speed=DEGREES, encoder=whole('encoder')
+    )
     temperature: int
     current: float
     speed: float
     encoder: int
-
-    def pack(self) -> bytes:
-        """Return the four values."""
-        return struct.pack(
-            '<BbhhH',
-            self.command,
-            _counts(self.temperature, 1.0, 8),
-            _counts(self.current, CURRENT_RESOLUTION, 16),
-            _counts(self.speed, _DEGREE, 16),
-            _integer('encoder', self.encoder, 16),
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the four values."""
-        temperature, current, speed, encoder = struct.unpack_from('<bhhH', data, 1)
-        return cls(temperature, current / 100.0, speed * _DEGREE, encoder)
 
 
 @dataclass(frozen=True)
@@ -790,16 +522,8 @@ class Angle(Message):
     """The reply to 0x92: multi-turn ``angle`` of the output shaft [rad], in 0.01 degree."""
 
     command = Command.ANGLE
+    layout = Layout('B3xi', angle=ANGLE)
     angle: float
-
-    def pack(self) -> bytes:
-        """Return the angle."""
-        return struct.pack('<B3xi', self.command, _counts(self.angle, ANGLE_RESOLUTION, 32))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the angle."""
-        return cls(_angle(struct.unpack_from('<i', data, 4)[0]))
 
 
 @dataclass(frozen=True)
@@ -807,17 +531,8 @@ class SingleTurnAngle(Message):
     """The reply to 0x94: ``angle`` within one turn [rad], clockwise, in 0.01 degree."""
 
     command = Command.SINGLE_TURN_ANGLE
+    layout = Layout('B5xH', angle=ANGLE)
     angle: float
-
-    def pack(self) -> bytes:
-        """Return the angle."""
-        counts = _counts(self.angle, ANGLE_RESOLUTION, 16, signed=False)
-        return struct.pack('<B5xH', self.command, counts)
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the angle."""
-        return cls(_angle(struct.unpack_from('<H', data, 6)[0]))
 
 
 @dataclass(frozen=True)
@@ -825,19 +540,11 @@ class Encoder(Message):
     """The reply to 0x60 to 0x64, of which ``of`` is one: encoder ``counts``."""
 
     command = Command.ENCODER
+    layout = Layout(
+        'B3xi', of=answered_command(ENCODER_COMMANDS, 'encoder counts'), counts=whole('encoder')
+    )
     counts: int
     of: Command = Command.ENCODER
-
-    def pack(self) -> bytes:
-        """Return the counts."""
-        if self.of not in ENCODER_COMMANDS:
-            raise CanProtocolError(f'command {self.of:#04x} is not answered with encoder counts')
-        return struct.pack('<B3xi', self.of, _integer('encoder', self.counts, 32, signed=True))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the counts."""
-        return cls(struct.unpack_from('<i', data, 4)[0], Command(data[0]))
 
 
 @dataclass(frozen=True)
@@ -845,19 +552,12 @@ class SingleTurnEncoder(Message):
     """The reply to 0x90: ``position``, ``raw`` and ``offset`` [counts], 0 to 65535."""
 
     command = Command.SINGLE_TURN_ENCODER
+    layout = Layout(
+        'Bx3H', position=whole('encoder'), raw=whole('encoder'), offset=whole('encoder')
+    )
     position: int
     raw: int
     offset: int
-
-    def pack(self) -> bytes:
-        """Return the counts."""
-        values = (self.position, self.raw, self.offset)
-        return struct.pack('<Bx3H', self.command, *(_integer('encoder', v, 16) for v in values))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the counts."""
-        return cls(*struct.unpack_from('<3H', data, 2))
 
 
 @dataclass(frozen=True)
@@ -870,29 +570,19 @@ class Status(Message):
     """
 
     command = Command.STATUS
+    layout = Layout(
+        'BbbBHH',
+        temperature=TEMPERATURE,
+        mos_temperature=TEMPERATURE,
+        brake_released=SWITCH,
+        voltage=TENTHS,
+        errors=ERRORS,
+    )
     temperature: int
     brake_released: bool
     voltage: float
     errors: ErrorFlag
     mos_temperature: int = 0
-
-    def pack(self) -> bytes:
-        """Return the values."""
-        return struct.pack(
-            '<BbbBHH',
-            self.command,
-            _counts(self.temperature, 1.0, 8),
-            _counts(self.mos_temperature, 1.0, 8),
-            int(self.brake_released),
-            _counts(self.voltage, 0.1, 16, signed=False),
-            int(self.errors) & 0xFFFF,
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the values."""
-        temperature, mos, released, voltage, errors = struct.unpack_from('<bbBHH', data, 1)
-        return cls(temperature, released != 0, voltage / 10.0, ErrorFlag(errors), mos)
 
 
 @dataclass(frozen=True)
@@ -900,21 +590,11 @@ class PhaseCurrents(Message):
     """The reply to 0x9D: ``temperature`` [degC] and the currents of the phases [A]."""
 
     command = Command.PHASE_CURRENTS
+    layout = Layout('Bbhhh', temperature=TEMPERATURE, a=CURRENT, b=CURRENT, c=CURRENT)
     temperature: int
     a: float
     b: float
     c: float
-
-    def pack(self) -> bytes:
-        """Return the values."""
-        currents = (_counts(x, CURRENT_RESOLUTION, 16) for x in (self.a, self.b, self.c))
-        return struct.pack('<Bbhhh', self.command, _counts(self.temperature, 1.0, 8), *currents)
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the values."""
-        temperature, a, b, c = struct.unpack_from('<bhhh', data, 1)
-        return cls(temperature, a / 100.0, b / 100.0, c / 100.0)
 
 
 @dataclass(frozen=True)
@@ -922,18 +602,8 @@ class Mode(Message):
     """The reply to 0x70: which loop runs."""
 
     command = Command.MODE
+    layout = Layout('B6xB', mode=MODE)
     mode: ControlMode
-
-    def pack(self) -> bytes:
-        """Return the mode in the last byte."""
-        return struct.pack('<B6xB', self.command, self.mode)
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the mode."""
-        if data[7] not in list(ControlMode):
-            raise CanProtocolError(f'the motor is in the unknown mode {data[7]}')
-        return cls(ControlMode(data[7]))
 
 
 @dataclass(frozen=True)
@@ -941,16 +611,8 @@ class Power(Message):
     """The reply to 0x71: electrical ``power`` [W]."""
 
     command = Command.POWER
+    layout = Layout('B5xH', power=TENTHS)
     power: float
-
-    def pack(self) -> bytes:
-        """Return the power in 0.1 W."""
-        return struct.pack('<B5xH', self.command, _counts(self.power, 0.1, 16, signed=False))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the power."""
-        return cls(struct.unpack_from('<H', data, 6)[0] / 10.0)
 
 
 @dataclass(frozen=True)
@@ -958,16 +620,8 @@ class Uptime(Message):
     """The reply to 0xB1: time since power-up [ms]; it tells a reboot."""
 
     command = Command.UPTIME
+    layout = Layout('B3xI', milliseconds=whole('uptime'))
     milliseconds: int
-
-    def pack(self) -> bytes:
-        """Return the time."""
-        return struct.pack('<B3xI', self.command, _integer('uptime', self.milliseconds, 32))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the time."""
-        return cls(struct.unpack_from('<I', data, 4)[0])
 
 
 @dataclass(frozen=True)
@@ -975,16 +629,8 @@ class Version(Message):
     """The reply to 0xB2: the firmware's date as a decimal number, 20220206 or 2026042402."""
 
     command = Command.VERSION
+    layout = Layout('B3xI', date=whole('version'))
     date: int
-
-    def pack(self) -> bytes:
-        """Return the number."""
-        return struct.pack('<B3xI', self.command, _integer('version', self.date, 32))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the number."""
-        return cls(struct.unpack_from('<I', data, 4)[0])
 
 
 @dataclass(frozen=True)
@@ -992,16 +638,8 @@ class Model(Message):
     """The reply to 0xB5 up to V4.3: the model's name, up to 7 characters."""
 
     command = Command.MODEL
+    layout = Layout('B7s', name=characters(7))
     name: str
-
-    def pack(self) -> bytes:
-        """Return the characters."""
-        return struct.pack('<B7s', self.command, _ascii(self.name, 7))
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return the name."""
-        return cls(_text(data[1:8]))
 
 
 @dataclass(frozen=True)
@@ -1009,19 +647,15 @@ class ModelBlock(Message):
     """The reply to 0xB5 since V4.4: block 1 to 3 of the model's name, up to 5 characters."""
 
     command = Command.MODEL
+    layout = Layout('BxB5s', block=whole('block'), text=characters(5))
     block: int
     text: str
 
     def pack(self) -> bytes:
         """Return block and characters."""
-        return struct.pack(
-            '<BBB5s', self.command, 1, _integer('block', self.block, 8), _ascii(self.text, 5)
-        )
-
-    @classmethod
-    def unpack(cls, data: bytes) -> Message:
-        """Return block and characters."""
-        return cls(data[2], _text(data[3:8]))
+        data = bytearray(super().pack())
+        data[1] = 1
+        return bytes(data)
 
 
 @dataclass(frozen=True)
@@ -1165,44 +799,3 @@ def _id_of(frame: Frame, base: int) -> int:
 def _check_length(frame: Frame) -> None:
     if len(frame.data) != 8:
         raise CanProtocolError(f'frame {frame} has {len(frame.data)} bytes where RMD-X sends 8')
-
-
-def _counts(value: float, resolution: float, bits: int, *, signed: bool = True) -> int:
-    """Return the nearest count, saturated to what ``bits`` hold."""
-    counts = value / resolution
-    if not math.isfinite(counts):
-        raise CanProtocolError(f'the value {value} cannot be sent: it is not finite')
-    low, high = (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
-    return min(max(round(counts), low), high)
-
-
-def _integer(what: str, value: int, bits: int, *, signed: bool = False) -> int:
-    """Return ``value``; one that does not fit is a mistake, not something to saturate."""
-    low, high = (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) if signed else (0, (1 << bits) - 1)
-    if value != value or not low <= value <= high or int(value) != value:
-        raise CanProtocolError(f'{what} {value} cannot be sent: it must be {low} to {high}')
-    return int(value)
-
-
-def _max_speed(speed: float) -> int:
-    """Return [degrees/s]; 0 would mean "no limit", which nobody asks for by a small number."""
-    if not speed > 0.0:
-        raise CanProtocolError(f'the speed limit {speed} cannot be sent: it must be positive')
-    return max(1, _counts(speed, _DEGREE, 16, signed=False))
-
-
-def _angle(counts: int) -> float:
-    return math.radians(counts / 100.0)
-
-
-def _text(data: Iterable[int]) -> str:
-    text = bytes(data).split(b'\0')[0].rstrip(b' ')
-    if not all(0x20 <= byte < 0x7F for byte in text):
-        raise CanProtocolError(f'the model {text.hex(" ").upper()} is no text')
-    return text.decode('ascii')
-
-
-def _ascii(text: str, length: int) -> bytes:
-    if len(text) > length or not all(' ' <= character <= '~' for character in text):
-        raise CanProtocolError(f'the model {text!r} cannot be sent: {length} ASCII characters fit')
-    return text.encode('ascii')

@@ -30,7 +30,14 @@ def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -
 
 @njit(cache=True)
 def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
-    """Return z (N,) along a path x (N,) from z = 0."""
+    """
+    Return z (N,), between -1 and 1, along a path x (N,) from z = 0.
+
+    After a reversal it approaches the new sign over a few ``displacement``, at rest it stays, and
+    how fast the path is run through does not matter.
+
+    :param displacement: over which z approaches the sign of motion, positive [rad or m].
+    """
     z = np.zeros(len(x))
     now = 0.0
     for k in range(1, len(x)):

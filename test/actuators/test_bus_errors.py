@@ -40,13 +40,17 @@ def test_a_full_transmit_buffer_is_told_from_a_lost_bus_in_both_forms(error, ful
     [
         (0x040, BusTrouble.BUS_OFF, 'bus off'),
         (0x100, BusTrouble.RESTARTED, 'restarted'),
-        (0x0A8, None, 'protocol, not acknowledged, bus error'),
+        (
+            0x0A8,
+            BusTrouble.PROTOCOL | BusTrouble.NOT_ACKNOWLEDGED | BusTrouble.BUS_ERROR,
+            'protocol, not acknowledged, bus error',
+        ),
     ],
 )
 def test_an_error_frame_is_a_set_of_troubles(identifier, trouble, words):
     frame = can.Message(arbitration_id=identifier, is_error_frame=True, dlc=8, data=bytes(8))
     found = bus_trouble(frame)
-    assert trouble is None or found == trouble
+    assert found == trouble
     assert trouble_names(found) == words
 
 

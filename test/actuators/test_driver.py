@@ -9,6 +9,7 @@ import math
 import can
 import numpy as np
 import pytest
+from quiet_emulator import moving
 
 from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.driver import DriverState
@@ -294,14 +295,6 @@ def test_the_status_is_asked_ten_times_a_second(lockstep):
 
 
 # ---- faults
-
-
-def moving(lockstep, trajectory):
-    lockstep.driver.enable()
-    lockstep.driver.follow(trajectory)
-    lockstep.run(0.6)
-    assert lockstep.driver.state is DriverState.ENABLED
-    assert np.abs(lockstep.currents()[-50:]).min() > 0.1
 
 
 def silent_motor(lockstep):

@@ -12,6 +12,7 @@ from dataclasses import replace
 import can
 import numpy as np
 import pytest
+from quiet_emulator import moving
 
 from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.driver import DriverState, JointDriver
@@ -19,14 +20,6 @@ from sosml_friction.actuators.emulator import EmulatorOptions
 from sosml_friction.actuators.lockstep import nominal_robot
 from sosml_friction.actuators.lockstep_bus import LockstepBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError
-
-
-def moving(lockstep, trajectory):
-    lockstep.driver.enable()
-    lockstep.driver.follow(trajectory)
-    lockstep.run(0.5)
-    assert lockstep.driver.state is DriverState.ENABLED
-    assert np.abs(lockstep.currents()[-50:]).min() > 0.1
 
 
 def assert_zero_from_the_next_cycle_on(lockstep):

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from quiet_emulator import DBC, MS, QUIET
 
 from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.emulated_actuator import CURRENT_LOOP
@@ -20,20 +21,11 @@ from sosml_friction.actuators.emulator import (
 )
 from sosml_friction.actuators.frame import Frame
 from sosml_friction.actuators.lockstep import default_configuration, emulated_exoskeleton
-from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoDbc, ServoFlag
+from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoFlag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
-MS = 1_000_000
-QUIET = EmulatorOptions(
-    rmd_current_noise=0.0,
-    rmd_encoder_noise=0.0,
-    servo_current_noise=0.0,
-    servo_encoder_noise=0.0,
-    latency_jitter=0.0,
-)
 NO_TIMEOUT = replace(QUIET, comm_timeout=0.0)
-DBC = ServoDbc(share_directory() / 'config' / 'elbow_servo.dbc')
 
 
 def ask(emulator, request, t_ns):

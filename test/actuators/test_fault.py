@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -14,39 +14,30 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from quiet_emulator import DBC, MS, QUIET
 
 from sosml_friction.actuators import rmd_x
 from sosml_friction.actuators.clock import EmulatedClock
-from sosml_friction.actuators.emulator import EmulatorOptions
 from sosml_friction.actuators.emulator_thread import EmulatorThread
 from sosml_friction.actuators.fault import FAULTS, parse_fault, parse_faults
 from sosml_friction.actuators.lockstep import emulated_exoskeleton
 from sosml_friction.actuators.lockstep_bus import LockstepBus
 from sosml_friction.actuators.open_bus import open_bus
-from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoDbc, ServoFlag
+from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoFlag
 from sosml_friction.actuators.slcan_server import SlcanServerBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
-from sosml_friction.share import share_directory
 
-MS = 1_000_000
 JOINTS = ('shoulder', 'elbow')
-QUIET = EmulatorOptions(
-    rmd_current_noise=0.0,
-    rmd_encoder_noise=0.0,
-    servo_current_noise=0.0,
-    servo_encoder_noise=0.0,
-    latency_jitter=0.0,
-    comm_timeout=0.0,
-    servo_watchdog=10.0,
-)
-DBC = ServoDbc(share_directory() / 'config' / 'elbow_servo.dbc')
+UNWATCHED = replace(QUIET, comm_timeout=0.0, servo_watchdog=10.0)
 ASK = rmd_x.encode_request(1, rmd_x.ReadAngle())
 PATIENCE = 10.0
+# What has not come true by then never will.
+LONG = 60.0
 
 
 @pytest.fixture
 def emulator():
-    return emulated_exoskeleton(options=QUIET)
+    return emulated_exoskeleton(options=UNWATCHED)
 
 
 # ---- words
@@ -88,10 +79,25 @@ def test_what_does_not_exist_is_refused_in_one_sentence(text, sentence):
     assert '\n' not in str(caught.value)
 
 
+def assert_taken_or_refused(text):
+    """What is taken says itself in words that are taken; any other exception fails the test."""
+    try:
+        faults = parse_faults(text, JOINTS)
+    except ConfigurationError:
+        return
+    assert parse_faults('; '.join(map(str, faults)), JOINTS) == faults
+
+
 @given(st.text(max_size=40))
 def test_any_text_is_a_fault_or_a_refusal(text):
-    with contextlib.suppress(ConfigurationError):
-        parse_faults(text, JOINTS)
+    assert_taken_or_refused(text)
+
+
+@pytest.mark.parametrize('kind', FAULTS, ids=lambda kind: kind.name)
+def test_any_argument_of_a_fault_is_taken_or_refused(kind):
+    for key in ('joint', 'other', *(own.name for own in kind.arguments)):
+        for value in ('', '0x', '0x1', '-1', '0', 'nan', 'inf', '1e99', 'both', 'elbow', 'a=b'):
+            assert_taken_or_refused(f'{kind.name} {key}={value}')
 
 
 def test_nothing_begins_when_one_of_several_does_not_exist(emulator):
@@ -297,17 +303,27 @@ def answer(bus, wait=PATIENCE):
     return bus.recv(wait)
 
 
+def until(bus, answered, wait=0.1):
+    """Ask until the motor answers, or until it does not."""
+    end = time.monotonic() + LONG
+    while (answer(bus, wait) is not None) is not answered:
+        assert time.monotonic() < end
+
+
+def connected(channel):
+    """Return a bus on which the motor answers."""
+    bus = open_bus('slcan', channel, 1_000_000)
+    until(bus, True, 0.5)
+    return bus
+
+
 def test_faults_begin_and_end_on_the_wire(wire):
     thread, channel = wire
-    bus = open_bus('slcan', channel, 1_000_000)
-    while answer(bus, 0.5) is None:
-        pass
+    bus = connected(channel)
     thread.set_faults('silent joint=shoulder')
-    while answer(bus, 0.1) is not None:
-        pass
+    until(bus, False)
     thread.set_faults('')
-    while answer(bus, 0.1) is None:
-        pass
+    until(bus, True)
     with pytest.raises(ConfigurationError):
         thread.set_faults('no_such')
     bus.shutdown()
@@ -315,28 +331,24 @@ def test_faults_begin_and_end_on_the_wire(wire):
 
 def test_off_the_bus_the_adapter_refuses_frames_with_a_bell(wire):
     thread, channel = wire
-    bus = open_bus('slcan', channel, 1_000_000)
-    while answer(bus, 0.5) is None:
-        pass
+    bus = connected(channel)
     before = bus.refused
     thread.set_faults('bus_off')
+    end = time.monotonic() + LONG
     while bus.refused == before:
+        assert time.monotonic() < end
         answer(bus, 0.05)
     thread.set_faults('')
-    while answer(bus, 0.1) is None:
-        pass
+    until(bus, True)
     bus.shutdown()
 
 
 def test_an_adapter_that_stops_reading_keeps_frames_and_delivers_them_late(wire, emulator):
     """The line holds them: what a host sends meanwhile is executed afterwards."""
     thread, channel = wire
-    bus = open_bus('slcan', channel, 1_000_000)
-    while answer(bus, 0.5) is None:
-        pass
+    bus = connected(channel)
     thread.set_faults('tx_full')
-    while answer(bus, 0.1) is not None:
-        pass
+    until(bus, False)
     before = emulator.actuator('shoulder').frames
     for _ in range(20):
         bus.send(ASK.to_message())
@@ -349,9 +361,7 @@ def test_an_adapter_that_stops_reading_keeps_frames_and_delivers_them_late(wire,
 
 def test_an_unplugged_adapter_is_an_error_and_can_be_opened_again(wire):
     thread, channel = wire
-    bus = open_bus('slcan', channel, 1_000_000)
-    while answer(bus, 0.5) is None:
-        pass
+    bus = connected(channel)
     thread.set_faults('adapter_gone')
 
     def use_it():
@@ -376,15 +386,12 @@ def test_faults_act_on_the_virtual_interface_too(emulator):
     far, near = (open_bus('virtual', 'sosml_test_fault', 1_000_000) for _ in range(2))
     thread = EmulatorThread(far, emulator)
     thread.start()
-    while answer(near, 0.5) is None:
-        pass
+    until(near, True, 0.5)
     for fault in ('drop joint=shoulder', 'bus_off'):
         thread.set_faults(fault)
-        while answer(near, 0.05) is not None:
-            pass
+        until(near, False, 0.05)
         thread.set_faults('')
-        while answer(near, 0.05) is None:
-            pass
+        until(near, True, 0.05)
     thread.stop()
     assert thread.error is None
     far.shutdown()

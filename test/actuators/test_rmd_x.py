@@ -269,6 +269,9 @@ def test_values_saturate_at_what_the_wire_carries_and_are_rounded_to_nearest():
     assert rmd_x.encode_request(1, rmd_x.SetCurrent(1.159)).data[4:6] == b'\x74\x00'
     assert rmd_x.encode_request(1, rmd_x.SetSpeed(1e9)).data[4:8] == b'\xff\xff\xff\x7f'
     assert rmd_x.encode_reply(1, rmd_x.Angle(-1e9)).data[4:8] == b'\x00\x00\x00\x80'
+    # 359.99 degrees: a whole turn is none of the motor's angles within one.
+    turn = rmd_x.encode_request(1, rmd_x.SetSingleTurnPosition(2.0 * math.pi, 1.0))
+    assert turn.data[4:6] == b'\x9f\x8c'
     motion = rmd_x.encode_reply(1, rmd_x.Motion(1000, 1e9, -1e9, 1e9))
     assert motion.data == bytes.fromhex('A1 7F FF 7F 00 80 FF 7F')
     status = rmd_x.encode_reply(1, rmd_x.Status(-1000, False, 1e9, E(0)))
@@ -368,6 +371,19 @@ def test_eight_bytes_of_a_known_command_are_a_value(command, rest):
 def test_a_reply_that_means_nothing_is_refused(text, protocol, sentence):
     with pytest.raises(CanProtocolError, match=sentence):
         rmd_x.decode_reply(Frame(0x241, bytes.fromhex(text)), protocol)
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('A6 00 F4 01 A0 8C 00 00', '36000 hundredths of a degree within a turn'),
+        ('B4 00 00 00 00 00 00 02', 'unknown bit rate 2'),
+        ('A3 00 00 00 00 00 00 00', 'unknown command 0xa3'),
+    ],
+)
+def test_a_request_that_means_nothing_is_refused(text, sentence):
+    with pytest.raises(CanProtocolError, match=sentence):
+        rmd_x.decode_request(Frame(0x141, bytes.fromhex(text)))
 
 
 # ---- the variants

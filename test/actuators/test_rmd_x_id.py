@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import contextlib
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -41,8 +39,32 @@ def test_an_id_no_motor_has_is_refused(motor):
         encode_id(SetId(motor))
 
 
-@given(st.sampled_from([0x300, 0x141]), st.binary(max_size=8))
+@given(
+    st.sampled_from([0x300, 0x141]),
+    st.one_of(st.binary(max_size=8), st.binary(min_size=7, max_size=7).map(lambda x: b'\x79' + x)),
+)
 def test_garbage_is_a_value_or_a_protocol_error(can_id, data):
-    # Any other exception fails the test.
-    with contextlib.suppress(CanProtocolError):
-        assert decode_id(Frame(can_id, data)) is not None
+    try:
+        message = decode_id(Frame(can_id, data))
+    except CanProtocolError:
+        # Any other exception fails the test.
+        return
+    assert (can_id, data[0]) == (0x300, 0x79)
+    assert decode_id(encode_id(message)) == message
+
+
+@given(st.integers(0, 1), st.integers(0, 255), st.integers(0, 2**16 - 1))
+def test_only_ids_a_motor_can_have_are_taken(read, motor, number):
+    """Writing: byte 7 is the id; reading: bytes 6 and 7 are 0x240 and the id, or nothing yet."""
+    data = bytearray(8)
+    data[0], data[2] = 0x79, read
+    data[6:] = number.to_bytes(2, 'little') if read else bytes([0, motor])
+    own = number - 0x240 if read else motor
+    frame = Frame(0x300, bytes(data))
+    if read and number == 0:
+        assert decode_id(frame) == ReadId()
+    elif 1 <= own <= 32:
+        assert decode_id(frame) == (MotorId(own) if read else SetId(own))
+    else:
+        with pytest.raises(CanProtocolError, match='between 1 and 32'):
+            decode_id(frame)

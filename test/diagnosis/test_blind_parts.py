@@ -241,6 +241,7 @@ def test_the_plan_has_what_the_issue_asks_for(monkeypatch):
     assert len({spec.name for spec in plan}) == len(plan)
     assert len({(spec.seed, spec.motion) for spec in plan}) == len(plan)
     pairs = [spec for spec in plan if spec.kind == 'excitation']
+    assert pairs
     assert all(a.seed == b.seed for a, b in zip(pairs[::2], pairs[1::2], strict=True))
     assert {spec.motion for spec in plan if spec.kind == 'null'} >= {'rich', 'reversals', 'slow'}
 

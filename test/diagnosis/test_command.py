@@ -10,53 +10,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from known_robots import slider_model, slider_recording
 
-from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli import main
 from sosml_friction.diagnosis.library import EFFECTS
-from sosml_friction.model.model_folder import (
-    FrictionParameters,
-    JointModel,
-    RobotModelFile,
-    read_model,
-)
-from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
+from sosml_friction.model.model_folder import read_model
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.json'
-STEP = 4e-3
 
 
 def slider_log(asymmetry=0.0, offset=0.0, duration=28.0, seed=0):
-    """Return a slider of 95.1089 kg with C = 20 N, B = 200 N s/m and what is hidden in it."""
-    t = np.arange(0.0, duration, STEP)
-    q, v, a = np.zeros((3, len(t)))
-    for size, w in ((0.08, 0.9), (0.02, 2.1)):
-        q += size * np.sin(w * t)
-        v += size * w * np.cos(w * t)
-        a -= size * w**2 * np.sin(w * t)
-    # A sign that jumps between two samples would not be what its samples say.
-    tau = 95.1089 * a + 20.0 * np.tanh(v / 2e-3) + 200.0 * v + asymmetry * np.abs(v) + offset
-    tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
-    columns = (q[:, None], np.full((len(t), 1), np.nan), tau[:, None])
-    return JointLog(('slider',), np.rint(t * 1e9).astype(np.int64), *columns)
+    """Return a slider with an asymmetry [N s/m] and an offset [N] hidden in its friction."""
+    return slider_recording(lambda v: asymmetry * np.abs(v) + offset, duration, seed)
 
 
 @pytest.fixture(scope='module')
 def nominal(tmp_path_factory):
-    shipped = read_model(share_directory() / 'config/emps')
-    parameters = {
-        'coulomb': Parameter(20.3, 'N'),
-        'viscous': Parameter(196.0, 'N s/m'),
-        'bias': Parameter(0.0, 'N'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    model = RobotModelFile(
-        'slider', {'slider': JointModel(shipped.joints['slider'].armature, friction)}, shipped.urdf
-    )
     folder = tmp_path_factory.mktemp('nominal')
-    model.write(folder)
+    slider_model().write(folder)
     return folder
 
 

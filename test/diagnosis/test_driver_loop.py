@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from known_robots import slider_model
 
 from sosml_friction.actuators.controller_entries import controller_entries
 from sosml_friction.actuators.joint_trajectory import JointTrajectory
@@ -33,8 +34,7 @@ from sosml_friction.diagnosis.pd_drive import PdDrive
 from sosml_friction.diagnosis.recorded_loop import PdGains, during, recorded_loop
 from sosml_friction.diagnosis.recorded_simulation import simulate_recording
 from sosml_friction.diagnosis.reference_motion import ReferenceMotion
-from sosml_friction.model.model_folder import FrictionParameters, read_model
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.forward_model import ForwardModel
 
@@ -116,14 +116,7 @@ PD = {
 
 
 def slider(viscous=VISCOUS):
-    model = read_model(share_directory() / 'config/emps')
-    parameters = {
-        'coulomb': Parameter(0.0, 'N'),
-        'viscous': Parameter(viscous, 'N s/m'),
-        'bias': Parameter(FORCE, 'N'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    return replace(model, joints={'slider': replace(model.joints['slider'], friction=friction)})
+    return slider_model(0.0, viscous, FORCE)
 
 
 @pytest.fixture(scope='module')
@@ -206,7 +199,6 @@ def test_a_command_is_limited_and_then_its_change():
     """As in RmdXActuator: 1 N per cycle up to 3 N, from what was reported before."""
     model = slider()
     robot = model.make_robot()
-    forward = ForwardModel(robot, model_friction(model), np.ones(1))
     gains = PdGains(1e3, 0.0, 3.0, 500.0, 500.0, 2)
     cycles = 8
     rows = np.zeros((cycles, 1))
@@ -214,13 +206,15 @@ def test_a_command_is_limited_and_then_its_change():
     stamps = np.arange(cycles) * 2_000_000
     tau = np.full((cycles, 1), -0.5)
     times = np.arange(cycles) - 1.0
-    drive = PdDrive(forward, 2e-3, {0: gains}, stamps, times, reference, rows, tau)
-    for k in range(cycles - 1):
-        drive.begin(k, np.zeros((1, 1)))
     made = [-0.5, 0.5, 1.5, 2.5, 3.0, 3.0, 3.0, 3.0]
-    assert np.ravel(drive.commands) == pytest.approx(made)
-    # A cycle reports the command that flowed until then.
-    assert drive.reported()[:, 0] == pytest.approx(made[:-1])
+    # A cycle reports the command that flowed until then, or two cycles before.
+    for delay, reported in ((0.0, made[:-1]), (4e-3, [-0.5, -0.5, *made[:-3]])):
+        forward = ForwardModel(robot, model_friction(model), np.ones(1), delay=delay)
+        drive = PdDrive(forward, 2e-3, {0: gains}, stamps, times, reference, rows, tau)
+        for k in range(cycles - 1):
+            drive.begin(k, np.zeros((1, 1)))
+        assert np.ravel(drive.commands) == pytest.approx(made)
+        assert drive.reported()[:, 0] == pytest.approx(reported)
 
 
 def test_a_wrong_viscous_friction_shows_by_what_the_controller_has_to_make_up(uneven):

@@ -17,6 +17,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from known_robots import arm_model
 from numba import njit
 
 from sosml_friction.bags.joint_log import JointLog
@@ -40,14 +41,6 @@ from sosml_friction.diagnosis.signals import prepare
 from sosml_friction.identification.motion import begin_motion
 from sosml_friction.identification.multisine import MultisineSettings, add_multisine
 from sosml_friction.identification.speed_ladder import speed_ladder
-from sosml_friction.model.model_folder import (
-    FrictionParameters,
-    JointModel,
-    RobotModelFile,
-    read_model,
-)
-from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS') or 0)
 STEP = 4e-3
@@ -69,20 +62,8 @@ PAIRS = (
     ('inertia', 0.004, 'payload', 1, 'multisine', 'rich'),
 )  # fmt: skip
 IN_SUITE = 2
-
-
-def arm_model():
-    shipped = read_model(share_directory() / 'config/exoskeleton')
-    joints = {}
-    for name, coulomb, viscous in (('shoulder', 0.8, 0.35), ('elbow', 0.15, 0.06)):
-        parameters = {
-            'coulomb': Parameter(coulomb, 'Nm'),
-            'viscous': Parameter(viscous, 'Nm s/rad'),
-            'bias': Parameter(0.0, 'Nm'),
-        }
-        friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-        joints[name] = JointModel(shipped.joints[name].armature, friction)
-    return RobotModelFile('arm', joints, shipped.urdf)
+#: Coulomb [Nm] and viscous [Nm s/rad] friction.
+ARM = {'shoulder': (0.8, 0.35), 'elbow': (0.15, 0.06)}
 
 
 def motion(name):
@@ -121,7 +102,7 @@ def slip(q):
 
 def recorded(q, v, a, effect, i, size, rng, *, begin=0.0, payload=None, worn=True):
     """Return the recording of an exact motion with an effect of this size in joint i."""
-    robot = arm_model().make_robot()
+    robot = arm_model(**ARM).make_robot()
     pi = robot.inertial_parameters()
     if effect == 'gravity':
         pi[i, 1] += size
@@ -187,7 +168,7 @@ def margins(case, seed):
     """Return predicted and realised margin of a pair with the first, and with both recordings."""
     effect, size, rival, i, name, besides = case
     rng = np.random.default_rng([seed, 20261122])
-    model = arm_model()
+    model = arm_model(**ARM)
     robot = model.make_robot()
     q, v, a = motion(name)
     log = recorded(q, v, a, effect, i, size, rng)

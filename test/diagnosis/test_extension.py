@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from known_robots import arm_model
 from scipy.spatial.transform import Rotation
 
 from sosml_friction.bags.joint_log import JointLog
@@ -21,13 +22,11 @@ from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import prepare
 from sosml_friction.model.consistent_inertias import is_possible
 from sosml_friction.model.model_folder import (
-    FrictionParameters,
     JointModel,
     RobotModelFile,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
 
 NAMES = ('shoulder', 'elbow')
 EVIDENCE = dict.fromkeys(
@@ -35,20 +34,9 @@ EVIDENCE = dict.fromkeys(
 )
 
 
-def law(coulomb):
-    parameters = {
-        'coulomb': Parameter(coulomb, 'Nm'),
-        'viscous': Parameter(0.2, 'Nm s/rad'),
-        'bias': Parameter(0.0, 'Nm'),
-    }
-    return FrictionParameters('coulomb_viscous', 0.0, parameters)
-
-
 @pytest.fixture(scope='module')
 def model():
-    shipped = read_model(share_directory() / 'config/exoskeleton')
-    joints = {name: JointModel(joint.armature, law(0.5)) for name, joint in shipped.joints.items()}
-    return RobotModelFile('arm', joints, shipped.urdf)
+    return arm_model()
 
 
 @pytest.fixture(scope='module')

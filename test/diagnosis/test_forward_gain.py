@@ -8,50 +8,34 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model
 
-from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.forward_gain import ForwardGain, gets_worse, reversal_term
 from sosml_friction.diagnosis.model_effects import known_effects
-from sosml_friction.model.model_folder import FrictionParameters, read_model
-from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.simulation.dahl import dahl_path
 from sosml_friction.simulation.forward_term import Motion
 
-STEP = 4e-3
-MASS, COULOMB, VISCOUS, SLIP = 95.1089, 20.0, 200.0, 5e-5
+COULOMB, VISCOUS, SLIP = 20.0, 200.0, 5e-5
 #: Hidden: friction by direction [N s/m] and a force that repeats every 20 mm [N, rad/m].
 ASYMMETRY, FORCE, FREQUENCY = 60.0, 3.0, 100.0 * np.pi
 
 
 @pytest.fixture(scope='module')
 def nominal():
-    model = read_model(share_directory() / 'config/emps')
-    parameters = {
-        'coulomb': Parameter(20.3, 'N'),
-        'viscous': Parameter(196.0, 'N s/m'),
-        'bias': Parameter(0.0, 'N'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    slider = replace(model.joints['slider'], friction=friction)
-    return replace(model, joints={'slider': slider})
+    return slider_model()
 
 
 def make_log(duration, seed):
     """Return a slider whose effort has two effects that the nominal model does not have."""
-    t = np.arange(0.0, duration, STEP)
-    q, v, a = np.zeros((3, len(t)))
-    for size, w in ((0.05, 0.7), (0.02, 2.3), (0.01, 4.1)):
-        q += size * np.sin(w * t)
-        v += size * w * np.cos(w * t)
-        a -= size * w**2 * np.sin(w * t)
-    tau = MASS * a + COULOMB * dahl_path(q, SLIP) + VISCOUS * v
+    t = np.arange(0.0, duration, 4e-3)
+    q, v, a = sines(t, ((0.05, 0.7), (0.02, 2.3), (0.01, 4.1)))
+    tau = SLIDER_MASS * a + COULOMB * dahl_path(q, SLIP) + VISCOUS * v
     tau += ASYMMETRY * np.abs(v) + FORCE * np.cos(FREQUENCY * q + 0.4)
     tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
-    t_ns = np.rint(t * 1e9).astype(np.int64)
-    return JointLog(('slider',), t_ns, q[:, None], np.full((len(t), 1), np.nan), tau[:, None])
+    return recording(('slider',), t, q, tau)
 
 
 @pytest.fixture(scope='module')
@@ -103,7 +87,7 @@ def test_a_cause_of_another_sign_or_without_inertia_makes_it_worse(found, nomina
     assert gets_worse(before, worse, rows)
     index = laboratory.nominal.names.index('slider armature')
     gone, gone_folds = x.copy(), folds.copy()
-    gone[index] = gone_folds[:, index] = -2.0 * MASS
+    gone[index] = gone_folds[:, index] = -2.0 * SLIDER_MASS
     assert np.isinf(forward.squares(selection.accepted, gone, gone_folds)).all()
 
 

@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 from scipy.signal import firwin, lfilter, upfirdn
 
 from sosml_friction.diagnosis.band import Band
-from sosml_friction.diagnosis.bounded import bounded_from
+from sosml_friction.diagnosis.bounded import bounded_from, bounded_least_squares
 from sosml_friction.diagnosis.evidence import CandidateColumns, System, make_blocks, whiten_all
 from sosml_friction.diagnosis.kernels import acts, convolve_rows, hats, lines, squares
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel
@@ -74,8 +74,8 @@ def test_a_single_number_among_many_zeros_acts():
     assert acts(columns)
 
 
-def test_bounded_least_squares_finds_the_same_from_any_guess_within_bounds():
-    rng = np.random.default_rng(5)
+def bounded_problems(rng):
+    """Yield A, b, the bound of each number, and what scipy finds, of 40 problems."""
     for _ in range(40):
         p = int(rng.integers(1, 9))
         A = rng.normal(size=(30, p))
@@ -83,9 +83,20 @@ def test_bounded_least_squares_finds_the_same_from_any_guess_within_bounds():
         b = rng.normal(size=30) + 3.0 * A[:, 0]
         limit = rng.uniform(0.0, 2.0, p) + 0.01
         limit[rng.random(p) < 0.3] = np.inf
-        wanted = lsq_linear(A, b, (-limit, limit), method='bvls', tol=1e-14).x
+        yield A, b, limit, lsq_linear(A, b, (-limit, limit), method='bvls', tol=1e-14).x
+
+
+def test_bounded_least_squares_agrees_with_scipy():
+    for A, b, limit, wanted in bounded_problems(np.random.default_rng(1)):
+        x = bounded_least_squares(A.T @ A, A.T @ b, -limit, limit)
+        assert x == pytest.approx(wanted, abs=1e-7)
+
+
+def test_bounded_least_squares_finds_the_same_from_any_guess_within_bounds():
+    rng = np.random.default_rng(5)
+    for A, b, limit, wanted in bounded_problems(rng):
         # Each number within its bounds, or at one of them.
-        guess = rng.choice([-1.0, 0.3, 1.0], p) * np.minimum(limit, 5.0)
+        guess = rng.choice([-1.0, 0.3, 1.0], len(limit)) * np.minimum(limit, 5.0)
         for start in (guess, wanted):
             x = bounded_from(A.T @ A, A.T @ b, -limit, limit, start)
             assert x == pytest.approx(wanted, abs=1e-7)

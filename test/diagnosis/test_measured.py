@@ -4,22 +4,14 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
+from known_robots import recording, slider_model
 
-from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extension import extended_model
-from sosml_friction.model.model_folder import (
-    FrictionParameters,
-    JointModel,
-    RobotModelFile,
-    read_model,
-)
+from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
 
 ROTOR = """<robot name="rotor"><link name="base"/><link name="rotor"><inertial>
 <origin xyz="0 0 0"/><mass value="0.1"/>
@@ -31,15 +23,7 @@ ROTOR = """<robot name="rotor"><link name="base"/><link name="rotor"><inertial>
 @pytest.fixture(scope='module')
 def emps_nominal():
     """Return the published symmetric model: data/README.md."""
-    model = read_model(share_directory() / 'config/emps')
-    parameters = {
-        'coulomb': Parameter(20.3935, 'N'),
-        'viscous': Parameter(203.5034, 'N s/m'),
-        'bias': Parameter(-3.1648, 'N'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    slider = dataclasses.replace(model.joints['slider'], friction=friction)
-    return dataclasses.replace(model, joints={'slider': slider})
+    return slider_model(20.3935, 203.5034, -3.1648)
 
 
 @pytest.fixture(scope='module')
@@ -97,8 +81,7 @@ def test_odrive_cogging_is_named_with_its_harmonics(data_directory):
     q = counts[:, None] / 8192.0 * 2.0 * np.pi
     # data/README.md: 0.4 A is about 3 mNm.
     tau = 7.5e-3 * current[:, None]
-    t_ns = np.rint(time * 1e9).astype(np.int64)
-    log = JointLog(('motor',), t_ns, q, np.full_like(q, np.nan), tau)
+    log = recording(('motor',), time, q, tau)
     model = RobotModelFile('rotor', {'motor': JointModel(Parameter(3e-5, 'kg m2'))}, ROTOR)
     found = diagnose([log], model)
     assert found.verdict == 'named'

@@ -7,12 +7,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from known_robots import slider_model
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
 from sosml_friction.diagnosis.recorded_simulation import simulate_recording
 from sosml_friction.identification.output_error_fits import recorded_controllers
-from sosml_friction.model.model_folder import EffectTerm, FrictionParameters, read_model
+from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
 
@@ -20,14 +21,8 @@ from sosml_friction.share import share_directory
 def published(forwards, backwards=None):
     """Return the published model; (Fv, Fc) by direction are a law and an effect beside it."""
     backwards = backwards or forwards
-    model = read_model(share_directory() / 'config/emps')
-    parameters = {
-        'coulomb': Parameter(0.5 * (forwards[1] + backwards[1]), 'N'),
-        'viscous': Parameter(0.5 * (forwards[0] + backwards[0]), 'N s/m'),
-        'bias': Parameter(-3.1648, 'N'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    slider = replace(model.joints['slider'], friction=friction)
+    coulomb, viscous = 0.5 * (forwards[1] + backwards[1]), 0.5 * (forwards[0] + backwards[0])
+    model = slider_model(coulomb, viscous, -3.1648)
     effects = ()
     if forwards != backwards:
         by_direction = {
@@ -36,7 +31,7 @@ def published(forwards, backwards=None):
             'by_speed': Parameter(1.0, '1'),
         }
         effects = (EffectTerm('asymmetric_friction', 'slider', by_direction),)
-    return replace(model, joints={'slider': slider}, effects=effects)
+    return replace(model, effects=effects)
 
 
 @pytest.fixture(scope='module')

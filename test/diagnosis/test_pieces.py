@@ -10,12 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
+from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOURS
 from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
-from sosml_friction.diagnosis.bounded import bounded_least_squares
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
 from sosml_friction.diagnosis.fitted import Fitted
@@ -27,16 +26,7 @@ from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import even_stretches, prepare
 from sosml_friction.diagnosis.two_mass import deflection
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.model_folder import (
-    FrictionParameters,
-    JointModel,
-    RobotModelFile,
-    read_model,
-)
-from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
 
-STEP = 4e-3
 #: Those of design.md section 4 that the library holds; the other three are faults of data.
 DESIGN = [
     'coulomb',
@@ -64,43 +54,16 @@ DESIGN = [
 ]
 
 
-def arm_model():
-    shipped = read_model(share_directory() / 'config/exoskeleton')
-    parameters = {
-        'coulomb': Parameter(0.5, 'Nm'),
-        'viscous': Parameter(0.2, 'Nm s/rad'),
-        'bias': Parameter(0.0, 'Nm'),
-    }
-    friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-    joints = {name: JointModel(j.armature, friction) for name, j in shipped.joints.items()}
-    return RobotModelFile('arm', joints, shipped.urdf)
-
-
-def arm_motion(duration=24.0):
-    """Return an exact motion of both joints, with its velocity and acceleration."""
-    t = np.arange(0.0, duration, STEP)
-    q, v, a = np.zeros((3, len(t), 2))
-    for i, lines in enumerate(
-        (((0.5, 0.9, 0.0), (0.1, 4.0, 1.0)), ((0.6, 1.3, 0.5), (0.1, 5.0, 2.0)))
-    ):
-        for size, w, phase in lines:
-            q[:, i] += size * np.sin(w * t + phase)
-            v[:, i] += size * w * np.cos(w * t + phase)
-            a[:, i] -= size * w**2 * np.sin(w * t + phase)
-    return t, q + np.array([-0.8, 0.9]), v, a
-
-
 @pytest.fixture(scope='module')
 def arm():
     """Return the model, and the signals of a motion whose effort is the model's own."""
     model = arm_model()
-    robot = model.make_robot()
-    t, q, v, a = arm_motion()
-    tau = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
-    tau += 0.5 * np.sign(v) + 0.2 * v
+    t = np.arange(0.0, 24.0, 4e-3)
+    q, v, a = arm_motion(t)
+    tau = rigid_effort(model, q, v, a) + 0.5 * np.sign(v) + 0.2 * v
     tau += np.random.default_rng(0).normal(0.0, 0.01, tau.shape)
-    log = JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
-    return model, log, prepare([log], model, robot, DiagnosisSettings(band=15.0))[0]
+    log = recording(('shoulder', 'elbow'), t, q, tau, v)
+    return model, log, prepare([log], model, model.make_robot(), DiagnosisSettings(band=15.0))[0]
 
 
 def test_the_library_holds_the_effects_of_the_design():
@@ -135,20 +98,6 @@ def test_every_effect_has_finite_columns_and_restores_what_it_reports(arm, ident
     for point in effect.grid(signals, joint):
         for name, (low, high) in bounds.items():
             assert low <= point[name] <= high
-
-
-def test_bounded_least_squares_agrees_with_scipy():
-    rng = np.random.default_rng(1)
-    for _ in range(40):
-        p = int(rng.integers(1, 9))
-        A = rng.normal(size=(30, p))
-        A[:, -1] += 0.99 * A[:, 0]
-        b = rng.normal(size=30) + 3.0 * A[:, 0]
-        limit = rng.uniform(0.0, 2.0, p) + 0.01
-        limit[rng.random(p) < 0.3] = np.inf
-        x = bounded_least_squares(A.T @ A, A.T @ b, -limit, limit)
-        wanted = lsq_linear(A, b, (-limit, limit), method='bvls', tol=1e-14).x
-        assert x == pytest.approx(wanted, abs=1e-7)
 
 
 def test_the_sign_state_is_dahls_exponential_and_keeps_its_value_at_rest():

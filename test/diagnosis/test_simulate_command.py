@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from known_robots import coulomb_viscous
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
@@ -21,7 +22,6 @@ from sosml_friction.identification.output_error import CascadeController, simula
 from sosml_friction.identification.output_error_fits import recorded_controllers
 from sosml_friction.model.model_folder import (
     EffectTerm,
-    FrictionParameters,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
@@ -36,12 +36,7 @@ def make_model(viscous=VISCOUS, effects=(), friction=True):
     model = read_model(share_directory() / 'config/emps')
     slider = replace(model.joints['slider'], friction=None)
     if friction:
-        parameters = {
-            'coulomb': Parameter(COULOMB, 'N'),
-            'viscous': Parameter(viscous, 'N s/m'),
-            'bias': Parameter(BIAS, 'N'),
-        }
-        slider = replace(slider, friction=FrictionParameters('coulomb_viscous', 0.0, parameters))
+        slider = replace(slider, friction=coulomb_viscous(COULOMB, viscous, BIAS, 'N', 'm'))
     return replace(model, joints={'slider': slider}, effects=tuple(effects))
 
 
@@ -135,6 +130,9 @@ def test_an_effort_that_is_late_beside_position_is_late_in_the_simulated_report(
     late = simulate_recording(log, model, controlled).simulated['effort'][:, 0]
     plain = simulate_recording(log, make_model(), controlled).simulated['effort'][:, 0]
     shift = round(delay / STEP)
+    # Without a delay it is reported when it was recorded, and not a sample before or after.
+    apart = [np.std(plain[10 + k : k - 10] - log.tau[10:-10, 0]) for k in (-1, 0, 1)]
+    assert np.argmin(apart) == 1
     if shift > 0:
         # What the controller asked for does not change, and is reported two samples later.
         assert late[10:] == pytest.approx(plain[10 - shift : -shift], abs=1e-9)

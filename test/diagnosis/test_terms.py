@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from known_robots import arm_model
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.effect import ALL_JOINTS
@@ -19,9 +20,8 @@ from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import nominal_friction, prepare
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.model_folder import EffectTerm, FrictionParameters, read_model
+from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.share import share_directory
 from sosml_friction.simulation.forward_model import ForwardModel
 
 JOINTS = ('shoulder', 'elbow')
@@ -64,17 +64,7 @@ SAMPLES = 151
 
 def nominal_model():
     """Return the exoskeleton with Coulomb and viscous friction."""
-    model = read_model(share_directory() / 'config/exoskeleton')
-    joints = {}
-    for name, C, B in zip(JOINTS, COULOMB, VISCOUS, strict=True):
-        parameters = {
-            'coulomb': Parameter(C, 'Nm'),
-            'viscous': Parameter(B, 'Nm s/rad'),
-            'bias': Parameter(0.0, 'Nm'),
-        }
-        friction = FrictionParameters('coulomb_viscous', 0.0, parameters)
-        joints[name] = replace(model.joints[name], friction=friction)
-    return replace(model, joints=joints)
+    return arm_model(*zip(COULOMB, VISCOUS, strict=True))
 
 
 @pytest.fixture(scope='module')

@@ -14,11 +14,10 @@ from __future__ import annotations
 import os
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+from shipped_observers import settings_of, shipped_estimator
 
 from sosml_friction.actuators.joint_trajectory import JointTrajectory
 from sosml_friction.actuators.lockstep import Lockstep, emulated_exoskeleton, nominal_robot
@@ -27,8 +26,6 @@ from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.identification.slow_ladder import slow_ladder
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.observers.configuration import ObserverConfiguration
-from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.share import share_directory
 
 FULL = 'SOSML_FRICTION_SEEDS' in os.environ
@@ -44,11 +41,6 @@ FIELDS = {
     '1 dps': 'speed of the standard reply',
     '1 dps and 1 degree': 'speed and angle of the standard reply',
 }
-
-
-def settings_of(node: str) -> dict[str, Any]:
-    document = yaml.safe_load((share_directory() / 'config' / 'exoskeleton.yaml').read_text())
-    return document[f'/**/{node}']['ros__parameters']
 
 
 def measure(seed: int) -> tuple[dict[str, JointLog], np.ndarray]:
@@ -106,19 +98,8 @@ def measure(seed: int) -> tuple[dict[str, JointLog], np.ndarray]:
 
 def identify(seed: int) -> dict[tuple[str, str], float]:
     """Return the shoulder's parameters, and the estimate's noise on plateaus [Nm], by way."""
-    robot, observing = nominal_robot(), settings_of('observer_node')
-    recipe = recipe_gains(
-        robot,
-        BANDWIDTH,
-        *(
-            observing[name]
-            for name in ('position_noise', 'velocity_noise', 'friction_jump', 'reversal_time')
-        ),
-    )
-    configuration = ObserverConfiguration(
-        robot.names, {'sosml': recipe['sosml']}, tuple(observing['effort_hold'] * robot.n)
-    )
-    estimator = configuration.make_estimator(robot)
+    robot = nominal_robot()
+    estimator = shipped_estimator(robot, ['sosml'])
     found = {}
     logs, friction = measure(seed)
     for name, log in logs.items():

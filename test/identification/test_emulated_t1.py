@@ -11,19 +11,16 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from scipy.stats import binom
+from shipped_observers import settings_of, shipped_estimator
 
 from sosml_friction.actuators.lockstep import emulated_exoskeleton, nominal_robot, run_lockstep
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.observers.configuration import ObserverConfiguration
-from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.share import share_directory
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '10'))
@@ -31,15 +28,10 @@ JOINTS = ('shoulder', 'elbow')
 PARAMETERS = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
 
 
-def settings_of(node: str) -> dict[str, Any]:
-    document = yaml.safe_load((share_directory() / 'config' / 'exoskeleton.yaml').read_text())
-    return document[f'/**/{node}']['ros__parameters']
-
-
 def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float, float]]:
     """Return (value, standard error, low, high) by joint, observer and parameter, for one seed."""
     robot = nominal_robot()
-    plan, observing = settings_of('identifier_node'), settings_of('observer_node')
+    plan = settings_of('identifier_node')
     trajectory = speed_ladder(
         {'shoulder': -0.5 * np.pi, 'elbow': 0.0},
         dict(zip(JOINTS, plan['centre'], strict=True)),
@@ -48,20 +40,7 @@ def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float,
         plan['ramp'],
     )
     log = run_lockstep(trajectory, emulated_exoskeleton(seed))
-    recipe = recipe_gains(
-        robot,
-        BANDWIDTH,
-        *(
-            observing[name]
-            for name in ('position_noise', 'velocity_noise', 'friction_jump', 'reversal_time')
-        ),
-    )
-    configuration = ObserverConfiguration(
-        robot.names,
-        {name: recipe[name] for name in observing['observers']},
-        tuple(observing['effort_hold'] * robot.n),
-    )
-    estimator = configuration.make_estimator(robot)
+    estimator = shipped_estimator(robot, settings_of('observer_node')['observers'])
     estimates = estimator.batch(log)
     fit = fit_friction(log, estimates, robot, estimator.observers, FitSettings())
     return {

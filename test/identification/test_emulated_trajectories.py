@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+from shipped_observers import shipped_estimator
 
 from sosml_friction.actuators.lockstep import emulated_exoskeleton, nominal_robot, run_lockstep
 from sosml_friction.bags.joint_log import JointLog
@@ -26,8 +26,6 @@ from sosml_friction.identification.trajectories import TRAJECTORIES, build_traje
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 from sosml_friction.model.trajectory import Trajectory
-from sosml_friction.observers.configuration import ObserverConfiguration
-from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.share import share_directory
 
 FULL = os.environ.get('SOSML_FRICTION_TRAJECTORIES') == 'full'
@@ -99,14 +97,7 @@ def test_it_is_within_limits_followed_and_measured_without_fault(name):
 def fit_of(log: JointLog) -> FrictionFit:
     """Return the fit by SOSML with the gains of config/exoskeleton.yaml."""
     robot = nominal_robot()
-    document = yaml.safe_load((share_directory() / 'config' / 'exoskeleton.yaml').read_text())
-    observing = document['/**/observer_node']['ros__parameters']
-    conditions = ('position_noise', 'velocity_noise', 'friction_jump', 'reversal_time')
-    recipe = recipe_gains(robot, BANDWIDTH, *(observing[name] for name in conditions))
-    configuration = ObserverConfiguration(
-        robot.names, {'sosml': recipe['sosml']}, tuple(observing['effort_hold'] * robot.n)
-    )
-    estimator = configuration.make_estimator(robot)
+    estimator = shipped_estimator(robot, ['sosml'])
     return fit_friction(
         log, estimator.batch(log), robot, estimator.observers, FitSettings(), require=False
     )

@@ -6,10 +6,8 @@ from __future__ import annotations
 
 import math
 import signal
-import socket
 import subprocess
 import sys
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -17,7 +15,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from builtin_interfaces.msg import Duration
-from diagnostic_msgs.msg import DiagnosticArray
+from can_chain import PARAMETER_FILE, CanChain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from sensor_msgs.msg import JointState, Temperature
@@ -29,9 +27,7 @@ from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.nodes.driver_node import PARAMETERS, trajectory_from_message
 from sosml_friction.nodes.parameters import markdown_table
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.share import share_directory
 
-PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
 HANGING = np.array([-np.pi / 2, 0.0])
 # On a loaded machine either process may stand still for a while: no test here is about that.
 PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
@@ -43,62 +39,18 @@ PATIENT = (
 )
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return int(probe.getsockname()[1])
+class Chain(CanChain):
+    """Both on a machine that may be loaded, and the joint states."""
 
-
-@dataclass
-class Chain:
-    """What the test hears from driver and emulator, and how to reach them."""
-
-    ros: object
-    start_node: object
-    port: int = field(default_factory=free_port)
-
-    def __post_init__(self) -> None:
-        self.diagnostics: dict[str, tuple[str, dict[str, str]]] = {}
-        self.ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 50)
-        self.states = self.ros.collect(JointState, 'joint_states', JOINT_STATES)
-        self.trajectories = self.ros.node.create_publisher(JointTrajectory, 'joint_trajectory', 10)
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            values = {item.key: item.value for item in status.values}
-            self.diagnostics[status.name] = (status.message, values)
+    def __init__(self, ros, start_node) -> None:
+        super().__init__(ros, start_node)
+        self.states = ros.collect(JointState, 'joint_states', JOINT_STATES)
 
     def emulator(self, *parameters: str):
-        node = self.start_node(
-            'emulator_node',
-            f'can_channel:=127.0.0.1:{self.port}',
-            *PATIENT_HARDWARE,
-            *parameters,
-            files=(PARAMETER_FILE,),
-        )
-        self.ros.spin_until(
-            lambda: 'emulator_node: plant' in self.diagnostics or node.process.poll() is not None
-        )
-        return node
+        return self.start_emulator(*PATIENT_HARDWARE, *parameters)
 
     def driver(self, *parameters: str):
-        return self.start_node(
-            'driver_node',
-            f'can_channel:=socket://127.0.0.1:{self.port}',
-            *PATIENT,
-            'host_timeout:=10.0',
-            *parameters,
-            files=(PARAMETER_FILE,),
-        )
-
-    def value(self, name: str, key: str) -> str:
-        return self.diagnostics.get(name, ('', {}))[1].get(key, '')
-
-    def fresh(self, name: str) -> dict[str, str]:
-        """Wait for the next status called ``name`` and return its values."""
-        self.diagnostics.pop(name, None)
-        self.ros.spin_until(lambda: name in self.diagnostics)
-        return self.diagnostics[name][1]
+        return self.start_driver(*PATIENT, 'host_timeout:=10.0', *parameters)
 
     def enable(self, on: bool = True):
         return self.ros.call(SetBool, 'driver_node/enable', SetBool.Request(data=on))

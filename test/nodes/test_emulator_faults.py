@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import signal
-import socket
 
 import numpy as np
 import pytest
@@ -13,64 +12,27 @@ import pytest
 pytest.importorskip('rclpy')
 
 from builtin_interfaces.msg import Duration
-from diagnostic_msgs.msg import DiagnosticArray
+from can_chain import CanChain
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from sosml_friction.share import share_directory
-
-PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
 HANGING = np.array([-np.pi / 2, 0.0])
 # A busy machine may stop a process for longer than a real joint may go without a command.
 PATIENT = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
 UP = HANGING + np.array([0.5, 0.8])
 
 
-class Session:
-    """Driver and emulator as processes, and what they say."""
-
-    def __init__(self, ros, start_node) -> None:
-        self.ros, self.start_node = ros, start_node
-        with socket.socket() as probe:
-            probe.bind(('127.0.0.1', 0))
-            self.port = int(probe.getsockname()[1])
-        self.said: dict[str, tuple[str, dict[str, str]]] = {}
-        ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 50)
-        self.trajectories = ros.node.create_publisher(JointTrajectory, 'joint_trajectory', 10)
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            values = {item.key: item.value for item in status.values}
-            self.said[status.name] = (status.message, values)
+class Session(CanChain):
+    """Driver and emulator that stay up through faults."""
 
     def start(self, *hardware: str):
         """Start both and wait until the driver measures; return the driver's process."""
-        self.start_node(
-            'emulator_node',
-            f'can_channel:=127.0.0.1:{self.port}',
-            *hardware,
-            files=(PARAMETER_FILE,),
-        )
-        self.ros.spin_until(lambda: 'emulator_node: plant' in self.said)
-        driver = self.start_node(
-            'driver_node',
-            f'can_channel:=socket://127.0.0.1:{self.port}',
-            'missed_limit:=250',
-            'reply_timeout:=0.02',
-            files=(PARAMETER_FILE,),
-        )
+        self.start_emulator(*hardware)
+        driver = self.start_driver('missed_limit:=250', 'reply_timeout:=0.02')
         self.ros.spin_until(lambda: self.value('driver_node: driver', 'state') == 'disabled')
         return driver
-
-    def value(self, name: str, key: str) -> str:
-        return self.said.get(name, ('', {}))[1].get(key, '')
-
-    def fresh(self, name: str) -> dict[str, str]:
-        self.said.pop(name, None)
-        self.ros.spin_until(lambda: name in self.said)
-        return self.said[name][1]
 
     def current(self, joint: str) -> float:
         return float(self.fresh(f'emulator_node: {joint}')['commanded current [A]'])
@@ -133,7 +95,7 @@ def test_faults_over_the_wire_end_in_no_torque_with_their_reason_and_are_cleared
         session.go_up()
         assert session.set_faults(fault).successful
         session.ros.spin_until(lambda: session.value('driver_node: driver', 'state') == 'fault')
-        text, values = session.said['driver_node: driver']
+        text, values = session.diagnostics['driver_node: driver']
         assert reason in text, fault
         assert reason in values['fault']
         session.ros.spin_until(

@@ -10,19 +10,12 @@ import re
 
 import numpy as np
 import pytest
+from known_robots import SLIDER_STEP, slider_model, slider_recording
 
-from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.confusability import Confusability
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.model.model_folder import (
-    FrictionParameters,
-    JointModel,
-    RobotModelFile,
-    read_model,
-)
-from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.diagnosis_confusability import (
     ambiguous_pairs,
     confusability_map,
@@ -34,35 +27,13 @@ from sosml_friction.report.diagnosis_html import render_diagnosis
 from sosml_friction.report.diagnosis_periodogram import position_spectrum
 from sosml_friction.report.diagnosis_tables import controls, experiments, parameters
 from sosml_friction.report.diagnosis_variance import noise_variance, variance_steps
-from sosml_friction.share import share_directory
-
-STEP = 4e-3
 
 
 @pytest.fixture(scope='module')
 def diagnosis():
     """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
-    t = np.arange(0.0, 28.0, STEP)
-    q, v, a = np.zeros((3, len(t)))
-    for size, w in ((0.08, 0.9), (0.02, 2.1)):
-        q += size * np.sin(w * t)
-        v += size * w * np.cos(w * t)
-        a -= size * w**2 * np.sin(w * t)
-    tau = 95.1089 * a + 20.0 * np.tanh(v / 2e-3) + 200.0 * v + 4.0
-    tau += np.random.default_rng(1).normal(0.0, 1.0, len(t))
-    columns = (q[:, None], np.full((len(t), 1), np.nan), tau[:, None])
-    log = JointLog(('slider',), np.rint(t * 1e9).astype(np.int64), *columns)
-    shipped = read_model(share_directory() / 'config/emps')
-    known = {
-        'coulomb': Parameter(20.3, 'N'),
-        'viscous': Parameter(196.0, 'N s/m'),
-        'bias': Parameter(0.0, 'N'),
-    }
-    joint = JointModel(
-        shipped.joints['slider'].armature, FrictionParameters('coulomb_viscous', 0.0, known)
-    )
-    model = RobotModelFile('slider', {'slider': joint}, shipped.urdf)
-    return diagnose([log], model, settings=DiagnosisSettings(nulls=4, axis_nulls=2))
+    log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
+    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
 
 
 def test_a_line_in_position_has_its_size_and_place():
@@ -131,7 +102,7 @@ def test_the_cascade_of_variance_falls_from_all_to_the_noise(diagnosis):
     assert steps[-1].low == 0.0
     # The noise of 1 N at 250 Hz is 2 f_band / 250 of its variance in the band.
     left = diagnosis.stages[0]['relative_error_percent']['slider']
-    band = np.sqrt(2.0 * diagnosis.band_hz * STEP)
+    band = np.sqrt(2.0 * diagnosis.band_hz * SLIDER_STEP)
     tau = diagnosis.laboratory.signals[0].band.apply(diagnosis.laboratory.signals[0].tau)
     wanted = 100.0 * band / float(np.sqrt(np.mean(tau**2)))
     assert np.sqrt(steps[-1].high / 100.0) * left == pytest.approx(wanted, rel=0.2)
