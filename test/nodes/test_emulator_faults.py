@@ -19,8 +19,13 @@ from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 HANGING = np.array([-np.pi / 2, 0.0])
-# A busy machine may stop a process for longer than a real joint may go without a command.
-PATIENT = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
+# A busy machine may stop a process for longer than a real joint may go without a command, and the
+# reference goes on meanwhile.
+PATIENT_EMULATOR = ('comm_timeout:=1.0', 'servo_watchdog:=1.0')
+PATIENT_DRIVER = (
+    'missed_limit:=250', 'reply_timeout:=0.02', 'shoulder.tracking_limit:=3.0',
+    'elbow.tracking_limit:=3.0',
+)  # fmt: skip
 UP = HANGING + np.array([0.5, 0.8])
 
 
@@ -30,7 +35,7 @@ class Session(CanChain):
     def start(self, *hardware: str):
         """Start both and wait until the driver measures; return the driver's process."""
         self.start_emulator(*hardware)
-        driver = self.start_driver('missed_limit:=250', 'reply_timeout:=0.02')
+        driver = self.start_driver(*PATIENT_DRIVER)
         self.ros.spin_until(lambda: self.value('driver_node: driver', 'state') == 'disabled')
         return driver
 
@@ -74,6 +79,21 @@ class Session(CanChain):
         (result,) = self.ros.call(SetParameters, 'emulator_node/set_parameters', request).results
         return result
 
+    def fault(self, text: str) -> str:
+        """Let a fault happen to the moving arm, see it end in no torque, and return its reason."""
+        self.enable()
+        self.go_up()
+        assert self.set_faults(text).successful
+        self.ros.spin_until(lambda: self.value('driver_node: driver', 'state') == 'fault')
+        reason, values = self.diagnostics['driver_node: driver']
+        assert values['fault'] in reason
+        self.ros.spin_until(
+            lambda: self.current('shoulder') == 0.0 and self.current('elbow') == 0.0
+        )
+        assert self.value('emulator_node: plant', 'faults').startswith(text)
+        assert self.set_faults('').successful
+        return values['fault']
+
 
 @pytest.fixture
 def session(ros, start_node):
@@ -82,7 +102,7 @@ def session(ros, start_node):
 
 def test_faults_over_the_wire_end_in_no_torque_with_their_reason_and_are_cleared(session):
     """A few cells of the matrix, on real processes, bytes and messages."""
-    driver = session.start(*PATIENT)
+    driver = session.start(*PATIENT_EMULATOR)
     refused = session.set_faults('silence joint=shoulder')
     assert not refused.successful
     assert "there is no fault 'silence'" in refused.reason
@@ -91,18 +111,12 @@ def test_faults_over_the_wire_end_in_no_torque_with_their_reason_and_are_cleared
         ('silent joint=shoulder', 'no answer from 0x241'),
         ('adapter_gone', 'bus'),
     ):
-        session.enable()
-        session.go_up()
-        assert session.set_faults(fault).successful
-        session.ros.spin_until(lambda: session.value('driver_node: driver', 'state') == 'fault')
-        text, values = session.diagnostics['driver_node: driver']
-        assert reason in text, fault
-        assert reason in values['fault']
-        session.ros.spin_until(
-            lambda: session.current('shoulder') == 0.0 and session.current('elbow') == 0.0
-        )
-        assert session.value('emulator_node: plant', 'faults').startswith(fault)
-        assert session.set_faults('').successful
+        texts = []
+        # A process that stood still for half a second on a busy machine is a fault as well, and
+        # may come first: then once more.
+        while not any(reason in text for text in texts) and len(texts) < 4:
+            texts.append(session.fault(fault))
+        assert reason in texts[-1], fault
     session.enable()
     assert session.fresh('driver_node: driver')['fault'] == ''
     assert driver.stop(signal.SIGTERM) == 0
@@ -111,7 +125,7 @@ def test_faults_over_the_wire_end_in_no_torque_with_their_reason_and_are_cleared
 
 def test_kill_nine_while_moving_is_ended_by_the_actuators_own_watchdogs(session):
     """Nobody sends zero any more: 0xB3 is what is left (without it: sosml can check warns)."""
-    driver = session.start(*PATIENT)
+    driver = session.start(*PATIENT_EMULATOR)
     session.enable()
     session.go_up()
     driver.process.kill()
