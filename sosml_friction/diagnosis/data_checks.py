@@ -23,6 +23,16 @@ _SOME, _USELESS = 5e-3, 0.2
 _LAG = 1.5e-3
 #: Effort so coarse against its own size that a torque cannot be told.
 _COARSE = 0.2
+#: Repeats over one step come so many times as often as over two, where noise is correlated.
+_CORRELATED = 1.5
+#: A joint that moves by fewer steps of its encoder than this hardly moves.
+_FEWEST_STEPS = 10.0
+#: A recorded velocity whose scale is below this share of the slope of position is something else.
+_NO_VELOCITY = 0.2
+#: A lag has to be so many standard errors, and more of a sample than the hold of effort is off.
+_ERRORS, _SAMPLES = 4.0, 0.75
+#: Means of so many stretches say how far errors that last average out.
+_STRETCHES = 200
 
 
 @dataclass(frozen=True)
@@ -68,6 +78,7 @@ def _time_base(log: JointLog) -> Check:
     chance = _chance_of_repeat(log)
     repeated = float((steps == 0.0).mean() + max(float(same[steps > 0.0].mean()) - chance, 0.0))
     backward = int((steps < 0.0).sum())
+    # A step of one and a half is a lost sample and no jitter.
     jitter = float(np.std(forwards[forwards < 1.5 * step]))
     values = {
         'step_s': step,
@@ -98,7 +109,7 @@ def _chance_of_repeat(log: JointLog) -> float:
     if len(log) < 10:
         return 1.0
     same = (log.tau[2:] == log.tau[:-2]).all(axis=1) & (log.q[2:] == log.q[:-2]).all(axis=1)
-    return 1.5 * float(same.mean())
+    return _CORRELATED * float(same.mean())
 
 
 def _effort(log: JointLog, i: int, name: str) -> Check:
@@ -115,7 +126,7 @@ def _effort(log: JointLog, i: int, name: str) -> Check:
         'effort_quantum': quantum,
         'effort_noise': noise,
     }
-    if not np.ptp(q[np.isfinite(q)]) > 10.0 * max(quantum_q, 1e-12):
+    if not np.ptp(q[np.isfinite(q)]) > _FEWEST_STEPS * max(quantum_q, 1e-12):
         return Check('motion', 'bad', name, f'{name} hardly moved: record motion', values)
     if quantum > _COARSE * max(size, 1e-300) and noise < quantum:
         sentence = (
@@ -152,16 +163,16 @@ def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:
         return None
     beta, *_ = np.linalg.lstsq(X / size, recorded, rcond=None)
     coefficients = beta / size
-    if abs(coefficients[0]) < 0.2:
+    if abs(coefficients[0]) < _NO_VELOCITY:
         return None
     residual = recorded - X @ coefficients
-    groups = uniform_filter1d(residual, max(1, len(residual) // 200))
-    spread = float(np.std(groups)) * np.sqrt(200.0)
+    groups = uniform_filter1d(residual, max(1, len(residual) // _STRETCHES))
+    spread = float(np.std(groups)) * np.sqrt(_STRETCHES)
     error = spread / float(size[1]) / abs(coefficients[0])
     lag = -float(coefficients[1] / coefficients[0])
     name = log.names[i]
     values = {'lag_s': lag, 'lag_std_error_s': error, 'scale': float(coefficients[0])}
-    if lag > max(_LAG, 0.75 * band.step) and lag > 4.0 * error:
+    if lag > max(_LAG, _SAMPLES * band.step) and lag > _ERRORS * error:
         sentence = (
             f'the recorded velocity of {name} is {1e3 * lag:.1f} ms late; the diagnosis uses the '
             'slope of position instead'
