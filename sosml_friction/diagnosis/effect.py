@@ -21,6 +21,8 @@ Inner = Mapping[str, float]
 
 #: A cause of all joints together.
 ALL_JOINTS = '*'
+#: Index of a cause of all joints whose identifier is that of a cause of one joint, too.
+ROBOT = -1
 
 
 class Effect(ABC):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.bursts import LOAD_SMOOTHER, Bursts, find_bursts
-from sosml_friction.diagnosis.effect import Effect, Inner
+from sosml_friction.diagnosis.effect import ROBOT, Effect, Inner
 from sosml_friction.diagnosis.evidence import (
     Blocks,
     CandidateColumns,
@@ -20,6 +20,7 @@ from sosml_friction.diagnosis.evidence import (
     whiten_all,
 )
 from sosml_friction.diagnosis.kernels import acts, squares
+from sosml_friction.diagnosis.library import EVERYWHERE
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.diagnosis.nominal import Nominal, make_nominal
 from sosml_friction.diagnosis.settings import DiagnosisSettings
@@ -101,6 +102,9 @@ class Laboratory:
                     grid = effect.grid(first, i)
                     if grid:
                         result.append(Candidate(effect, i, tuple(grid)))
+            if effect.identifier in EVERYWHERE and self.robot.n > 1:
+                both = EVERYWHERE[effect.identifier]()
+                result.append(Candidate(both, ROBOT, tuple(both.grid(first, ROBOT))))
         return result
 
     def _filtered(self, signals: Signals, columns: FloatArray) -> FloatArray:

@@ -15,18 +15,28 @@ from sosml_friction.diagnosis.effect import Effect
 from sosml_friction.exceptions import ConfigurationError
 
 
-def _found() -> dict[str, type[Effect]]:
-    """Return the concrete effects of every module in ``diagnosis/effects``, by identifier."""
-    result: dict[str, type[Effect]] = {}
+def _found() -> list[type[Effect]]:
+    """Return the concrete effects of every module in ``diagnosis/effects``."""
+    result: list[type[Effect]] = []
     for entry in sorted(pkgutil.iter_modules(effects.__path__), key=lambda module: module.name):
         module = importlib.import_module(f'{effects.__name__}.{entry.name}')
         for _, kind in inspect.getmembers(module, inspect.isclass):
             if issubclass(kind, Effect) and kind.__module__ == module.__name__:
-                result[kind.identifier] = kind
-    return result
+                result.append(kind)
+    return sorted(result, key=lambda kind: kind.identifier)
 
 
-EFFECTS: dict[str, type[Effect]] = _found()
+_KINDS = _found()
+_OF_JOINTS = {kind.identifier for kind in _KINDS if not kind.of_robot}
+EFFECTS: dict[str, type[Effect]] = {
+    kind.identifier: kind
+    for kind in _KINDS
+    if not (kind.of_robot and kind.identifier in _OF_JOINTS)
+}
+#: Causes of a joint that may act in all joints alike, too: the same identifier, in joint '*'.
+EVERYWHERE: dict[str, type[Effect]] = {
+    kind.identifier: kind for kind in _KINDS if kind.of_robot and kind.identifier in _OF_JOINTS
+}
 #: Causes without a column, found in the data themselves: data_checks.py and bursts.py.
 DATA_CAUSES = ('dropped_samples', 'external_contact', 'velocity_lag')
 
@@ -51,5 +61,7 @@ def library_hash(library: dict[str, Effect]) -> str:
     """Return the SHA-256 of the source of the effects: what was looked for, fixed beforehand."""
     digest = hashlib.sha256()
     for name in sorted(library):
-        digest.update(Path(inspect.getfile(type(library[name]))).read_bytes())
+        for kind in (type(library[name]), EVERYWHERE.get(name)):
+            if kind is not None:
+                digest.update(Path(inspect.getfile(kind)).read_bytes())
     return digest.hexdigest()

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, FloatArray, Inner
-from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS
+from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS, EVERYWHERE
 from sosml_friction.diagnosis.signals import Signals, nominal_friction
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
@@ -53,7 +53,8 @@ def _read(entry: EffectTerm, model: RobotModelFile) -> list[KnownEffect]:
         raise ConfigurationError(
             f'{where} is unknown: remove it, or use one of {", ".join(sorted(EFFECTS))}'
         )
-    effect = EFFECTS[entry.effect]()
+    everywhere = entry.joint == ALL_JOINTS and entry.effect in EVERYWHERE
+    effect = (EVERYWHERE if everywhere else EFFECTS)[entry.effect]()
     if effect.of_robot != (entry.joint == ALL_JOINTS):
         wanted = '*, all joints' if effect.of_robot else 'one joint'
         raise ConfigurationError(f'{where} is in joint {entry.joint}: it acts in {wanted}')

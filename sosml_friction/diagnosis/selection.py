@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,23 +143,21 @@ class Selector:
                 or len(result.accepted) >= self.settings.most_terms
             ):
                 break
-            choice = self._best(system, target, baseline, found)
-            if choice is None:
+            top = self._refined(system, target, baseline, found)
+            if not top:
                 break
-            best, masked = choice
+            best, masked = self._best(system, top, found)
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
-            floor, _ = self.floors(system, baseline, columns, best, len(result.accepted))
-            best = replace(best, floor=max(floor[best.key], self._misfit(found, best)))
-            known = any(finding.key == best.key for finding in result.accepted)
-            failed = self.gates(best, known)
+            judged = partial(self._judged, result.accepted, system, baseline, columns, found)
+            best = judged(best)
             if masked is not None:
-                failed.append(
-                    f'{masked.effect.identifier} explains more but is impossible: '
-                    f'{masked.objection}'
-                )
+                reason = f'{masked.effect.identifier} explains more but is impossible'
+                best = replace(best, failed=(*best.failed, f'{reason}: {masked.objection}'))
                 result.masked = masked
-            if failed:
-                result.rejected = replace(best, failed=tuple(failed))
+            else:
+                best = self._or_as_good(system, top, found, best, judged)
+            if best.failed:
+                result.rejected = best
                 break
             result.accepted.append(best)
             self.step(f'found {best.effect.identifier}')
@@ -167,6 +166,21 @@ class Selector:
         self.step('looking for more along the axes of the causes')
         result.leftovers = leftovers(lab, result.accepted, self.credible)
         return result
+
+    def _judged(
+        self,
+        accepted: Sequence[Finding],
+        system: System,
+        baseline: Baseline,
+        columns: Sequence[CandidateColumns],
+        found: Sequence[Finding],
+        finding: Finding,
+    ) -> Finding:
+        """Return a candidate with its floor, and the gates that it fails beside ``accepted``."""
+        floor, _ = self.floors(system, baseline, columns, finding, len(accepted))
+        finding = replace(finding, floor=max(floor[finding.key], self._misfit(found, finding)))
+        known = any(other.key == finding.key for other in accepted)
+        return replace(finding, failed=tuple(self.gates(finding, known)))
 
     @staticmethod
     def _impossible_energy(found: Sequence[Finding]) -> float:
@@ -299,12 +313,12 @@ class Selector:
             s, its = at(inner)
         return self._finding(effect, joint, inner, s, its, grid)
 
-    def _best(
+    def _refined(
         self, system: System, target: Target, baseline: Baseline, found: Sequence[Finding]
-    ) -> tuple[Finding, Finding | None] | None:
-        """Return the best plausible candidate refined, with its rivals, and who masks it."""
+    ) -> list[Finding]:
+        """Return the best candidates refined, best first; none if there is no evidence."""
         if found[0].delta_bic < BIC_CLOSE:
-            return None
+            return []
         self.step('refining the best candidates')
         top: list[Finding] = []
         plausible = 0
@@ -318,10 +332,14 @@ class Selector:
             plausible += not refined.objection
             if plausible >= _REFINED or (plausible and len(top) >= 2 * _REFINED):
                 break
-        top.sort(key=lambda finding: -finding.delta_bic)
+        return sorted(top, key=lambda finding: -finding.delta_bic)
+
+    def _best(
+        self, system: System, top: Sequence[Finding], found: Sequence[Finding]
+    ) -> tuple[Finding, Finding | None]:
+        """Return the best plausible candidate of ``top``, with its rivals, and who masks it."""
         possible = [finding for finding in top if not finding.objection]
         if not possible:
-            top[0] = replace(top[0])
             return top[0], top[0]
         impossible = [finding for finding in top if finding.objection]
         best, masked = possible[0], None
@@ -332,6 +350,40 @@ class Selector:
                 break
             if k == 0:
                 masked = hides
+        return self._with_rivals(system, top, found, best), masked
+
+    def _or_as_good(
+        self,
+        system: System,
+        top: Sequence[Finding],
+        found: Sequence[Finding],
+        best: Finding,
+        judged: Callable[[Finding], Finding],
+    ) -> Finding:
+        """
+        Return the best, or where it fails one that evidence cannot tell from it and that passes.
+
+        What is there may be resembled by what is not, by chance a little better.
+        """
+        if not best.failed:
+            return best
+        impossible = [finding for finding in top if finding.objection]
+        for finding in top:
+            behind = best.delta_bic - finding.delta_bic
+            if finding.objection or finding.key == best.key or behind >= BIC_CLOSE:
+                continue
+            if self._masked_by(system, finding, impossible) is None:
+                other = judged(self._with_rivals(system, top, found, finding))
+                if not other.failed:
+                    return other
+        return best
+
+    def _with_rivals(
+        self, system: System, top: Sequence[Finding], found: Sequence[Finding], best: Finding
+    ) -> Finding:
+        """Return a candidate with those that explain as much, and its twins."""
+        possible = [finding for finding in top if not finding.objection]
+        impossible = [finding for finding in top if finding.objection]
         beside = system.extended([best.columns])
         aim = Target.make(beside, self.laboratory.y)
         after = fit_baseline(beside, aim)
@@ -361,7 +413,7 @@ class Selector:
                 left = score(beside, aim, after, its, its.products(beside, aim.y))
                 if left.gain < _OVERLAP * other.score.gain:
                     rivals.append(other)
-        return replace(best, rivals=tuple(rivals)), masked
+        return replace(best, rivals=tuple(rivals))
 
     def _rests(self, joint: int) -> bool:
         """Tell whether a joint stands for some of the time."""
@@ -437,11 +489,14 @@ class Selector:
                 structure[i] = max(structure[i], s.cv_gain)
         # What may choose among more points has to explain more.
         choice = {(name, joint): 1.0 + np.log(its.C.shape[2]) for name, joint, its in wanted}
+        # The nulls hold no noise of position: what it feigns is known from the motion alone.
+        feigned = max(signals.feigned for signals in lab.signals)
         floor = {
-            key: max(settings.floor * float(choice[key]), settings.floor_margin * value)
+            key: max(settings.floor * float(choice[key]), settings.floor_margin * value, feigned)
             for key, value in largest.items()
         }
-        return floor, np.maximum(settings.structure_floor, settings.floor_margin * structure)
+        chance = settings.floor_margin * np.maximum(structure, feigned)
+        return floor, np.maximum(settings.structure_floor, chance)
 
     def credible(self, variant: FloatArray, system: System) -> FloatArray:
         """

@@ -82,7 +82,8 @@ class Signals:
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
-    the start of the first recording.
+    the start of the first recording. ``feigned``: share of the whitened noise that noise of
+    position makes look like a function of the motion, at most.
     """
 
     time: FloatArray
@@ -99,6 +100,7 @@ class Signals:
     band: Band
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
+    feigned: float = 0.0
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
@@ -166,19 +168,22 @@ def even_stretches(log: JointLog) -> list[JointLog]:
     return stretches
 
 
-def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings) -> Band:
+def choose_band(
+    log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings
+) -> tuple[Band, float]:
     """
-    Return the band: up to where differentiated position is as noisy as effort.
+    Return the band, up to where position makes as much noise as effort, and what is feigned there.
 
     White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
     M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
     band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
     is taken. Where the motion is so slow that noise of acceleration would pass for structure, it
     is lowered in steps until little of it is left, see
-    :class:`~sosml_friction.diagnosis.position_noise.PositionNoise`.
+    :class:`~sosml_friction.diagnosis.position_noise.PositionNoise`, whose share in the band is the
+    second; 0 where the settings give the band.
     """
     if settings.band is not None:
-        return Band(settings.band, step)
+        return Band(settings.band, step), 0.0
     whole = robot.inertia(np.nanmedian(log.q, axis=0))
     inertia = np.diag(whole)
     found = [settings.widest_band]
@@ -201,11 +206,12 @@ def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSet
     band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
     motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
     noise_of = PositionNoise(motion, steps, white, efforts, whole)
-    most = _FEIGNED
-    while band.cutoff > _LOWEST and noise_of.share(band) > most:
+    most, feigned = _FEIGNED, noise_of.share(band)
+    while band.cutoff > _LOWEST and feigned > most:
         most = _FEIGNED_LEFT
         band = Band(max(_LOWER * band.cutoff, _LOWEST), step)
-    return band
+        feigned = noise_of.share(band)
+    return band, feigned
 
 
 def _in_steps(x: FloatArray, quantum: float) -> bool:
@@ -321,6 +327,7 @@ def prepare(
     cut: list[tuple[JointLog, float]] = []
     offset = 0.0
     band: Band | None = None
+    feigned = 0.0
     for log in logs:
         for stretch in even_stretches(log):
             step = float(np.median(np.diff(stretch.time)))
@@ -330,7 +337,8 @@ def prepare(
                 # Too short in any band: it has no say in which.
                 continue
             if band is None or abs(band.step - step) > 1e-3 * step:
-                chosen = choose_band(stretch, robot, step, settings)
+                chosen, share = choose_band(stretch, robot, step, settings)
+                feigned = max(feigned, share)
                 # One band for all: what is compared must be filtered alike.
                 band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
             least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
@@ -343,7 +351,10 @@ def prepare(
             'no stretch of the recording is long enough without a hole in position or effort: '
             'record at least 10 s at one go'
         )
-    prepared = [make_signals(stretch, robot, scales, band, begin) for stretch, begin in cut]
+    prepared = [
+        replace(make_signals(stretch, robot, scales, band, begin), feigned=feigned)
+        for stretch, begin in cut
+    ]
     return prepared if known else _with_fitted_sign(prepared)
 
 

@@ -29,6 +29,8 @@ _LEFT_OUT = {
     'where gravity changes: mend it in the driver',
     'encoder_eccentricity': 'the position is wrong once per turn: mend it in the driver',
 }
+#: The joint of an effect that acts in all joints alike, and which of them can.
+_ALL, _EVERYWHERE = '*', {'effort_scale'}
 #: Rounds of Newton's rule: the cube is at most half of the torque, and its error squares.
 _ROUNDS = 8
 
@@ -37,7 +39,7 @@ class EffortCorrection:
     """
     Undo what the effects of a model do to effort, the last in its list first.
 
-        effort_scale       reported = tau (1 + error)
+        effort_scale       reported = tau (1 + error), in joint '*' of all joints
         effort_bias        reported = tau + bias
         effort_saturation  reported = tau + excess (tau / reference)^3
         joint_coupling     reported = tau + coupling tau_source
@@ -58,7 +60,7 @@ class EffortCorrection:
         self.done = tuple(f'{term.effect} of {term.joint}' for term in self._terms)
         self.left_out = tuple(
             f'the {term.effect} of model {model.name} ('
-            f'{"all joints" if term.joint == "*" else term.joint}) is left out: '
+            f'{"all joints" if term.joint == _ALL else term.joint}) is left out: '
             f'{_LEFT_OUT[term.effect]}'
             for term in model.effects
             if term.effect in _LEFT_OUT
@@ -72,7 +74,7 @@ class EffortCorrection:
         """Return the torque (..., n) behind a reported effort (..., n) [Nm or N], a copy."""
         tau = np.array(reported, dtype=float)
         for term in reversed(self._terms):
-            i = self._names.index(term.joint)
+            i = slice(None) if term.joint == _ALL else self._names.index(term.joint)
             own = tau[..., i]
             values = {key: parameter.value for key, parameter in term.parameters.items()}
             if term.effect == 'effort_scale':
@@ -93,7 +95,7 @@ class EffortCorrection:
         values = {key: parameter.value for key, parameter in term.parameters.items()}
         source = values.get('source', 0.0)
         wrong = (
-            term.joint not in self._names
+            not (term.joint in self._names or (term.joint == _ALL and term.effect in _EVERYWHERE))
             or (term.effect == 'effort_scale' and values['error'] <= -1.0)
             or (
                 term.effect == 'effort_saturation'

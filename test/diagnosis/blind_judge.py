@@ -115,9 +115,10 @@ def _twin(truth: Truth, causes: list[dict[str, Any]], spurious: int) -> Judgemen
     names = {first['effect'], *first['rivals']}
     if truth.effect == 'common_scale':
         scaled = [cause for cause in causes if cause['effect'] == 'effort_scale']
-        rivals = {r.partition('@')[0] for cause in scaled for r in cause['rivals']}
         if scaled:
-            whole = bool(rivals & _INERTIAL)
+            # All joints in one scale, and that their masses in another are the same.
+            alike = (cause for cause in scaled if cause['joint'] == truth.joint)
+            whole = any(_INERTIAL & set(cause['rivals']) for cause in alike)
             return Judgement(int(whole), 'set' if whole else 'one of them', True, 1, spurious)
         return Judgement(-1, 'wrong name', spurious=spurious)
     if first['joint'] == truth.joint and TWIN_SETS[truth.effect] <= names:

@@ -78,8 +78,10 @@ def test_twins_need_the_set():
     assert score('twin', 'effort_bias', 'elbow', alone) == 0
     assert score('twin', 'asymmetric_level', 'elbow', alone) == -1
     assert score('twin', 'spring', 'elbow', answer('named', ('spring', 'elbow', []))) == 1
-    scaled = answer('ambiguous', ('effort_scale', 'elbow', ['inertia']))
+    scaled = answer('ambiguous', ('effort_scale', '*', ['inertia']))
     assert score('twin', 'common_scale', '*', scaled) == 1
+    scaled = answer('ambiguous', ('effort_scale', 'elbow', ['inertia']))
+    assert score('twin', 'common_scale', '*', scaled) == 0
     alone = answer('named', ('effort_scale', 'elbow', []), ('effort_scale', 'shoulder', []))
     assert score('twin', 'common_scale', '*', alone) == 0
 

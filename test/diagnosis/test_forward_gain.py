@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.forward_gain import ForwardGain, gets_worse, reversal_term
 from sosml_friction.diagnosis.model_effects import known_effects
+from sosml_friction.diagnosis.selection import Selector
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.simulation.dahl import dahl_path
 from sosml_friction.simulation.forward_term import Motion
@@ -48,6 +49,27 @@ def test_both_are_named_and_the_simulation_of_data_left_out_gets_better(found):
     assert effects == {'asymmetric_friction', 'cogging'}
     assert found.gain.forward_after[0] < 0.4 * found.gain.forward_before[0]
     assert found.gain.horizon_s == 0.3
+
+
+def test_no_floor_is_below_what_noise_of_position_feigns(found, monkeypatch):
+    """That share of a candidate, and 1.5 times it of free curves, as of what nulls show."""
+    laboratory, selection = found.laboratory, found.selection
+    selector = Selector(laboratory)
+    best = selection.ranking[0]
+
+    def floors(feigned):
+        signals = tuple(replace(s, feigned=feigned) for s in laboratory.signals)
+        monkeypatch.setattr(laboratory, 'signals', signals)
+        floor, structure = selector.floors(
+            laboratory.system, selection.before, laboratory.columns, best, 0
+        )
+        return floor[best.key], structure
+
+    without, _ = floors(0.0)
+    assert without < 0.2
+    floor, structure = floors(0.2)
+    assert floor == 0.2
+    assert structure == pytest.approx(0.3)
 
 
 def test_with_the_extended_model_nothing_is_left_to_name(found, nominal, tmp_path):
@@ -100,6 +122,11 @@ def test_worse_is_what_exceeds_its_standard_error():
     assert not gets_worse(before, before + noise, rows)
     assert not gets_worse(before, before + noise - 0.2, rows)
     assert gets_worse(before, before + noise + 0.2, rows)
+    # One and a half standard errors are chance, as often as once in 15; three are not.
+    error = np.std((noise / before.mean(axis=0)).mean(axis=1)) / np.sqrt(200)
+    for times, worse in ((1.5, False), (3.0, True)):
+        more = times * error * before.mean(axis=0)
+        assert gets_worse(before, before + noise + more, rows) == worse
     assert gets_worse(before, np.where(np.arange(200)[:, None] == 7, np.inf, before), rows)
     assert not gets_worse(before[:0], before[:0], rows)
     # Only the cause's own joints count.

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band
@@ -55,11 +56,15 @@ def test_moments_between_holes_have_no_say_in_the_band():
     kept = np.ones(len(t_ns), dtype=bool)
     kept[3:20] = kept[60:90] = False
 
-    def prepared(rows):
+    def prepared(rows, band=None):
         log = JointLog(('shoulder', 'elbow'), t_ns[rows], q[rows], np.nan * q[rows], tau[rows])
-        return prepare([log], model, model.make_robot(), DiagnosisSettings())
+        return prepare([log], model, model.make_robot(), DiagnosisSettings(band=band))
 
     (whole,) = prepared(np.flatnonzero(t_ns >= t_ns[90]))
     (left,) = prepared(np.flatnonzero(kept))
     assert left.band == whole.band
     assert len(left.q) == len(whole.q)
+    # What the noise feigns in that band is known to the floors; of a band that is given it is not.
+    assert left.feigned == pytest.approx(whole.feigned, rel=1e-6)
+    assert 0.0 < whole.feigned < 0.05
+    assert prepared(np.flatnonzero(t_ns >= t_ns[90]), 20.0)[0].feigned == 0.0

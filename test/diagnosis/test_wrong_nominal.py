@@ -4,12 +4,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.model.effort_correction import EffortCorrection
+from sosml_friction.model.model_folder import (
+    EffectTerm,
+    read_model,
+)
+from sosml_friction.model.parameter import Parameter
 
 #: The floor needs the largest of some nulls, not a quantile: fewer make these tests shorter, and
 #: the effects here are many times the floor.
@@ -42,6 +52,36 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
     first = found.causes[0]
     assert fault in {first.effect, *first.rivals}
     assert first.joint == joint
+
+
+def test_one_wrong_scale_of_all_effort_is_one_cause_and_what_equations_cannot_tell_from_it(
+    motion, tmp_path
+):
+    """8 %, named in joint '*'; a model that lists it has it in its effort, and undoes it."""
+    model, t, q, tau = motion
+    found = diagnosed(model, t, q, 1.08 * tau, SETTINGS)
+    assert [(cause.effect, cause.joint) for cause in found.causes] == [
+        ('effort_scale', ALL_JOINTS)
+    ]
+    (cause,) = found.causes
+    assert found.verdict == 'ambiguous'
+    assert {'gravity', 'inertia'} <= set(cause.rivals)
+    # All else may be off by its tolerance of 3.5 %, beside which the scale is what is left.
+    assert cause.parameters['error'].value == pytest.approx(0.08, abs=0.035)
+    assert found.recommendation.joint == ALL_JOINTS
+    assert found.recommendation.trajectory is None
+    assert 'known mass' in found.recommendation.condition
+    term = EffectTerm(cause.effect, cause.joint, {'error': Parameter(0.08, '1')})
+    replace(model, effects=(term,)).write(tmp_path)
+    extended = read_model(tmp_path)
+    signals = found.laboratory.signals
+    wanted = 1.08 * signals[0].torque
+    assert with_known(signals, extended)[0].torque == pytest.approx(wanted, abs=1e-12)
+    assert EffortCorrection(extended).torque(1.08 * tau) == pytest.approx(tau)
+    (known,) = known_effects(extended)
+    terms = known.term(extended.make_robot())
+    assert terms.reported(tau) == pytest.approx(1.08 * tau)
+    assert terms.torque(1.08 * tau) == pytest.approx(tau)
 
 
 def test_gravity_that_is_off_by_5_percent_is_gravity_and_not_friction(motion):

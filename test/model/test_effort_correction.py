@@ -25,6 +25,7 @@ def model(*effects):
 
 
 SCALE = term('effort_scale', 'shoulder', error=0.08)
+COMMON = term('effort_scale', '*', error=0.08)
 BIAS = term('effort_bias', 'elbow', bias=-0.2)
 CUBE = term('effort_saturation', 'shoulder', excess=0.45, reference=1.0)
 CROSS = term('joint_coupling', 'shoulder', coupling=0.1, source=1.0)
@@ -34,6 +35,7 @@ CROSS = term('joint_coupling', 'shoulder', coupling=0.1, source=1.0)
     ('effects', 'reported'),
     [
         ((SCALE,), lambda a, b: (1.08 * a, b)),
+        ((COMMON, BIAS), lambda a, b: (1.08 * a, 1.08 * b - 0.2)),
         ((BIAS,), lambda a, b: (a, b - 0.2)),
         ((CUBE,), lambda a, b: (a + 0.45 * a**3, b)),
         ((CROSS,), lambda a, b: (a + 0.1 * b, b)),
