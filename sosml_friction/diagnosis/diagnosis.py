@@ -424,9 +424,9 @@ def _gain(
         return gain, before, after
     parts: list[list[FloatArray]] = [[], [], []]
     for s in others:
-        y = s.band.apply(s.tau - s.torque)
-        Z = s.band.apply(laboratory.nominal.columns(s))
-        more = [s.band.apply(f.effect.columns(s, f.joint, f.inner)) for f in accepted]
+        y = s.in_band(s.tau - s.torque)
+        Z = s.in_band(laboratory.nominal.columns(s))
+        more = [s.in_band(f.effect.columns(s, f.joint, f.inner)) for f in accepted]
         wide = np.concatenate([Z, *more], axis=2) if more else Z
         parts[0].append(y - Z @ selection.before.x)
         parts[1].append(y - wide @ selection.after.x)
