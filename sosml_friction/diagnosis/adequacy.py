@@ -234,7 +234,7 @@ def leftovers(
         )
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
         y += credible(laboratory.friction_variants(rng), system)
-        y += rng.standard_normal(y.shape)
+        y += laboratory.white(rng)
         largest = np.maximum(largest, [s.gain for s in gains(y)[1]])
     result = []
     for (axis, i, _, mine), s, most in zip(probes, found, largest, strict=True):

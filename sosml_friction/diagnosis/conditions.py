@@ -106,6 +106,7 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
         temperature=None
         if signals.temperature is None
         else np.tile(signals.temperature[:1], (count, 1)),
+        rests=(),
         cache={},
     )
     return (Stretch(rest, only=frozenset({'effort_bias'})),)

@@ -27,7 +27,8 @@ class EffortError:
     Hold the error of effort, measured minus predicted, in the band (rows, n) [Nm or N].
 
     ``before``: of the refitted nominal; ``after``: with the causes; ``measured``: the effort
-    itself; ``on``: which data were left out, for the report.
+    itself, without what joints at rest may take, as the errors are; ``on``: which data were left
+    out, for the report.
     """
 
     before: FloatArray
@@ -45,7 +46,7 @@ def error_on_folds(laboratory: Laboratory, selection: Selection) -> EffortError:
     return EffortError(
         _left(laboratory, y, Z, selection.before.fold_x),
         _left(laboratory, y, wide, selection.after.fold_x),
-        laboratory.measured(),
+        laboratory.measured_in_motion(),
         'folds left out',
     )
 
@@ -58,13 +59,13 @@ def error_on_recording(
     assert selection.after is not None
     before, after, measured = [], [], []
     for s in others:
-        y = s.band.apply(s.tau - s.torque)
-        Z = s.band.apply(laboratory.nominal.columns(s))
+        y = s.in_band(s.tau - s.torque)
+        Z = s.in_band(laboratory.nominal.columns(s))
         more = (f.effect.columns(s, f.joint, f.inner) for f in selection.accepted)
-        wide = np.concatenate([Z, *(s.band.apply(x) for x in more)], axis=2)
+        wide = np.concatenate([Z, *(s.in_band(x) for x in more)], axis=2)
         before.append(y - Z @ selection.before.x)
         after.append(y - wide @ selection.after.x)
-        measured.append(s.band.apply(s.tau))
+        measured.append(s.in_band(s.tau))
     return EffortError(
         np.concatenate(before),
         np.concatenate(after),
@@ -76,7 +77,7 @@ def error_on_recording(
 def stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]]:
     """Return the relative effort error [%] by joint on folds left out, after each cause."""
     y, wide = laboratory.unwhitened()
-    size = np.linalg.norm(laboratory.measured(), axis=0)
+    size = np.linalg.norm(laboratory.measured_in_motion(), axis=0)
     names = laboratory.robot.names
     result = []
     for k in range(len(selection.accepted) + 1):

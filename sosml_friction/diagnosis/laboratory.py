@@ -42,6 +42,8 @@ _RIDGE = 1e-8
 _LINES, _LINE = 16, 0.02
 #: A line of pure noise, the strongest of some hundred, takes less than this times its variance.
 _CHANCE = 15.0
+#: Noise is fitted to pieces of more than so many times its order in rows.
+_PIECE = 4
 #: Least noise, as a share of the effort.
 _LEAST_NOISE = 1e-6
 
@@ -83,6 +85,7 @@ class Laboratory:
         self.structures = [Candidate(Structure(), i, ({},)) for i in range(self.robot.n)]
         self._S = [self._all_columns(candidate) for candidate in self.structures]
         self.noise: tuple[NoiseModel, ...] = ()
+        self._moving: FloatArray
         self.bursts: Bursts
         self.blocks: Blocks
         self.y: FloatArray
@@ -108,7 +111,7 @@ class Laboratory:
         return result
 
     def _filtered(self, signals: Signals, columns: FloatArray) -> FloatArray:
-        return signals.band.apply(columns)
+        return signals.in_band(columns)
 
     def _all_columns(self, candidate: Candidate) -> tuple[NDArray[np.int64], list[FloatArray]]:
         """Return the joints a candidate acts in, and its filtered columns (K, m, g, k)."""
@@ -143,7 +146,7 @@ class Laboratory:
                 return None
             if part is None:
                 part = np.empty((signals.band.count(len(own)), 1, len(grid), own.shape[2]))
-            part[:, 0, points] = signals.band.apply(own)
+            part[:, 0, points] = signals.in_band(own[:, None], [joint])[:, 0]
         return None if part is None else (np.array([joint]), part)
 
     def _in_all_joints(
@@ -160,7 +163,7 @@ class Laboratory:
         for g, inner in enumerate(grid):
             if g:
                 columns = candidate.effect.columns(signals, joint, inner)
-            part[:, :, g] = signals.band.apply(columns[:, rows])
+            part[:, :, g] = signals.in_band(columns[:, rows], rows.tolist())
         return rows, part
 
     def _own(self, signals: Signals, columns: FloatArray) -> FloatArray:
@@ -168,7 +171,8 @@ class Laboratory:
         result = np.zeros((signals.band.count(len(columns)), *columns.shape[1:]))
         for i in range(columns.shape[1]):
             if columns[:, i].any():
-                result[:, i] = signals.band.apply(np.ascontiguousarray(columns[:, i]))
+                own = np.ascontiguousarray(columns[:, i : i + 1])
+                result[:, i] = signals.in_band(own, [i])[:, 0]
         return result
 
     def fit_noise(self, extra: Sequence[FloatArray] = ()) -> None:
@@ -202,10 +206,15 @@ class Laboratory:
             ends = np.cumsum([len(part) for part in self._y])[:-1]
             least = _LEAST_NOISE * max(float(self.signals[0].scales.effort[i]), 1e-12)
             stretches = np.split(residual, ends)
-            models.append(fit_noise(stretches, least))
+            rests = any(rest.joint == i for signals in self.signals for rest in signals.rests)
+            calm = self._calm(i, stretches) if rests else stretches
+            models.append(fit_noise(calm or stretches, least, rests))
             left.append(stretches)
         self.noise = tuple(models)
         self.bursts = self._find_bursts(left)
+        self._moving = np.concatenate(
+            [_moving(s, len(part))[ORDER:] for s, part in zip(self.signals, self._y, strict=True)]
+        )
         self.y = self._masked(whiten_all(self._y, self.noise))
         blocks = self.settings.blocks
         if len(self.y) < 20 * blocks:
@@ -271,19 +280,40 @@ class Laboratory:
         if found.mask.any():
             models = []
             for i, stretches in enumerate(left):
-                calm = []
-                first = 0
-                for x in stretches:
-                    mask = found.mask[first : first + len(x) - ORDER, i]
-                    first += len(x) - ORDER
-                    edges = np.flatnonzero(np.diff(np.append(np.append(True, mask), True)))
-                    for a, b in zip(edges[::2], edges[1::2], strict=False):
-                        if b - a > 10 * ORDER:
-                            calm.append(x[ORDER + a : ORDER + b])
+                calm = self._calm(i, stretches, found.mask[:, i])
                 models.append(fit_noise(calm, 1e-12) if calm else self.noise[i])
             self.noise = tuple(models)
             found = self._bursts(left)
         return found
+
+    def _calm(
+        self,
+        joint: int,
+        stretches: Sequence[FloatArray],
+        burst: NDArray[np.bool_] | None = None,
+    ) -> list[FloatArray]:
+        """
+        Return the pieces of a residual in which a joint moves and no burst is.
+
+        :param burst: by whitened row.
+        """
+        pieces = []
+        first = 0
+        for signals, x in zip(self.signals, stretches, strict=True):
+            spoiled = np.zeros(len(x), dtype=np.bool_)
+            if burst is not None:
+                spoiled[ORDER:] = burst[first : first + len(x) - ORDER]
+                first += len(x) - ORDER
+            for rest in signals.rests:
+                if rest.joint == joint:
+                    spoiled[rest.rows] = True
+            edges = np.flatnonzero(np.diff(np.concatenate([[True], spoiled, [True]])))
+            pieces += [
+                x[a:b]
+                for a, b in zip(edges[::2], edges[1::2], strict=True)
+                if b - a > _PIECE * ORDER
+            ]
+        return pieces
 
     def _bursts(self, left: list[list[FloatArray]]) -> Bursts:
         parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(self.signals))]
@@ -326,6 +356,11 @@ class Laboratory:
         parts = [signals.band.apply(signals.tau)[ORDER:] for signals in self.signals]
         return np.concatenate(parts)
 
+    def measured_in_motion(self) -> FloatArray:
+        """Return the same without what joints at rest may take, as residual and columns are."""
+        parts = [signals.in_band(signals.tau)[ORDER:] for signals in self.signals]
+        return np.concatenate(parts)
+
     def own_columns(self, effect: Effect, joint: int, inner: Inner) -> FloatArray:
         """Return an effect's columns in the band (rows, n, k), in Nm or N."""
         parts = [
@@ -336,6 +371,10 @@ class Laboratory:
     def single(self, effect: Effect, joint: int, inner: Inner) -> CandidateColumns:
         """Return the whitened columns of an effect at one value of its inner parameters."""
         return self._products(*self._all_columns(Candidate(effect, joint, (inner,))))
+
+    def white(self, rng: np.random.Generator) -> FloatArray:
+        """Return noise as whitened rows (rows, n) have it: none where a joint rests."""
+        return self._moving * rng.standard_normal(self._moving.shape)
 
     def friction_variants(self, rng: np.random.Generator) -> FloatArray:
         """
@@ -358,5 +397,13 @@ class Laboratory:
                 z = sign_state(np.ascontiguousarray(q[:, i]), scale)
                 coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
                 difference[:, i] = coulomb * (z - signals.sign[:, i])
-            parts.append(signals.band.apply(difference))
+            parts.append(signals.in_band(difference))
         return self._masked(whiten_all(parts, self.noise))
+
+
+def _moving(signals: Signals, rows: int) -> FloatArray:
+    """Return 1 where a joint moves, 0 where it rests, (rows, n) of the band."""
+    result = np.ones((rows, signals.robot.n))
+    for rest in signals.rests:
+        result[rest.rows, rest.joint] = 0.0
+    return result

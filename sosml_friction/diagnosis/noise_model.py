@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz
+from scipy.linalg import solve_toeplitz, toeplitz
 from scipy.signal import lfilter
 
 FloatArray = NDArray[np.float64]
@@ -44,22 +44,29 @@ class NoiseModel:
         return np.asarray(lfilter([1.0], np.concatenate([[1.0], -self.coefficients]), w)[start:])
 
 
-def fit_noise(residuals: Sequence[FloatArray], smallest: float) -> NoiseModel:
+def fit_noise(
+    residuals: Sequence[FloatArray], smallest: float, pieces: bool = False
+) -> NoiseModel:
     """
     Return the autoregression of stretches of noise, by Yule-Walker.
 
     :param residuals: stretches (N,), each without holes.
+    :param pieces: whether they are so short that a lag has notably fewer products than samples:
+        then its mean is over those.
     :param smallest: least sigma, for a residual that is numerically nothing.
     """
     lags = np.zeros(ORDER + 1)
-    count = 0
+    count = np.zeros(ORDER + 1)
     for x in residuals:
         for k in range(ORDER + 1):
             lags[k] += float(x[: len(x) - k] @ x[k:])
-        count += len(x)
-    if count == 0 or lags[0] <= 0.0:
+            count[k] += max(len(x) - k, 0) if pieces else len(x)
+    if count[-1] == 0 or lags[0] <= 0.0:
         return NoiseModel(np.zeros(ORDER), smallest)
     lags /= count
+    if pieces:
+        # A spectrum is nowhere negative; counted so, it may be.
+        lags[0] += max(-float(np.linalg.eigvalsh(toeplitz(lags))[0]), 0.0)
     # A little white noise: the filter's stop band would be amplified without end.
     lags[0] *= 1.0 + 1e-4
     a = solve_toeplitz(lags[:-1], lags[1:])

@@ -416,12 +416,14 @@ class Selector:
         return replace(best, rivals=tuple(rivals))
 
     def _rests(self, joint: int) -> bool:
-        """Tell whether a joint stands for some of the time."""
+        """Tell whether a joint stands for some of the time, so that its friction is known."""
         slow = np.concatenate(
             [
                 np.abs(signals.v[:, joint]) < _AT_REST * signals.scales.speed[joint]
                 for signals in self.laboratory.signals
+                if not any(rest.joint == joint for rest in signals.rests)
             ]
+            or [np.zeros(1)]
         )
         return bool(slow.mean() > _REST_SHARE)
 
@@ -478,7 +480,7 @@ class Selector:
             x[:p][bounded] = share * lab.nominal.bound[bounded]
             y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
             y += self.credible(lab.friction_variants(rng), beside)
-            y += rng.standard_normal(y.shape)
+            y += lab.white(rng)
             target = Target.make(system, y)
             base = fit_baseline(system, target)
             for name, joint, its in wanted:

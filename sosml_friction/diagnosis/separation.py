@@ -113,11 +113,11 @@ def _columns(
         columns = supposed.effect.columns(stretch.signals, supposed.joint, inner)
         if not stretch.acts(supposed.effect):
             columns = np.zeros_like(columns)
-        parts.append(whiten_all([stretch.signals.band.apply(columns)], laboratory.noise))
+        parts.append(whiten_all([stretch.signals.in_band(columns)], laboratory.noise))
     return np.stack(parts)
 
 
 def _nominal(laboratory: Laboratory, stretch: Stretch) -> FloatArray:
     """Return the whitened columns (rows, n, p) of the nominal deviations along a stretch."""
     columns = laboratory.nominal.columns(stretch.signals)
-    return whiten_all([stretch.signals.band.apply(columns)], laboratory.noise)
+    return whiten_all([stretch.signals.in_band(columns)], laboratory.noise)

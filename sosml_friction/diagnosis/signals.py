@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band, first_derivative
 from sosml_friction.diagnosis.position_noise import PositionNoise
+from sosml_friction.diagnosis.rests import Rest, find_rests, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.exceptions import DataError
@@ -81,6 +83,7 @@ class Signals:
     :func:`~sosml_friction.diagnosis.sign_state.sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
+    ``rests``: where the joints rest, see :mod:`sosml_friction.diagnosis.rests`;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
     the start of the first recording. ``feigned``: share of the whitened noise that noise of
     position makes look like a function of the motion, at most.
@@ -101,6 +104,7 @@ class Signals:
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
     feigned: float = 0.0
+    rests: tuple[Rest, ...] = ()
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
@@ -122,6 +126,15 @@ class Signals:
         for k, column in enumerate(columns):
             result[:, joint, k] = column
         return result
+
+    def in_band(self, x: FloatArray, joints: Sequence[int] | None = None) -> FloatArray:
+        """
+        Return efforts (N, m, ...) in the band, without what joints at rest may take (K, m, ...).
+
+        :param joints: which joint each of the m is; None for all n.
+        """
+        joints = range(self.robot.n) if joints is None else joints
+        return without_rests(self.band.apply(x), joints, self.rests)
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:
@@ -294,6 +307,7 @@ def make_signals(
         scales=scales,
         band=band,
         temperature=stretch.temperature,
+        rests=find_rests(q, band, scales.sign_limit, scales.speed),
     )
 
 

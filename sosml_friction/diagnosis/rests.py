@@ -1,0 +1,128 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What friction does while a joint rests: unknown, and so taken out of both sides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from sosml_friction.diagnosis.band import Band
+
+FloatArray = NDArray[np.float64]
+
+#: A joint that is slower than this share of its top speed, over a cycle of the band, rests.
+_SLOW = 0.02
+#: A rest of more than so many cycles, and than so long [s], is a stop and no turn in passing.
+_STOP, _STOP_S = 3.0, 0.2
+#: Courses of effort that are smaller than this share of the largest, once filtered, are none.
+_RANK = 1e-3
+
+
+@dataclass(frozen=True)
+class Rest:
+    """
+    Hold what an effort of any course during one rest of a joint is in the band.
+
+    ``rows`` of the band that see it; ``base`` (rows, r): orthonormal.
+    """
+
+    joint: int
+    rows: slice
+    base: FloatArray
+
+
+def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
+    """
+    Return where a joint rests, as samples (from, to).
+
+    All that is in a cycle of the band in which it goes no further than ``most``. A joint that is
+    never so slow for three cycles and 0.2 s, between two motions, only turns around in passing and
+    has no rests, nor has one that rests throughout: no friction that it had could have stayed.
+
+    :param q: position (N,) [rad or m].
+    :param most: [rad or m].
+    """
+    size = max(3, round(1.0 / (band.cutoff * band.step)))
+    if len(q) < size:
+        return []
+    way = maximum_filter1d(q, size) - minimum_filter1d(q, size)
+    still = maximum_filter1d((way <= most).astype(np.int8), size).astype(bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]])))
+    found = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    long = max(_STOP * size, _STOP_S / band.step)
+    stops = any(b - a > long and a > 0 and b < len(q) for a, b in found)
+    return found if stops and not still.all() else []
+
+
+def find_rests(
+    q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray
+) -> tuple[Rest, ...]:
+    """
+    Return the rests of all joints.
+
+    A resting joint takes as much friction as its load asks for, up to breakaway; one that creeps,
+    as where friction is a smooth function of speed, takes less and less. Neither the sign nor the
+    speed of a motion that is within the resolution tells how much, so that any course of effort
+    may be friction: piecewise linear ones, knots at the rows of the band, are filtered as
+    everything is, and what they span is taken out of both sides.
+
+    :param q: smoothed position (N, n) [rad or m].
+    :param limit: way over which the sign of motion may change (n,) [rad or m].
+    :param speed: top speed (n,) [rad/s or m/s].
+    """
+    result: list[Rest] = []
+    count = band.count(len(q))
+    for i in range(q.shape[1]):
+        most = min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
+        for begin, end in resting(np.ascontiguousarray(q[:, i]), band, most):
+            # Rows of the band are on a grid that begins with the first sample.
+            first = max(0, (begin - 2 * band.half) // band.factor)
+            last = min(count, (end - 1) // band.factor + 1)
+            if last <= first:
+                continue
+            low = first * band.factor
+            t = np.arange(low, low + (last - first - 1) * band.factor + 2 * band.half + 1)
+            knots = np.linspace(begin, end - 1, max(2, round((end - begin) / band.factor) + 1))
+            inside = (t >= begin) & (t < end)
+            courses = [np.interp(t, knots, hat) * inside for hat in np.eye(len(knots))]
+            U, size, _ = np.linalg.svd(band.apply(np.column_stack(courses)), full_matrices=False)
+            result.append(Rest(i, slice(first, last), U[:, size > _RANK * size.max()]))
+    return _joined(result)
+
+
+def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
+    """Return the rests with those of a joint that see the same rows as one."""
+    result: list[Rest] = []
+    for rest in rests:
+        before = result[-1] if result else None
+        if before is None or before.joint != rest.joint or before.rows.stop <= rest.rows.start:
+            result.append(rest)
+            continue
+        first, last = before.rows.start, max(before.rows.stop, rest.rows.stop)
+        both = np.zeros((last - first, before.base.shape[1] + rest.base.shape[1]))
+        both[: len(before.base), : before.base.shape[1]] = before.base
+        both[rest.rows.start - first :, before.base.shape[1] :][: len(rest.base)] = rest.base
+        U, size, _ = np.linalg.svd(both, full_matrices=False)
+        result[-1] = Rest(rest.joint, slice(first, last), U[:, size > _RANK * size.max()])
+    return tuple(result)
+
+
+def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -> FloatArray:
+    """
+    Take what any course of effort at rest explains out of ``x`` (rows, m, ...), in place.
+
+    :param x: in the band.
+    :param joints: which joint each of the m is.
+    """
+    for rest in rests:
+        for k, joint in enumerate(joints):
+            if joint == rest.joint:
+                part = x[rest.rows, k]
+                flat = part.reshape(len(part), -1)
+                x[rest.rows, k] -= (rest.base @ (rest.base.T @ flat)).reshape(part.shape)
+    return x

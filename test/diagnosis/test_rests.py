@@ -1,0 +1,109 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction of a joint at rest is unknown: it hides no cause, and is called none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sosml_friction.actuators.lockstep import emulated_exoskeleton, run_lockstep
+from sosml_friction.diagnosis.band import Band
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.library import DATA_CAUSES
+from sosml_friction.diagnosis.rests import find_rests, resting, without_rests
+from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.share import share_directory
+
+STEP = 2e-3
+BAND = Band(12.0, STEP)
+LIMIT, TOP = np.array([1.4e-3]), np.array([0.7])
+SETTINGS = DiagnosisSettings(nulls=5, axis_nulls=4)
+
+
+def stop_and_go():
+    """Return a position (N, 1) that goes 0.5 s at 0.7 rad/s, stands 0.5 s, and goes on."""
+    t = np.arange(0.0, 6.0, STEP)
+    v = np.where(t % 1.0 < 0.5, 0.7, 0.0)
+    return t, np.cumsum(v)[:, None] * STEP
+
+
+def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
+    t, q = stop_and_go()
+    rests = find_rests(q, BAND, LIMIT, TOP)
+    assert len(rests) == 6
+    rng = np.random.default_rng(0)
+    stands = np.zeros(len(t))
+    for begin, end in resting(q[:, 0], BAND, 1e-3):
+        # Steps and a random walk: nothing that the knots were made for.
+        stands[begin:end] = np.cumsum(rng.normal(0.0, 0.1, end - begin)) + rng.normal()
+    assert (np.diff(q[:, 0], append=q[-1, 0])[stands != 0.0] < 1e-9).mean() > 0.85
+    before = BAND.apply(stands[:, None])
+    after = without_rests(before.copy(), [0], rests)
+    assert np.abs(before).max() > 1.0
+    # What the knots are too coarse for is above the band.
+    assert np.abs(after).max() < 0.02 * np.abs(before).max()
+    # In the middle of its way, where no rest is within reach of the filter, all of it stays.
+    seen = np.zeros(BAND.count(len(t)), dtype=bool)
+    for rest in rests:
+        seen[rest.rows] = True
+    other = BAND.apply(rng.normal(size=(len(t), 1)))
+    assert (without_rests(other.copy(), [0], rests) == other)[~seen].all()
+    assert (without_rests(other.copy(), [1], rests) == other).all()
+
+
+def test_a_turn_in_passing_is_no_rest_nor_is_standing_throughout():
+    t = np.arange(0.0, 20.0, STEP)
+    swing = (0.35 * np.sin(2.0 * t))[:, None]
+    assert find_rests(swing, BAND, LIMIT, TOP) == ()
+    assert find_rests(np.zeros((len(t), 1)), BAND, LIMIT, TOP) == ()
+
+
+@pytest.fixture(scope='module')
+def recorded():
+    """Return a short T1 on the emulated exoskeleton, in emulated time: samples are even."""
+    ladder = speed_ladder(
+        {'shoulder': -0.5 * math.pi, 'elbow': 0.0},
+        {'shoulder': -0.5 * math.pi, 'elbow': 1.2},
+        [0.05, 0.1, 0.4],
+        plateau_s=0.8,
+    )
+    return run_lockstep(ladder, emulated_exoskeleton(seed=7))
+
+
+def diagnosed(log, name):
+    """Return the diagnosis with a shipped model, and the causes that are not of the data."""
+    found = diagnose([log], read_model(share_directory() / 'config' / name), settings=SETTINGS)
+    return found, [cause for cause in found.causes if cause.effect not in DATA_CAUSES]
+
+
+def test_the_emulators_own_model_explains_its_recording(recorded):
+    """
+    Nothing is named, and free curves find nothing.
+
+    Its joints creep where they stop, with less and less friction; as long as the sign of the last
+    motion was taken for friction at rest, this was unknown_structure.
+    """
+    found, causes = diagnosed(recorded, 'emulated_exoskeleton')
+    assert causes == []
+    assert found.verdict != 'unknown_structure'
+    assert abs(found.refit['shoulder coulomb']) < 0.02 * 0.8
+    assert abs(found.refit['elbow coulomb']) < 0.02 * 0.4
+
+
+def test_a_model_without_friction_lacks_a_stribeck_term_in_both_joints(recorded):
+    found, causes = diagnosed(recorded, 'exoskeleton')
+    assert found.verdict == 'named'
+    named = {cause.joint: cause.parameters for cause in causes if cause.effect == 'stribeck'}
+    assert len(named) == len(causes) == 2
+    for joint, stribeck in (('shoulder', 0.5), ('elbow', 0.25)):
+        p = {name: parameter.value for name, parameter in named[joint].items()}
+        # S alone is at standstill, where no data are: at the slowest plateau it is known.
+        fade = (0.05 / p['stribeck_velocity']) ** p['exponent']
+        assert p['stribeck'] * math.exp(-fade) == pytest.approx(
+            stribeck * math.exp(-0.05 / 0.03), rel=0.15
+        )
