@@ -28,12 +28,13 @@ class Rest:
     """
     Hold what an effort of any course during one rest of a joint is in the band.
 
-    ``rows`` of the band that see it; ``base`` (rows, r): orthonormal.
+    ``rows`` of the band that see it; ``base`` (rows, r): orthonormal, None where they see nothing
+    else and all of it is.
     """
 
     joint: int
     rows: slice
-    base: FloatArray
+    base: FloatArray | None
 
 
 def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
@@ -80,19 +81,36 @@ def find_rests(
     for i in range(q.shape[1]):
         most = min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
         for begin, end in resting(np.ascontiguousarray(q[:, i]), band, most):
-            # Rows of the band are on a grid that begins with the first sample.
+            # Row k of the band sees the samples from k factor to k factor + 2 half.
             first = max(0, (begin - 2 * band.half) // band.factor)
             last = min(count, (end - 1) // band.factor + 1)
-            if last <= first:
-                continue
-            low = first * band.factor
-            t = np.arange(low, low + (last - first - 1) * band.factor + 2 * band.half + 1)
-            knots = np.linspace(begin, end - 1, max(2, round((end - begin) / band.factor) + 1))
-            inside = (t >= begin) & (t < end)
-            courses = [np.interp(t, knots, hat) * inside for hat in np.eye(len(knots))]
-            U, size, _ = np.linalg.svd(band.apply(np.column_stack(courses)), full_matrices=False)
-            result.append(Rest(i, slice(first, last), U[:, size > _RANK * size.max()]))
+            inside = slice(
+                -(-begin // band.factor), min(count, (end - 1 - 2 * band.half) // band.factor + 1)
+            )
+            if inside.stop <= inside.start:
+                inside = slice(last, last)
+            for rows in (slice(first, inside.start), inside, slice(inside.stop, last)):
+                if rows.stop > rows.start:
+                    base = None if rows is inside else _courses(rows, begin, end, band)
+                    result.append(Rest(i, rows, base))
     return _joined(result)
+
+
+def _courses(rows: slice, begin: int, end: int, band: Band) -> FloatArray:
+    """Return what courses of effort between two samples are in rows that see others too."""
+    low, high = rows.start * band.factor, (rows.stop - 1) * band.factor + 2 * band.half + 1
+    t = np.arange(low, high)
+    begin, end = max(begin, low), min(end, high)
+    knots = np.linspace(begin, end - 1, max(2, round((end - begin) / band.factor) + 1))
+    inside = (t >= begin) & (t < end)
+    courses = [np.interp(t, knots, hat) * inside for hat in np.eye(len(knots))]
+    return _span(band.apply(np.column_stack(courses)))
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Return an orthonormal base of columns, but for what is small beside the largest."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(U[:, size > _RANK * size.max()])
 
 
 def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
@@ -100,15 +118,20 @@ def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
     result: list[Rest] = []
     for rest in rests:
         before = result[-1] if result else None
-        if before is None or before.joint != rest.joint or before.rows.stop <= rest.rows.start:
+        if (
+            before is None
+            or before.joint != rest.joint
+            or before.rows.stop <= rest.rows.start
+            or before.base is None
+            or rest.base is None
+        ):
             result.append(rest)
             continue
         first, last = before.rows.start, max(before.rows.stop, rest.rows.stop)
         both = np.zeros((last - first, before.base.shape[1] + rest.base.shape[1]))
         both[: len(before.base), : before.base.shape[1]] = before.base
         both[rest.rows.start - first :, before.base.shape[1] :][: len(rest.base)] = rest.base
-        U, size, _ = np.linalg.svd(both, full_matrices=False)
-        result[-1] = Rest(rest.joint, slice(first, last), U[:, size > _RANK * size.max()])
+        result[-1] = Rest(rest.joint, slice(first, last), _span(both))
     return tuple(result)
 
 
@@ -123,6 +146,9 @@ def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -
         for k, joint in enumerate(joints):
             if joint == rest.joint:
                 part = x[rest.rows, k]
+                if rest.base is None:
+                    part[...] = 0.0
+                    continue
                 flat = part.reshape(len(part), -1)
-                x[rest.rows, k] -= (rest.base @ (rest.base.T @ flat)).reshape(part.shape)
+                part -= (rest.base @ (rest.base.T @ flat)).reshape(part.shape)
     return x

@@ -35,7 +35,7 @@ def stop_and_go():
 def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
     t, q = stop_and_go()
     rests = find_rests(q, BAND, LIMIT, TOP)
-    assert len(rests) == 6
+    assert len(resting(q[:, 0], BAND, 1e-3)) == 6
     rng = np.random.default_rng(0)
     stands = np.zeros(len(t))
     for begin, end in resting(q[:, 0], BAND, 1e-3):
@@ -54,6 +54,19 @@ def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
     other = BAND.apply(rng.normal(size=(len(t), 1)))
     assert (without_rests(other.copy(), [0], rests) == other)[~seen].all()
     assert (without_rests(other.copy(), [1], rests) == other).all()
+
+
+def test_a_long_hold_takes_no_more_memory_than_its_ends():
+    t = np.arange(0.0, 310.0, STEP)
+    q = 0.3 * np.minimum(t, 5.0) + 0.3 * np.maximum(t - 305.0, 0.0)
+    rests = find_rests(q[:, None], BAND, LIMIT, TOP)
+    held = slice(round(5.0 / STEP), round(305.0 / STEP))
+    effort = np.zeros((len(t), 1))
+    effort[held, 0] = np.sin(np.arange(held.stop - held.start) * 1e-3)
+    before = BAND.apply(effort)
+    after = without_rests(before.copy(), [0], rests)
+    assert np.abs(after).max() < 0.02 * np.abs(before).max()
+    assert sum(rest.base.size for rest in rests if rest.base is not None) < 1e4
 
 
 def test_a_turn_in_passing_is_no_rest_nor_is_standing_throughout():
