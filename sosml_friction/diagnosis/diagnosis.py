@@ -15,7 +15,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.adequacy import leftovers
 from sosml_friction.diagnosis.cause import Cause, joint_name
 from sosml_friction.diagnosis.confusability import Confusability, confusability
-from sosml_friction.diagnosis.data_causes import data_causes
+from sosml_friction.diagnosis.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effort_error import error_on_folds, error_on_recording, stages
 from sosml_friction.diagnosis.experiment import recommend
@@ -106,6 +106,8 @@ def diagnose(
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = Laboratory(signals, library, settings, step)
+        if others is not None and laboratory.without_rests:
+            others = [s.with_rests() for s in others]
     except DataError as error:
         return Diagnosis(
             verdict='bad_data',
@@ -129,6 +131,8 @@ def diagnose(
     gain = make_gain(left.before, left.after, left.measured, *squares, HORIZON_S, left.on)
     causes = data_causes(checks, laboratory, without, selection)
     causes += model_causes(laboratory, selection)
+    # What the model lacks is told before what the data lack.
+    causes.sort(key=lambda cause: cause.effect in FAULTS)
     verdict = verdict_of(causes, selection)
     recommendation = None
     if verdict == 'ambiguous':

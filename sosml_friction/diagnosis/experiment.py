@@ -116,7 +116,7 @@ def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Opt
             planned = _planned(first, make())
         except TrajectoryError:
             continue
-        stretch = Stretch(planned)
+        stretch = Stretch(planned.with_rests() if laboratory.without_rests else planned)
         share, margin = separation(laboratory, cause, rival, (stretch,))
         options.append(Option(name, 'trajectory', stretch.duration, share, margin, ''))
     for name, condition in conditions(laboratory.signals).items():

@@ -83,7 +83,7 @@ class Signals:
     :func:`~sosml_friction.diagnosis.sign_state.sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
-    ``rests``: where the joints rest, see :mod:`sosml_friction.diagnosis.rests`;
+    ``rests``: where joints rest and friction is not known, see :meth:`with_rests`, else none;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
     the start of the first recording. ``feigned``: share of the whitened noise that noise of
     position makes look like a function of the motion, at most.
@@ -126,6 +126,11 @@ class Signals:
         for k, column in enumerate(columns):
             result[:, joint, k] = column
         return result
+
+    def with_rests(self) -> Signals:
+        """Return the same with the rests of the joints, in which their effort says nothing."""
+        rests = find_rests(self.q, self.band, self.scales.sign_limit, self.scales.speed)
+        return replace(self, rests=rests)
 
     def in_band(self, x: FloatArray, joints: Sequence[int] | None = None) -> FloatArray:
         """
@@ -307,7 +312,6 @@ def make_signals(
         scales=scales,
         band=band,
         temperature=stretch.temperature,
-        rests=find_rests(q, band, scales.sign_limit, scales.speed),
     )
 
 
