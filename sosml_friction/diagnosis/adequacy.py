@@ -21,8 +21,8 @@ from sosml_friction.diagnosis.evidence import (
 )
 from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.laboratory import Laboratory
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.simulation.dahl import dahl_path
 
 if TYPE_CHECKING:
     from sosml_friction.diagnosis.selection import Finding
@@ -71,7 +71,7 @@ class Reversal(Effect):
             q = signals.q[:, joint : joint + 1]
             if wider != 1.0:
                 q = signals.band.smooth(q, wider)
-            z = sign_state(np.ascontiguousarray(q[:, 0]), share * scale)
+            z = dahl_path(np.ascontiguousarray(q[:, 0]), share * scale)
             columns.append(z - signals.sign[:, joint])
         return signals.in_joint(joint, *columns)
 

@@ -25,10 +25,10 @@ from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.diagnosis.nominal import Nominal, make_nominal
 from sosml_friction.diagnosis.rests import without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.diagnosis.structure import Structure
 from sosml_friction.exceptions import DataError
+from sosml_friction.simulation.dahl import dahl_path
 
 FloatArray = NDArray[np.float64]
 
@@ -430,7 +430,7 @@ class Laboratory:
             difference = np.empty_like(q)
             for i in range(self.robot.n):
                 scale = float(signals.scales.displacement[i] * share[i])
-                z = sign_state(np.ascontiguousarray(q[:, i]), scale)
+                z = dahl_path(np.ascontiguousarray(q[:, i]), scale)
                 coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
                 difference[:, i] = coulomb * (z - signals.sign[:, i])
             parts.append(signals.in_band(difference))

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.band import first_derivative
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals, bump
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.dahl import dahl_path
 
 FloatArray = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     s = signals.sign[:, joint]
     q = np.ascontiguousarray(signals.q[:, joint])
     scale = float(signals.scales.displacement[joint])
-    turns = {name: sign_state(q, share * scale) - s for name, share in TURNS.items()}
+    turns = {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
     return {**turns, 'shape': bump(s)}
 
 

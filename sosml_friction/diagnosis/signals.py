@@ -15,11 +15,11 @@ from sosml_friction.diagnosis.band import Band, first_derivative
 from sosml_friction.diagnosis.position_noise import PositionNoise
 from sosml_friction.diagnosis.rests import Rest, find_rests, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.simulation.dahl import dahl_path
 
 FloatArray = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ class Signals:
 
     ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
-    :func:`~sosml_friction.diagnosis.sign_state.sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
+    :func:`~sosml_friction.simulation.dahl.dahl_path`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
     ``rests``: where joints rest and friction is not known, see :meth:`with_rests`, else none;
@@ -294,7 +294,7 @@ def make_signals(
     v = first_derivative(q, step)
     a = first_derivative(v, step)
     sign = np.column_stack(
-        [sign_state(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
+        [dahl_path(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
     )
     regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
     rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
@@ -416,7 +416,7 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
             parts = []
             for signals in prepared:
                 q = np.ascontiguousarray(signals.q[:, i])
-                state = sign_state(q, float(scales.displacement[i] * share))
+                state = dahl_path(q, float(scales.displacement[i] * share))
                 parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
             both = np.concatenate(parts)
             both = both - U @ (U.T @ both)
@@ -431,7 +431,7 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     result = []
     for signals in prepared:
         sign = np.column_stack(
-            [sign_state(np.ascontiguousarray(signals.q[:, i]), displacement[i]) for i in range(n)]
+            [dahl_path(np.ascontiguousarray(signals.q[:, i]), displacement[i]) for i in range(n)]
         )
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))

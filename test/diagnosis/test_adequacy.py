@@ -10,12 +10,12 @@ from known_robots import slider_model, slider_recording
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.sign_state import sign_state
+from sosml_friction.simulation.dahl import dahl_path
 
 
 def diagnosed(extra):
     """Return the diagnosis of a slider with friction 20 s + 200 v + extra(v) [N]."""
-    log = slider_recording(extra, seed=1, sign=lambda q, _: sign_state(q, 4e-5))
+    log = slider_recording(extra, seed=1, sign=lambda q, _: dahl_path(q, 4e-5))
     return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=8))
 
 

@@ -22,10 +22,10 @@ from sosml_friction.diagnosis.library import EFFECTS, make_library
 from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
 from sosml_friction.diagnosis.nominal import effort_slope, make_nominal
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import even_stretches, prepare
 from sosml_friction.diagnosis.two_mass import deflection
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.simulation.dahl import dahl_path
 
 #: Those of design.md section 4 that the library holds; the other three are faults of data.
 DESIGN = [
@@ -100,9 +100,9 @@ def test_every_effect_has_finite_columns_and_restores_what_it_reports(arm, ident
             assert low <= point[name] <= high
 
 
-def test_the_sign_state_is_dahls_exponential_and_keeps_its_value_at_rest():
+def test_dahls_state_is_an_exponential_and_keeps_its_value_at_rest():
     q = np.concatenate([np.linspace(0.0, 3.0, 7), np.full(5, 3.0), np.linspace(3.0, 2.0, 40)])
-    z = sign_state(q, 1.0)
+    z = dahl_path(q, 1.0)
     assert z[:7] == pytest.approx(1.0 - np.exp(-q[:7]))
     assert z[7:12] == pytest.approx(z[6])
     assert z[-1] == pytest.approx(-1.0 + (1.0 + z[6]) * np.exp(-1.0))

@@ -17,11 +17,11 @@ from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
 from sosml_friction.diagnosis.resimulation import simulate_windows
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import nominal_friction, prepare
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.simulation.dahl import dahl_path
 from sosml_friction.simulation.forward_model import ForwardModel
 
 JOINTS = ('shoulder', 'elbow')
@@ -80,7 +80,7 @@ def signals():
     model = nominal_model()
     s = prepare([log], model, model.make_robot(), DiagnosisSettings(band=20.0))[0]
     scales = replace(s.scales, displacement=np.full(2, DISPLACEMENT))
-    sign = np.column_stack([sign_state(np.ascontiguousarray(x), DISPLACEMENT) for x in s.q.T])
+    sign = np.column_stack([dahl_path(np.ascontiguousarray(x), DISPLACEMENT) for x in s.q.T])
     friction = nominal_friction(s.v, sign, scales)
     return replace(s, sign=sign, scales=scales, friction=friction)
 

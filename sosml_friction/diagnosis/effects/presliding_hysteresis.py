@@ -11,9 +11,9 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.sign_state import sign_state
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.dahl import dahl_path
 from sosml_friction.simulation.forward_terms import BuildUpTerm
 
 
@@ -32,7 +32,7 @@ class PreslidingHysteresis(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return z - s."""
         q = np.ascontiguousarray(signals.q[:, joint])
-        z = sign_state(q, float(inner['displacement']))
+        z = dahl_path(q, float(inner['displacement']))
         return signals.in_joint(joint, z - signals.sign[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BuildUpTerm:
