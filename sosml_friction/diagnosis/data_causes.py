@@ -78,7 +78,6 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     Amplitude 1, as simulated; their waveform is hardly predicted, so that they are rough and have
     no standard errors.
     """
-    assert selection.after is not None
     effect, first = EFFECTS['backlash'](), laboratory.signals[0]
     y, Z = laboratory.unwhitened()
     left = y - Z @ selection.after.x[: Z.shape[2]]

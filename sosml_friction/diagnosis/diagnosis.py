@@ -138,7 +138,6 @@ def diagnose(
     if verdict == 'ambiguous':
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection)
-    assert selection.after is not None
     nominal = laboratory.nominal.names
     rejected = selection.rejected
     return Diagnosis(

@@ -39,8 +39,6 @@ class EffortError:
 
 def error_on_folds(laboratory: Laboratory, selection: Selection) -> EffortError:
     """Return the error on the folds of the recordings, each predicted by the fit without it."""
-    assert selection.before is not None
-    assert selection.after is not None
     y, Z = laboratory.unwhitened()
     wide = np.concatenate([Z, *(_columns(laboratory, f) for f in selection.accepted)], axis=2)
     return EffortError(
@@ -55,8 +53,6 @@ def error_on_recording(
     laboratory: Laboratory, selection: Selection, others: Sequence[Signals]
 ) -> EffortError:
     """Return the error on the stretches of another recording, predicted by the fit to all data."""
-    assert selection.before is not None
-    assert selection.after is not None
     before, after, measured = [], [], []
     for s in others:
         y = s.in_band(s.tau - s.torque)

@@ -29,8 +29,6 @@ def forward_gate(
     Worse than that of the refitted nominal, or than without the last one. Returns the mean squares
     of the windows (W, n), refitted and with the causes that stay.
     """
-    assert selection.before is not None
-    assert selection.after is not None
     before = forward.squares((), selection.before.x, selection.before.fold_x)
     if not selection.accepted:
         return before, before

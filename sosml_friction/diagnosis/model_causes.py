@@ -21,7 +21,6 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     """Return accepted findings as causes; several of one effect and joint are its harmonics."""
     names = laboratory.robot.names
     errors = standard_errors(selection)
-    assert selection.after is not None
     causes: dict[tuple[str, int], Cause] = {}
     first = len(laboratory.nominal.bound)
     for finding in selection.accepted:
@@ -75,8 +74,6 @@ def _rivals(finding: Finding, names: tuple[str, ...]) -> tuple[str, ...]:
 
 def standard_errors(selection: Selection) -> FloatArray:
     """Return standard errors (p,) from the whitened equations, scaled by what is left."""
-    assert selection.system is not None
-    assert selection.after is not None
     system = selection.system
     G = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
     scale = 1.0 / np.sqrt(np.diag(G))

@@ -92,9 +92,15 @@ class Selection:
     ``ranking``: the first round's candidates, best first; ``rejected``: the best that was not
     accepted, with the gates it failed; ``structure``: what axes without physics still explain on
     data left out (energy per joint), and their floor; ``leftovers``: what free curves along the
-    axes of the accepted still explain; ``floors``: of the first round by candidate.
+    axes of the accepted still explain. ``before``: the fit without causes; ``after``: with the
+    accepted, of ``target`` in ``system``.
     """
 
+    settings: DiagnosisSettings
+    before: Baseline
+    after: Baseline
+    system: System
+    target: Target
     accepted: list[Finding] = field(default_factory=list)
     ranking: list[Finding] = field(default_factory=list)
     rejected: Finding | None = None
@@ -104,11 +110,6 @@ class Selection:
     structure_energy: FloatArray = field(default_factory=lambda: np.zeros(0))
     named_energy: float = 0.0
     leftovers: tuple[Leftover, ...] = ()
-    settings: DiagnosisSettings | None = None
-    before: Baseline | None = None
-    after: Baseline | None = None
-    system: System | None = None
-    target: Target | None = None
 
 
 class Selector:
@@ -125,14 +126,12 @@ class Selector:
 
     def run(self) -> Selection:
         """Return the causes that passed all gates, after backward elimination."""
-        lab, result = self.laboratory, Selection(settings=self.settings)
+        lab = self.laboratory
+        target = Target.make(lab.system, lab.y)
+        baseline = fit_baseline(lab.system, target)
+        result = Selection(self.settings, baseline, baseline, lab.system, target)
         while True:
-            system = lab.system.extended([f.columns for f in result.accepted])
-            target = Target.make(system, lab.y)
-            baseline = fit_baseline(system, target)
-            if result.before is None:
-                result.before = baseline
-            result.after, result.system, result.target = baseline, system, target
+            system, target, baseline = result.system, result.target, result.after
             columns = self._columns(system, result.accepted)
             found = self.ranked(system, target, baseline, columns)
             if not result.ranking:
@@ -160,6 +159,7 @@ class Selector:
                 result.rejected = best
                 break
             result.accepted.append(best)
+            self._refit(result)
             self.step(f'found {best.effect.identifier}')
         self._eliminate(result)
         self.judge_structure(result)
@@ -547,9 +547,6 @@ class Selector:
     def judge_structure(self, result: Selection) -> None:
         """Measure what axes without physics still predict on data left out."""
         lab = self.laboratory
-        assert result.system is not None
-        assert result.target is not None
-        assert result.after is not None
         system, target = result.system, result.target
         _, floor = self.floors(system, result.after, [], None, 100 + len(result.accepted))
         gains, energy = [], []
@@ -562,7 +559,6 @@ class Selector:
         left = np.maximum(result.after.held_out.sum(axis=1), 1e-300)
         result.structure_floor = np.maximum(floor, _BELOW_IMPOSSIBLE * self._impossible / left)
         result.structure_energy = np.array(energy)
-        assert result.before is not None
         result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
 
     def _eliminate(self, result: Selection) -> None:
@@ -598,7 +594,6 @@ class Selector:
         again = True
         while again:
             again = False
-            assert result.after is not None
             first = len(self.laboratory.nominal.bound)
             for k, finding in enumerate(result.accepted):
                 count = finding.columns.C.shape[3]

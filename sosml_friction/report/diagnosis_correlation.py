@@ -80,9 +80,6 @@ def correlation(diagnosis: Diagnosis, i: int, before: FloatArray, after: FloatAr
     laboratory, selection = diagnosis.laboratory, diagnosis.selection
     assert laboratory is not None
     assert selection is not None
-    assert selection.before is not None
-    assert selection.after is not None
-    assert selection.system is not None
     step = laboratory.signals[0].band.output_step
     figure = new_figure(10.0, 3.2)
     left, right = figure.subplots(1, 2)

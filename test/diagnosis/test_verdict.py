@@ -28,11 +28,13 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
 ):
     """The diagnosis does not use a late velocity, and bridges short holes."""
     gain = np.array([0.5 if over else 0.0])
+    no_fit = (None,) * 4
     selection = Selection(
+        DiagnosisSettings(),
+        *no_fit,
         structure_gain=gain,
         structure_floor=np.array([0.1]),
         structure_energy=gain,
-        settings=DiagnosisSettings(),
     )
     parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
     cause = Cause(effect, 'elbow', parameters, {})
