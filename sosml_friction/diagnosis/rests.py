@@ -82,7 +82,7 @@ def find_rests(
         most = min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
         for begin, end in resting(np.ascontiguousarray(q[:, i]), band, most):
             # Row k of the band sees the samples from k factor to k factor + 2 half.
-            first = max(0, (begin - 2 * band.half) // band.factor)
+            first = max(0, -((2 * band.half - begin) // band.factor))
             last = min(count, (end - 1) // band.factor + 1)
             inside = slice(
                 -(-begin // band.factor), min(count, (end - 1 - 2 * band.half) // band.factor + 1)

@@ -56,6 +56,27 @@ def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
     assert (without_rests(other.copy(), [1], rests) == other).all()
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_rests_that_the_filter_sees_at_once_are_taken_out_together(seed):
+    """Of any length and as close to each other as they come."""
+    rng = np.random.default_rng(seed)
+    v = np.zeros(4000)
+    k = 100
+    while k < len(v):
+        moving = int(rng.integers(1, 120))
+        v[k : k + moving] = 0.7
+        k += moving + int(rng.integers(50, 400))
+    q = v.cumsum()[:, None] * STEP
+    rests = find_rests(q, BAND, LIMIT, TOP)
+    stands = np.zeros(len(v))
+    for sign, (begin, end) in enumerate(resting(q[:, 0], BAND, 1e-3)):
+        stands[begin:end] = (-1.0) ** sign * np.linspace(1.0, 0.5, end - begin)
+    before = BAND.apply(stands[:, None])
+    after = without_rests(before.copy(), [0], rests)
+    assert np.abs(before).max() > 0.5
+    assert np.abs(after).max() < 0.02 * np.abs(before).max()
+
+
 def test_a_long_hold_takes_no_more_memory_than_its_ends():
     t = np.arange(0.0, 310.0, STEP)
     q = 0.3 * np.minimum(t, 5.0) + 0.3 * np.maximum(t - 305.0, 0.0)
