@@ -40,8 +40,8 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion or
-    effort; ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a
+    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort or
+    rest; ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a
     person; ``values``: the numbers, SI units in their names.
     """
 
@@ -54,6 +54,14 @@ class Check:
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
         return asdict(self)
+
+
+REST_LEFT_OUT = Check(
+    'rest',
+    'warning',
+    '*',
+    'what joints take at rest is not friction of their last motion, and is left out',
+)
 
 
 def check_log(log: JointLog) -> list[Check]:

@@ -16,7 +16,7 @@ from sosml_friction.diagnosis.adequacy import leftovers
 from sosml_friction.diagnosis.cause import Cause, joint_name
 from sosml_friction.diagnosis.confusability import Confusability, confusability
 from sosml_friction.diagnosis.data_causes import FAULTS, data_causes
-from sosml_friction.diagnosis.data_checks import Check, check_log, velocity_lag
+from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, check_log, velocity_lag
 from sosml_friction.diagnosis.effort_error import error_on_folds, error_on_recording, stages
 from sosml_friction.diagnosis.experiment import recommend
 from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain
@@ -106,8 +106,9 @@ def diagnose(
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = Laboratory(signals, library, settings, step)
-        if others is not None and laboratory.without_rests:
-            others = [s.with_rests() for s in others]
+        if laboratory.without_rests:
+            checks.append(REST_LEFT_OUT)
+            others = None if others is None else [s.with_rests() for s in others]
     except DataError as error:
         return Diagnosis(
             verdict='bad_data',

@@ -11,6 +11,7 @@ import pytest
 
 from sosml_friction.actuators.lockstep import emulated_exoskeleton, run_lockstep
 from sosml_friction.diagnosis.band import Band
+from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.library import DATA_CAUSES
 from sosml_friction.diagnosis.rests import find_rests, resting, without_rests
@@ -125,6 +126,7 @@ def test_the_emulators_own_model_explains_its_recording(recorded):
     found, causes = diagnosed(recorded, 'emulated_exoskeleton')
     assert causes == []
     assert found.verdict != 'unknown_structure'
+    assert REST_LEFT_OUT in found.checks
     assert abs(found.refit['shoulder coulomb']) < 0.02 * 0.8
     assert abs(found.refit['elbow coulomb']) < 0.02 * 0.4
 
