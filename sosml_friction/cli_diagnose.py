@@ -52,10 +52,10 @@ def diagnose(
 
     Checks the data, refits the nominal parameters within 3.5 %, and looks in what is left for the
     causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
-    it would predict recordings simulated without it, is physically possible, and improves the
-    forward simulation; causes that the data cannot separate come as a set, with the experiment
-    that would separate them. Where free curves without physics still predict more than the causes
-    do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
+    it would predict recordings simulated without it, is physically possible, and does not make the
+    forward simulation worse; causes that the data cannot separate come as a set, with the
+    experiment that would separate them. Where free curves without physics still predict more than
+    the causes do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
     diagnosis.json, report.html and, with a cause, the extended model, which is a model folder.
     docs/diagnosis.md has the effects and the gates.
 

@@ -70,7 +70,7 @@ class Bursts:
 
 
 def find_impacts(
-    residual: FloatArray, load: FloatArray, step: float
+    residual: FloatArray, load: FloatArray, step: float, moving: NDArray[np.bool_]
 ) -> tuple[tuple[Impacts, ...], NDArray[np.bool_]]:
     """
     Return the gears whose teeth hit the other flank, and the rows (rows,) that they spoil.
@@ -82,6 +82,7 @@ def find_impacts(
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N].
     :param step: time between rows [s].
+    :param moving: rows (rows, n) that say something of a joint.
     """
     rows, n = residual.shape
     energy = residual**2
@@ -97,7 +98,8 @@ def find_impacts(
             inside = np.zeros(rows, dtype=bool)
             for k in changes[i]:
                 inside[max(0, k - around) : k + around] = True
-            here, rest = inside & ~spoiled, ~inside & ~spoiled
+            known = moving[:, i] & ~spoiled
+            here, rest = inside & known, ~inside & known
             if not here.any() or not rest.any():
                 continue
             level = max(float(energy[rest, i].mean()), 1e-300)
@@ -121,7 +123,8 @@ def find_impacts(
         ring = inside.copy()
         width = max(2, round(_RINGING_S / step))
         for j in range(n):
-            level = max(float(energy[~inside & ~spoiled, j].mean()), 1e-300)
+            calm = moving[:, j] & ~inside & ~spoiled
+            level = max(float(energy[calm, j].mean()), 1e-300) if calm.any() else np.inf
             over, count = label(uniform_filter1d(energy[:, j], width) > _RINGING * level)
             touching = np.unique(over[inside])
             ring |= np.isin(over, touching[touching > 0]) if count else False
@@ -136,7 +139,11 @@ def _sign_changes(load: FloatArray) -> NDArray[np.int64]:
 
 
 def find_bursts(
-    residual: FloatArray, times: FloatArray, step: float, load: FloatArray | None = None
+    residual: FloatArray,
+    times: FloatArray,
+    step: float,
+    load: FloatArray | None = None,
+    moving: NDArray[np.bool_] | None = None,
 ) -> Bursts:
     """
     Return the stretches in which a residual is pushed to one side far beyond its usual size.
@@ -148,8 +155,10 @@ def find_bursts(
     :param times: of the rows (rows,) [s].
     :param step: time between rows [s].
     :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
+    :param moving: rows (rows, n) that say something of a joint; None for all.
     """
     rows, n = residual.shape
+    moving = np.ones(residual.shape, dtype=np.bool_) if moving is None else moving
     m = max(2, round(_WINDOW_S / step))
     mask = np.zeros((rows, n), dtype=bool)
     episodes: list[Episode] = []
@@ -157,13 +166,13 @@ def find_bursts(
         return Bursts((), mask)
     impacts: tuple[Impacts, ...] = ()
     if load is not None:
-        impacts, spoiled = find_impacts(residual, load, step)
+        impacts, spoiled = find_impacts(residual, load, step, moving)
         mask |= spoiled[:, None]
         # They are no touch.
         residual = np.where(spoiled[:, None], 0.0, residual)
-    for i in range(n):
+    for i in np.flatnonzero(moving.any(axis=0)).tolist():
         mean = np.convolve(residual[:, i], np.full(m, 1.0 / m), mode='same')
-        usual = max(1.4826 * float(np.median(np.abs(mean))), 1e-300)
+        usual = max(1.4826 * float(np.median(np.abs(mean[moving[:, i]]))), 1e-300)
         relative = np.abs(mean) / usual
         over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], over, [False]])))
@@ -174,7 +183,7 @@ def find_bursts(
         ]
         if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
             continue
-        size = max(1.4826 * float(np.median(np.abs(residual[:, i]))), 1e-300)
+        size = max(1.4826 * float(np.median(np.abs(residual[moving[:, i], i]))), 1e-300)
         for a, b in kept:
             mask[a:b, i] = True
             total = float((residual[a:b, i] ** 2).sum()) / size**2

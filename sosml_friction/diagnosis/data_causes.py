@@ -101,7 +101,7 @@ def _contacts(laboratory: Laboratory) -> list[Cause]:
     for i, name in enumerate(laboratory.robot.names):
         episodes = [e for e in laboratory.bursts.episodes if e.joint == i]
         # Whitened noise has variance 1: as many samples are the energy of noise.
-        share = sum(e.energy for e in episodes) / len(laboratory.y)
+        share = sum(e.energy for e in episodes) / laboratory.known[i]
         if not episodes or share < _BURST:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}

@@ -140,6 +140,7 @@ def diagnose(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection)
     nominal = laboratory.nominal.names
+    errors = standard_errors(laboratory, selection)
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,
@@ -155,7 +156,7 @@ def diagnose(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         # The nominal's deviations come first, the amplitudes of the causes after them.
         refit=dict(zip(nominal, selection.after.x.tolist(), strict=False)),
-        refit_errors=dict(zip(nominal, standard_errors(selection).tolist(), strict=False)),
+        refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(selection, robot.names, settings),
         stages=tuple(stages(laboratory, selection)),
         band_hz=signals[0].band.cutoff,

@@ -317,7 +317,8 @@ def score(
         with_it = -2.0 * (rf @ x + Df[g] @ c) + x @ Gf @ x + 2.0 * x @ Bf[g] @ c + c @ Af[g] @ c
         without = -2.0 * rf @ z + z @ Gf @ z
         removed[f] = without - with_it
-    energy = float(baseline.held_out[candidate.rows].sum())
+    # A joint that rests throughout has none.
+    energy = max(float(baseline.held_out[candidate.rows].sum()), np.finfo(np.float64).tiny)
     return Score(
         best=best,
         gain=float(gains[best]) - base,

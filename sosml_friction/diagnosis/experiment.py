@@ -48,19 +48,21 @@ def recommend(laboratory: Laboratory, selection: Selection) -> Recommendation | 
     margin is recommended if that suffices; else, and where the equations of the two are the same
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
-    finding = next((f for f in selection.accepted if f.rivals or f.effect.inseparable), None)
+    unsure = (f for f in selection.accepted if f.rivals or laboratory.inseparable(f.effect))
+    finding = next(unsure, None)
     if finding is None:
         return _of_impacts(laboratory)
+    inseparable = laboratory.inseparable(finding.effect)
     own = finding.effect.identifier
     closest = _closest(finding)
-    other = finding.effect.inseparable[0] if closest is None else closest.effect.identifier
+    other = inseparable[0] if closest is None else closest.effect.identifier
     margin = 0.0
     if closest is not None:
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
     pair = (own, other)
     where = joint_name(finding.effect, finding.joint, laboratory.robot.names)
     known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
-    if closest is None or other in finding.effect.inseparable:
+    if closest is None or other in inseparable:
         # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
         return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
     cause, rival = supposed(laboratory, finding), supposed(laboratory, closest)

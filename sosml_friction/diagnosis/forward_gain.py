@@ -200,12 +200,15 @@ def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
     Each joint counts alike; the mean of the differences between the same windows is put beside its
     standard error: most of what both have is the noise of the measured effort.
     """
-    if not len(before):
+    before, after = before[:, rows], after[:, rows]
+    if (np.isinf(after) & ~np.isinf(before)).any():
+        return True
+    # What runs away with and without says nothing.
+    both = np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1)
+    if not both.any():
         return False
-    size = np.maximum(before[:, rows].mean(axis=0), 1e-300)
-    with np.errstate(invalid='ignore', over='ignore'):
-        change = ((after - before)[:, rows] / size).mean(axis=1)
-    if not np.isfinite(change).all():
-        return not np.isfinite(after[:, rows]).all()
+    before, after = before[both], after[both]
+    size = np.maximum(before.mean(axis=0), 1e-300)
+    change = ((after - before) / size).mean(axis=1)
     error = float(np.std(change)) / np.sqrt(len(change))
     return bool(change.mean() > _BEYOND_CHANCE * error)

@@ -23,11 +23,11 @@ from sosml_friction.diagnosis.kernels import acts, squares
 from sosml_friction.diagnosis.library import EVERYWHERE
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.diagnosis.nominal import Nominal, make_nominal
-from sosml_friction.diagnosis.rests import without_rests
+from sosml_friction.diagnosis.rests import WhitenedRests, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.diagnosis.structure import Structure
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.simulation.dahl import dahl_path
 
 FloatArray = NDArray[np.float64]
@@ -55,7 +55,7 @@ _LEAST_NOISE = 1e-6
 
 @dataclass(frozen=True)
 class Candidate:
-    """Hold one effect in one joint (its first where it is of the whole robot) and its grid."""
+    """Hold one effect in one joint (0 or :data:`ROBOT`: in the whole robot) and its grid."""
 
     effect: Effect
     joint: int
@@ -83,6 +83,10 @@ class Laboratory:
         self.robot = signals[0].robot
         self.nominal: Nominal = make_nominal(signals[0], settings.tolerance)
         self.candidates = self._candidates(library)
+        if not self.candidates:
+            raise ConfigurationError(
+                'no cause is left that could act in these joints: leave out fewer of them'
+            )
         step('computing the columns of all candidates')
         self._Z = [s.in_band(self.nominal.columns(s)) for s in signals]
         self._y = [s.in_band(s.tau - s.torque) for s in signals]
@@ -90,7 +94,9 @@ class Laboratory:
         self.structures = [Candidate(Structure(), i, ({},)) for i in range(self.robot.n)]
         self._S = [self._all_columns(candidate) for candidate in self.structures]
         self.noise: tuple[NoiseModel, ...] = ()
-        self._moving: FloatArray
+        self._rests: WhitenedRests | None = None
+        #: How many whitened rows of each joint say something (n,).
+        self.known: FloatArray
         self.bursts: Bursts
         self.blocks: Blocks
         self.y: FloatArray
@@ -164,7 +170,7 @@ class Laboratory:
         columns = candidate.effect.columns(signals, joint, grid[0])
         rows = np.array([i for i in range(columns.shape[1]) if acts(columns[:, i])])
         if not len(rows):
-            rows = np.array([joint])
+            rows = np.array([max(joint, 0)])
         count = signals.band.count(len(columns))
         part = np.empty((count, len(rows), len(grid), columns.shape[2]))
         for g, inner in enumerate(grid):
@@ -248,9 +254,11 @@ class Laboratory:
             models.append(fit_noise(calm or stretches, least, self.without_rests))
         self.noise = tuple(models)
         self.bursts = self._find_bursts(left)
-        self._moving = np.concatenate(
-            [_moving(s, len(part))[ORDER:] for s, part in zip(self.signals, self._y, strict=True)]
-        )
+        rows = sum(len(part) - ORDER for part in self._y)
+        self.known = np.full(self.robot.n, float(rows))
+        if self.without_rests:
+            self._rests = self.whitened_rests(self.signals)
+            self.known = self._rests.known()
         self.y = self._masked(whiten_all(self._y, self.noise))
         blocks = self.settings.blocks
         if len(self.y) < 20 * blocks:
@@ -301,12 +309,16 @@ class Laboratory:
     def _products(self, rows: NDArray[np.int64], parts: Sequence[FloatArray]) -> CandidateColumns:
         noise = [self.noise[i] for i in rows]
         whitened = whiten_all(parts, noise)
+        if self._rests is not None:
+            self._rests.take_out(whitened, rows.tolist())
         if self.bursts.mask.any():
             whitened[self.bursts.mask[:, rows]] = 0.0
         return CandidateColumns.make(self.system, rows, whitened)
 
     def _masked(self, x: FloatArray) -> FloatArray:
-        """Return whitened rows with those of bursts set to zero, so that they say nothing."""
+        """Return whitened rows (rows, n, ...) in which rests and bursts say nothing, in place."""
+        if self._rests is not None:
+            self._rests.take_out(x, range(self.robot.n))
         x[self.bursts.mask] = 0.0
         return x
 
@@ -317,7 +329,8 @@ class Laboratory:
             models = []
             for i, stretches in enumerate(left):
                 calm = self._calm(i, stretches, found.mask[:, i])
-                models.append(fit_noise(calm, 1e-12) if calm else self.noise[i])
+                refitted = fit_noise(calm, 1e-12, self.without_rests) if calm else self.noise[i]
+                models.append(refitted)
             self.noise = tuple(models)
             found = self._bursts(left)
         return found
@@ -355,13 +368,16 @@ class Laboratory:
         parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(self.signals))]
         residual = np.concatenate([part[ORDER:] for part in parts])
         step = self.signals[0].band.output_step
+        moving = np.concatenate(
+            [_moving(s, len(part))[ORDER:] for s, part in zip(self.signals, parts, strict=True)]
+        )
         times = np.concatenate(
             [
                 signals.time[signals.band.first :: signals.band.factor][: len(part)][ORDER:]
                 for signals, part in zip(self.signals, parts, strict=True)
             ]
         )
-        return find_bursts(residual, times, step, self._load(len(residual)))
+        return find_bursts(residual, times, step, self._load(len(residual)), moving)
 
     def _load(self, rows: int) -> FloatArray:
         """Return what the bodies behind their gears need (rows, n), smoothed [Nm or N]."""
@@ -408,9 +424,23 @@ class Laboratory:
         """Return the whitened columns of an effect at one value of its inner parameters."""
         return self._products(*self._all_columns(Candidate(effect, joint, (inner,))))
 
+    def inseparable(self, effect: Effect) -> tuple[str, ...]:
+        """Return the causes looked for that joint sensors cannot tell from an effect at all."""
+        sought = {candidate.effect.identifier for candidate in self.candidates}
+        return tuple(name for name in effect.inseparable if name in sought)
+
     def white(self, rng: np.random.Generator) -> FloatArray:
-        """Return noise as whitened rows (rows, n) have it: none where a joint rests."""
-        return self._moving * rng.standard_normal(self._moving.shape)
+        """Return noise as whitened rows (rows, n) have it: less where a joint rests."""
+        noise = rng.standard_normal(self.y.shape)
+        return noise if self._rests is None else self._rests.take_out(noise, range(self.robot.n))
+
+    def whitened_rests(self, stretches: Sequence[Signals]) -> WhitenedRests:
+        """Return what joints at rest may take, as whitened rows of stretches have it."""
+        return WhitenedRests(
+            [s.rests for s in stretches],
+            [s.band.count(len(s.q)) for s in stretches],
+            [model.whitening for model in self.noise],
+        )
 
     def friction_variants(self, rng: np.random.Generator) -> FloatArray:
         """
@@ -437,9 +467,9 @@ class Laboratory:
         return self._masked(whiten_all(parts, self.noise))
 
 
-def _moving(signals: Signals, rows: int) -> FloatArray:
-    """Return 1 where a joint moves, 0 where it rests, (rows, n) of the band."""
-    result = np.ones((rows, signals.robot.n))
+def _moving(signals: Signals, rows: int) -> NDArray[np.bool_]:
+    """Return where no rest of a joint is seen, (rows, n) of the band."""
+    result = np.ones((rows, signals.robot.n), dtype=np.bool_)
     for rest in signals.rests:
-        result[rest.rows, rest.joint] = 0.0
+        result[rest.rows, rest.joint] = False
     return result

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     """Return accepted findings as causes; several of one effect and joint are its harmonics."""
     names = laboratory.robot.names
-    errors = standard_errors(selection)
+    errors = standard_errors(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
     first = len(laboratory.nominal.bound)
     for finding in selection.accepted:
@@ -44,7 +44,7 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
             joint_name(finding.effect, finding.joint, names),
             parameters,
             _evidence(finding),
-            _rivals(finding, names),
+            _rivals(laboratory, finding),
             term,
         )
     return list(causes.values())
@@ -61,10 +61,11 @@ def _evidence(finding: Finding) -> dict[str, float | None]:
     }
 
 
-def _rivals(finding: Finding, names: tuple[str, ...]) -> tuple[str, ...]:
+def _rivals(laboratory: Laboratory, finding: Finding) -> tuple[str, ...]:
     """Return what cannot be told from a finding, as effect@joint where that is another joint."""
+    names = laboratory.robot.names
     own = joint_name(finding.effect, finding.joint, names)
-    rivals = list(finding.effect.inseparable)
+    rivals = list(laboratory.inseparable(finding.effect))
     for rival in finding.rivals:
         where = joint_name(rival.effect, rival.joint, names)
         name = rival.effect.identifier
@@ -72,12 +73,11 @@ def _rivals(finding: Finding, names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(rivals))
 
 
-def standard_errors(selection: Selection) -> FloatArray:
+def standard_errors(laboratory: Laboratory, selection: Selection) -> FloatArray:
     """Return standard errors (p,) from the whitened equations, scaled by what is left."""
     system = selection.system
     G = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
     scale = 1.0 / np.sqrt(np.diag(G))
     covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
-    rows = system.Z.shape[0] * system.Z.shape[1]
-    left = max(selection.after.cost / rows, 1.0)
+    left = max(selection.after.cost / float(laboratory.known.sum()), 1.0)
     return np.asarray(np.sqrt(np.maximum(np.diag(covariance) * left, 0.0)))

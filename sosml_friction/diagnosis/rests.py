@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.signal import lfilter
 
 from sosml_friction.diagnosis.band import Band
 
@@ -135,6 +136,101 @@ def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
     return tuple(result)
 
 
+class WhitenedRests:
+    """
+    Hold what efforts at rest are in whitened rows, in all stretches joined.
+
+    A whitening filter of ``order`` past rows spreads them: whitened rows that see nothing but a
+    rest are zero, and the others are freed of the filtered bases and of the last rows inside,
+    whose values are not known and still in the filter's history.
+
+    :param rests: of each stretch; ``counts``: its rows of the band.
+    :param whitening: filters of the joints, (order + 1,) each.
+    """
+
+    def __init__(
+        self,
+        rests: Sequence[Sequence[Rest]],
+        counts: Sequence[int],
+        whitening: Sequence[FloatArray],
+    ) -> None:
+        order = len(whitening[0]) - 1
+        rows = sum(count - order for count in counts)
+        #: Rows (rows, n) that are zero.
+        self.inside = np.zeros((rows, len(whitening)), dtype=np.bool_)
+        self._bases: list[tuple[int, slice, FloatArray]] = []
+        first = -order
+        for own, count in zip(rests, counts, strict=True):
+            for i, weights in enumerate(whitening):
+                mine = [rest for rest in own if rest.joint == i]
+                inside = np.zeros(count, dtype=np.bool_)
+                for rest in mine:
+                    if rest.base is None:
+                        inside[rest.rows] = True
+                self.inside[first + order : first + count, i] = inside[order:]
+                for begin, columns in _clusters(mine, weights, inside):
+                    cut = max(0, order - begin)
+                    if not columns[cut:].any():
+                        continue
+                    base = _span(columns[cut:] / _sizes(columns[cut:]))
+                    start = first + begin + cut
+                    self._bases.append((i, slice(start, start + len(base)), base))
+            first += count - order
+
+    def known(self) -> FloatArray:
+        """Return how many rows of each joint say something (n,): those left less the freed."""
+        known = (~self.inside).sum(axis=0).astype(np.float64)
+        for joint, _, base in self._bases:
+            known[joint] -= base.shape[1]
+        return np.asarray(known)
+
+    def take_out(self, x: FloatArray, joints: Sequence[int]) -> FloatArray:
+        """Take what efforts at rest may be out of whitened ``x`` (rows, m, ...), in place."""
+        for k, joint in enumerate(joints):
+            x[self.inside[:, joint], k] = 0.0
+            for i, rows, base in self._bases:
+                if i == joint:
+                    _project(x[rows, k], base)
+        return x
+
+
+def _clusters(
+    rests: Sequence[Rest], weights: FloatArray, inside: NDArray[np.bool_]
+) -> list[tuple[int, FloatArray]]:
+    """Return whitened nuisances of one joint, those that overlap as one: first row, columns."""
+    order = len(weights) - 1
+    result: list[tuple[int, FloatArray]] = []
+    for rest in sorted(rests, key=lambda rest: rest.rows.start):
+        base, begin = rest.base, rest.rows.start
+        if base is None:
+            begin = max(rest.rows.start, rest.rows.stop - order)
+            base = np.eye(rest.rows.stop - begin)
+        end = min(len(inside), begin + len(base) + order)
+        columns = np.zeros((end - begin, base.shape[1]))
+        columns[: len(base)] = base
+        columns = lfilter(weights, [1.0], columns, axis=0)
+        columns[inside[begin:end]] = 0.0
+        if result and begin < result[-1][0] + len(result[-1][1]):
+            start, before = result.pop()
+            joined = np.zeros((max(end - start, len(before)), before.shape[1] + base.shape[1]))
+            joined[: len(before), : before.shape[1]] = before
+            joined[begin - start : end - start, before.shape[1] :] = columns
+            begin, columns = start, joined
+        result.append((begin, columns))
+    return result
+
+
+def _sizes(columns: FloatArray) -> FloatArray:
+    size = np.linalg.norm(columns, axis=0)
+    return np.asarray(np.where(size > 0.0, size, 1.0))
+
+
+def _project(part: FloatArray, base: FloatArray) -> None:
+    """Take what a base (rows, r) spans out of a part (rows, ...), in place."""
+    flat = part.reshape(len(part), -1)
+    part -= (base @ (base.T @ flat)).reshape(part.shape)
+
+
 def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -> FloatArray:
     """
     Take what any course of effort at rest explains out of ``x`` (rows, m, ...), in place.
@@ -149,6 +245,5 @@ def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -
                 if rest.base is None:
                     part[...] = 0.0
                     continue
-                flat = part.reshape(len(part), -1)
-                part -= (rest.base @ (rest.base.T @ flat)).reshape(part.shape)
+                _project(part, rest.base)
     return x

@@ -239,11 +239,11 @@ class Selector:
         columns: CandidateColumns,
         grid: int,
     ) -> Finding:
-        rows = len(self.laboratory.y) * len(columns.rows)
+        rows = float(self.laboratory.known[columns.rows].sum())
         k = int((s.amplitude != 0.0).sum()) + len(effect.refined)
         k = max(k, 1)
         bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
-        residual = max(float(rows) - s.gain, 1.0)
+        residual = max(rows - s.gain, 1.0)
         statistic = max(s.gain, 0.0) / k / (residual / rows)
         p = float(f_distribution.sf(statistic, k, rows)) * self.trials
         fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
@@ -387,7 +387,7 @@ class Selector:
         beside = system.extended([best.columns])
         aim = Target.make(beside, self.laboratory.y)
         after = fit_baseline(beside, aim)
-        excess = max(after.cost - self.laboratory.y.size, 0.0)
+        excess = max(after.cost - float(self.laboratory.known.sum()), 0.0)
         # Where a dependence on speed is seen too, a constant alone is no twin.
         constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
         share = _TWIN_MOVING if constant and not self._rests(best.joint) else _TWIN

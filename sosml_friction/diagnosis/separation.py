@@ -113,11 +113,19 @@ def _columns(
         columns = supposed.effect.columns(stretch.signals, supposed.joint, inner)
         if not stretch.acts(supposed.effect):
             columns = np.zeros_like(columns)
-        parts.append(whiten_all([stretch.signals.in_band(columns)], laboratory.noise))
+        parts.append(_whitened(laboratory, stretch, columns))
     return np.stack(parts)
 
 
 def _nominal(laboratory: Laboratory, stretch: Stretch) -> FloatArray:
     """Return the whitened columns (rows, n, p) of the nominal deviations along a stretch."""
-    columns = laboratory.nominal.columns(stretch.signals)
-    return whiten_all([stretch.signals.in_band(columns)], laboratory.noise)
+    return _whitened(laboratory, stretch, laboratory.nominal.columns(stretch.signals))
+
+
+def _whitened(laboratory: Laboratory, stretch: Stretch, columns: FloatArray) -> FloatArray:
+    """Return columns (N, n, ...) along a stretch as the laboratory has its own (rows, n, ...)."""
+    whitened = whiten_all([stretch.signals.band.apply(columns)], laboratory.noise)
+    if stretch.signals.rests:
+        rests = laboratory.whitened_rests([stretch.signals])
+        rests.take_out(whitened, range(columns.shape[1]))
+    return whitened

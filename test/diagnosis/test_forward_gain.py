@@ -129,6 +129,10 @@ def test_worse_is_what_exceeds_its_standard_error():
         assert gets_worse(before, before + noise + more, rows) == worse
     assert gets_worse(before, np.where(np.arange(200)[:, None] == 7, np.inf, before), rows)
     assert not gets_worse(before[:0], before[:0], rows)
+    # A window that runs away with and without says nothing of the others.
+    away = np.where(np.arange(200)[:, None] == 7, np.inf, before)
+    assert not gets_worse(away, 0.1 * away, rows)
+    assert gets_worse(away, 2.0 * away, rows)
     # Only the cause's own joints count.
     assert not gets_worse(before, before + np.array([-0.1, 5.0]), np.array([0]))
 

@@ -13,7 +13,7 @@ import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOURS
+from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOURS, POSITION
 from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
@@ -234,7 +234,7 @@ def test_energy_where_the_load_changes_sides_is_an_impact_and_elsewhere_is_none(
         e = rng.normal(0.0, 0.05, (len(t), 2))
         hit = np.abs(np.mod(t - shift + 0.05, 10.0) - 0.1) < 0.05
         e[hit, 0] += 0.25 * rng.choice([-1.0, 1.0], int(hit.sum()))
-        impacts, spoiled = find_impacts(e, load, step)
+        impacts, spoiled = find_impacts(e, load, step, np.ones(e.shape, dtype=bool))
         assert [x.joint for x in impacts] == joints
         assert spoiled.any() == bool(joints)
         if joints:
@@ -288,4 +288,4 @@ def test_every_axis_of_what_is_left_is_in_the_schema():
     schema = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
     known = set(axes['items']['properties']['axis']['enum'])
-    assert known == {*AXES.values(), NEIGHBOURS}
+    assert known == {*AXES.values(), NEIGHBOURS, POSITION}
