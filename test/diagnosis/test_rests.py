@@ -8,17 +8,20 @@ import math
 
 import numpy as np
 import pytest
+from known_robots import SLIDER_MASS, recording, slider_model
 
 from sosml_friction.actuators.lockstep import emulated_exoskeleton, run_lockstep
 from sosml_friction.diagnosis.band import Band
 from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.library import DATA_CAUSES
-from sosml_friction.diagnosis.rests import find_rests, resting, without_rests
+from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel
+from sosml_friction.diagnosis.rests import WhitenedRests, find_rests, resting, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.dahl import dahl_path
 
 STEP = 2e-3
 BAND = Band(12.0, STEP)
@@ -76,6 +79,65 @@ def test_rests_that_the_filter_sees_at_once_are_taken_out_together(seed):
     after = without_rests(before.copy(), [0], rests)
     assert np.abs(before).max() > 0.5
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
+
+
+def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_noise():
+    """
+    Noise of AR(2), as drawn; the whitening filter amplifies what is cut out before it 20 times.
+
+    Of white rows no projection can make more than there are.
+    """
+    t, q = stop_and_go()
+    rests = find_rests(q, BAND, LIMIT, TOP)
+    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
+    assert len(model.coefficients) == ORDER
+    rows, rng = BAND.count(len(t)), np.random.default_rng(1)
+    known = WhitenedRests([rests], [rows], [model.whitening])
+    stands = np.zeros(len(t))
+    for begin, end in resting(q[:, 0], BAND, 1e-3):
+        stands[begin:end] = np.cumsum(rng.normal(0.0, 0.1, end - begin)) + rng.normal()
+    energies = []
+    for _ in range(200):
+        noise = model.draw(rows, rng)
+        with_rests = noise + BAND.apply(stands[:, None])[:, 0]
+        a, b = (
+            known.take_out(model.whiten(x)[:, None].copy(), [0])[:, 0] for x in (noise, with_rests)
+        )
+        energies.append(float(a @ a))
+    # The courses are smooth between rows of the band: 2 % of them is left, as above.
+    assert np.abs(a - b).max() < 0.02 * np.abs(model.whiten(BAND.apply(stands[:, None]))).max()
+    # chi2 of as many as say something; 5 standard errors of the mean of 200.
+    count = float(known.known()[0])
+    assert np.mean(energies) == pytest.approx(count, abs=5.0 * math.sqrt(2.0 * count / 200))
+    assert 0 < count < rows
+
+
+def test_friction_that_fades_at_rest_is_no_cause():
+    """A slider whose own model is given; what it takes at rest decays from friction to nothing."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0.0, 40.0, 4e-3)
+    q, v, a = np.zeros((3, len(t)))
+    here, start = 0.0, 0.3
+    still = np.ones(len(t), dtype=bool)
+    age = np.zeros(len(t))
+    while start < t[-1]:
+        there, time = rng.uniform(-0.12, 0.12), 0.8 * rng.uniform(0.7, 1.4)
+        rows = (t >= start) & (t < start + time)
+        s = (t[rows] - start) / time
+        way = there - here
+        q[rows] = here + way * (10 * s**3 - 15 * s**4 + 6 * s**5)
+        v[rows] = way * (30 * s**2 - 60 * s**3 + 30 * s**4) / time
+        a[rows] = way * (60 * s - 180 * s**2 + 120 * s**3) / time**2
+        q[t >= start + time], here = there, there
+        still[rows] = False
+        age[t >= start + time] = t[t >= start + time] - start - time
+        start += time + 1.5 * rng.uniform(0.7, 1.3)
+    friction = 20.0 * dahl_path(q, 3e-5) * np.where(still, np.exp(-age / 0.3), 1.0)
+    tau = SLIDER_MASS * a + friction + 200.0 * v + rng.normal(0.0, 1.0, len(t))
+    log = recording(('slider',), t, q, tau)
+    found = diagnose([log], slider_model(20.0, 200.0), settings=SETTINGS)
+    assert REST_LEFT_OUT in found.checks
+    assert found.verdict == 'nothing_above_floor'
 
 
 def test_a_long_hold_takes_no_more_memory_than_its_ends():

@@ -14,6 +14,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
@@ -144,3 +145,8 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(
     (tmp_path / 'thesis').mkdir()
     (tmp_path / 'thesis' / 'model.yaml').write_text('mine')
     assert 'not overwritten' in refused(bag, '--out', tmp_path / 'thesis')
+
+
+def test_without_every_cause(refused, tmp_path):
+    err = refused(bag_of(tmp_path / 'bag'), '--without', ','.join(EFFECTS))
+    assert 'no cause is left' in err
