@@ -39,9 +39,9 @@ _OVERLAP = 0.5
 #: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
 #: that the best leaves beyond noise: what neither explains could have decided between them.
 _RIVAL = 0.1
-#: A twin's evidence is at least this share of the best's; any will do where the joint never rests:
-#: then reversals alone tell twins apart, and how friction turns around is not known.
-_TWIN, _TWIN_MOVING = 0.8, 0.0
+#: A twin's evidence is at least this share of the best's; it needs none where the joint never
+#: rests: then reversals alone tell twins apart, and how friction turns around is not known.
+_TWIN = 0.8
 #: A joint rests where it is slower than this share of its top speed; recordings of less rest than
 #: the second share have none.
 _AT_REST, _REST_SHARE = 2e-3, 0.02
@@ -390,14 +390,16 @@ class Selector:
         excess = max(after.cost - float(self.laboratory.known.sum()), 0.0)
         # Where a dependence on speed is seen too, a constant alone is no twin.
         constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
-        share = _TWIN_MOVING if constant and not self._rests(best.joint) else _TWIN
+        least = max(_TWIN * best.delta_bic, BIC_CLOSE)
+        if constant and not self._rests(best.joint):
+            least = -np.inf
         rivals = [
             other
             for other in found
             if other.joint == best.joint
             and other.effect.identifier in best.effect.twins
             and not other.objection
-            and other.delta_bic > max(share * best.delta_bic, BIC_CLOSE)
+            and other.delta_bic > least
         ]
         known = {other.key for other in rivals}
         # What is not seen to be more than the best is no rival of it, but one of any other.
