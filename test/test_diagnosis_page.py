@@ -11,7 +11,7 @@ import pytest
 
 from sosml_friction.cli import main
 from sosml_friction.diagnosis.extension import OF_LAW
-from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS
+from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS, EVERYWHERE
 from sosml_friction.diagnosis.rigid_changes import RIGID
 from sosml_friction.diagnosis.verdict import VERDICTS
 from sosml_friction.model.effort_correction import CORRECTED
@@ -40,9 +40,10 @@ def test_the_table_names_exactly_the_registry_and_the_faults_of_data():
 @pytest.mark.parametrize('name', sorted(EFFECTS))
 def test_twins_are_those_of_the_effect(name):
     told = re.findall(r'`(\w+)`( \(I\))?', TABLE[name][4])
-    effect = EFFECTS[name]
-    assert {twin for twin, _ in told} == {*effect.twins, *effect.inseparable}
-    assert {twin for twin, mark in told if mark} == set(effect.inseparable)
+    kinds = [EFFECTS[name], *([EVERYWHERE[name]] if name in EVERYWHERE else [])]
+    inseparable = {twin for kind in kinds for twin in kind.inseparable}
+    assert {twin for twin, _ in told} == {*EFFECTS[name].twins} | inseparable
+    assert {twin for twin, mark in told if mark} == inseparable
 
 
 @pytest.mark.parametrize('name', sorted(TABLE))
