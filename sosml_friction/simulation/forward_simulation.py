@@ -11,7 +11,7 @@ are those of Pinocchio in the middle of each sample, and held over it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from sosml_friction.simulation.dahl import dahl_step
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.forward_start import Start
-from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.simulation.forward_term import Gear, Motion
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -31,6 +31,9 @@ _AWAY = 1e3
 _TINY = 1e-6
 #: Gears that give are simulated alone for so long before a window starts [s].
 _SETTLE_S = 0.5
+#: Share of critical damping that they have meanwhile at least: a gear of less would ring with the
+#: noise of the measured path, and its body start too fast.
+_SETTLE_DAMPING = 0.5
 
 
 @dataclass(frozen=True)
@@ -163,7 +166,7 @@ class _Integrator:
         if self.led:
             masses[:, self.led] = np.eye(len(still))[self.led]
         carried = masses[:, self.bent, self.bent].mean(axis=0)
-        self.damping = _damping(self.model, carried)
+        self.damping = _damping(self.model.gears, carried)
         return np.asarray(np.linalg.inv(masses)), bias
 
     def _drift(self, dt: float) -> None:
@@ -208,9 +211,9 @@ class _Integrator:
             self.u = self.v
 
 
-def _damping(model: ForwardModel, carried: FloatArray) -> FloatArray:
-    """Return the damping of the gears that give (g,), each with the inertia that it carries."""
-    pairs = zip(model.gears, carried, strict=True)
+def _damping(gears: Sequence[Gear], carried: FloatArray) -> FloatArray:
+    """Return the damping of gears that give (g,), each with the inertia that it carries."""
+    pairs = zip(gears, carried, strict=True)
     return np.array([gear_damping(gear, float(mass)) for gear, mass in pairs])
 
 
@@ -229,7 +232,8 @@ def _settled(
 
     for a while before, in which the motors follow the path and the ringing dies down.
     """
-    gears, robot = model.gears, model.robot
+    gears = [replace(g, damping=max(g.damping, _SETTLE_DAMPING)) for g in model.gears]
+    robot = model.robot
     bent = [gear.joint for gear in gears]
     K = np.array([gear.stiffness for gear in gears])
     half = np.array([0.5 * gear.gap for gear in gears])
@@ -237,7 +241,7 @@ def _settled(
     v = np.gradient(path, period, axis=0)
     a = np.gradient(v, period, axis=0)
     M = np.array([np.diag(robot.inertia(path[k]))[bent] for k in at])
-    c = _damping(model, M.mean(axis=0))
+    c = _damping(gears, M.mean(axis=0))
     h = period / count
     d, rate = np.zeros(M.shape), np.zeros(M.shape)
     for k in range(-before, 0):
