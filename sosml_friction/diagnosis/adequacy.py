@@ -41,8 +41,9 @@ AXES: Mapping[str, str] = {
     'presliding_hysteresis': 'speed',
     'thermal_drift': 'speed',
 }
-#: The axis that no cause has.
+#: Axes that no cause has.
 NEIGHBOURS = 'the position of the next joint'
+NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
 #: The axis of a curve of position that repeats nowhere, the causes that it could make up, and the
 #: share of what it and they explain from which on they are not the whole.
 POSITION = 'position'
@@ -148,6 +149,26 @@ class NeighbourCurve(Effect):
         return result
 
 
+class NeighbourFriction(Effect):
+    """
+    Add s (a cos q_k + b sin q_k), q_k of the joint before and after: friction that follows them.
+
+    The curves above hold it too, among so many others that a little of it is lost in their chance.
+    """
+
+    identifier: ClassVar[str] = 'friction_by_neighbours'
+    amplitudes: ClassVar[Mapping[str, str]] = {f'wave_{k}': '{effort}' for k in range(4)}
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the waves, (N, n, 4), the last two zero where there is one neighbour."""
+        result = np.zeros((len(signals.q), signals.robot.n, 4))
+        s = signals.sign[:, joint]
+        for k, other in enumerate(_neighbours(signals.robot.n, joint)):
+            result[:, joint, 2 * k] = s * np.cos(signals.q[:, other])
+            result[:, joint, 2 * k + 1] = s * np.sin(signals.q[:, other])
+        return result
+
+
 def _neighbours(n: int, joint: int) -> list[int]:
     return [k for k in (joint - 1, joint + 1) if 0 <= k < n]
 
@@ -161,7 +182,8 @@ class Leftover:
     has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
     that the causes of this axis and the curve explain together. ``instead``: it is one power of
     speed that explains more than all the named causes by speed, in their stead. ``foreign``: the
-    curve is one that no cause of the catalogue has. ``least``: smallest share that counts.
+    curve is one that no cause of the catalogue has. ``least``: the share from which on the causes
+    are not the whole.
     """
 
     axis: str
@@ -170,14 +192,14 @@ class Leftover:
     energy: float
     floor: float
     share: float
+    least: float
     instead: bool = False
     foreign: bool = False
-    least: float = 0.0
 
-    def significant(self, largest_share: float) -> bool:
+    @property
+    def significant(self) -> bool:
         """Tell whether it is beyond chance, and too much for the causes to be the whole."""
-        share = max(largest_share, self.least)
-        return self.gain > self.floor and self.energy > 0.0 and self.share > share
+        return self.gain > self.floor and self.energy > 0.0 and self.share > self.least
 
 
 def leftovers(
@@ -207,6 +229,7 @@ def leftovers(
             probes.append((POSITION, i, PositionCurve(), by_position))
         if mine and n > 1:
             probes.append((NEIGHBOURS, i, NeighbourCurve(), mine))
+            probes.append((NEIGHBOUR_FRICTION, i, NeighbourFriction(), mine))
     if not probes:
         return ()
     turns = Reversal()
@@ -236,14 +259,19 @@ def leftovers(
         y += credible(laboratory.friction_variants(rng), system)
         y += laboratory.white(rng)
         largest = np.maximum(largest, [s.gain for s in gains(y)[1]])
+    # Causes that follow the nominal's load are off by its tolerance: in energy, by the square.
+    least = {POSITION: _POSITION_SHARE, NEIGHBOUR_FRICTION: settings.tolerance**2}
     result = []
     for (axis, i, _, mine), s, most in zip(probes, found, largest, strict=True):
         named = sum(max(f.score.gain, 0.0) for f in mine)
         share = s.gain / max(named + s.gain, 1e-300)
         floor = settings.axis_margin * float(most)
-        least = _POSITION_SHARE if axis == POSITION else 0.0
-        foreign = axis in (NEIGHBOURS, POSITION)
-        result.append(Leftover(axis, i, s.gain, s.energy, floor, share, False, foreign, least))
+        result.append(
+            Leftover(
+                axis, i, s.gain, s.energy, floor, share, least.get(axis, settings.axis_share),
+                foreign=axis in (NEIGHBOURS, NEIGHBOUR_FRICTION, POSITION),
+            )
+        )  # fmt: skip
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     return (*(x for x in result if (x.axis, x.joint) not in where), *instead)
@@ -274,5 +302,5 @@ def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftov
         assert best is not None
         floor = float(named + (2 - k) * price + max(_MORE, _MORE_SHARE * named))
         if best.gain > floor:
-            result.append(Leftover('speed', i, best.gain, best.energy, floor, 1.0, True))
+            result.append(Leftover('speed', i, best.gain, best.energy, floor, 1.0, 0.0, True))
     return result

@@ -24,7 +24,8 @@ class Cause:
 
     ``joint``: its name, or '*' for all; ``evidence``: delta_bic, p_adjusted, cv_gain, cv_gain_se,
     folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
-    that explain as much. ``terms``: inner parameters and amplitudes of each harmonic.
+    that explain as much. ``terms``: inner parameters and amplitudes of each harmonic; none where
+    what the data show is too rough for the model, or no part of it.
     """
 
     effect: str
@@ -33,6 +34,11 @@ class Cause:
     evidence: Mapping[str, float | None]
     rivals: tuple[str, ...] = ()
     terms: tuple[tuple[Inner, FloatArray], ...] = ()
+
+    @property
+    def in_model(self) -> bool:
+        """Tell whether the extended model has it."""
+        return bool(self.terms)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
@@ -45,6 +51,7 @@ class Cause:
             },
             'evidence': dict(self.evidence),
             'rivals': list(self.rivals),
+            'in_model': self.in_model,
         }
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from sosml_friction.diagnosis.bursts import Impacts
 from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.data_checks import Check
-from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.diagnosis.selection import Selection
@@ -73,10 +72,10 @@ def _backlash(
 
 def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, Parameter]:
     """
-    Return the parameters of the gear with a gap that leaves least of the impacts.
+    Return gap and stiffness of the gear that leaves least of the impacts.
 
-    Amplitude 1, as simulated; their waveform is hardly predicted, so that they are rough and have
-    no standard errors.
+    Their waveform is hardly predicted, so that both are rough, have no standard errors, and are
+    not for the model: a simulation with them goes more astray than one without.
     """
     effect, first = EFFECTS['backlash'](), laboratory.signals[0]
     y, Z = laboratory.unwhitened()
@@ -92,8 +91,8 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
         for inner in grid
     ]  # fmt: skip
     inner = grid[int(np.argmin(energies))]
-    one, unknown = np.ones(1), np.full(1, np.nan)
-    return effect.parameters(Fitted(first, joint, inner, one, unknown))
+    units = effect.units(first, joint)
+    return {name: Parameter(float(inner[name]), units[name]) for name in effect.inner}
 
 
 def _contacts(laboratory: Laboratory) -> list[Cause]:

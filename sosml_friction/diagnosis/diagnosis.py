@@ -157,7 +157,7 @@ def diagnose(
         # The nominal's deviations come first, the amplitudes of the causes after them.
         refit=dict(zip(nominal, selection.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
-        structure=_structure(selection, robot.names, settings),
+        structure=_structure(selection, robot.names),
         stages=tuple(stages(laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
@@ -211,9 +211,7 @@ def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _structure(
-    selection: Selection, names: tuple[str, ...], settings: DiagnosisSettings
-) -> dict[str, Any]:
+def _structure(selection: Selection, names: tuple[str, ...]) -> dict[str, Any]:
     """Return ``structure`` of diagnosis.json: what free curves explain beside the causes."""
     return {
         'cv_gain': [float(x) for x in selection.structure_gain],
@@ -225,7 +223,7 @@ def _structure(
                 'energy': x.gain,
                 'floor': x.floor,
                 'share': x.share,
-                'unknown': x.significant(settings.axis_share),
+                'unknown': x.significant,
             }
             for x in selection.leftovers
         ],

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.diagnosis.library import DATA_CAUSES
 from sosml_friction.diagnosis.rigid_changes import (
     RIGID,
     cause_change,
@@ -57,7 +56,7 @@ def extended_model(
     terms = [
         EffectTerm(cause.effect, cause.joint, cause.parameters)
         for cause in diagnosis.causes
-        if cause.effect not in DATA_CAUSES
+        if cause.in_model
     ]
     result, terms, rigid = _with_rigid_body(model, diagnosis, terms)
     result, terms = _with_friction(result, diagnosis, terms)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.diagnosis.gain import BEYOND_CHANCE
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction
 from sosml_friction.diagnosis.noise_model import ORDER
@@ -32,9 +33,6 @@ IndexArray = NDArray[np.int64]
 HORIZON_S = 0.3
 #: Windows of each block of the folds, and of another recording.
 _PER_BLOCK, _PER_RECORDING = 10, 140
-#: So many standard errors are beyond chance: one side of a normal distribution, p = 0.01 as of the
-#: F test. Of a cause that is right and too fast to show in 0.3 s the change is chance alone.
-_BEYOND_CHANCE = 2.33
 _FRICTION = tuple(field.name for field in fields(ForwardFriction))
 
 
@@ -211,4 +209,4 @@ def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
     size = np.maximum(before.mean(axis=0), 1e-300)
     change = ((after - before) / size).mean(axis=1)
     error = float(np.std(change)) / np.sqrt(len(change))
-    return bool(change.mean() > _BEYOND_CHANCE * error)
+    return bool(change.mean() > BEYOND_CHANCE * error)

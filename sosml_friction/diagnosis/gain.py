@@ -13,6 +13,11 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+#: So many standard errors are beyond chance: one side of a normal distribution, p = 0.01 as of the
+#: F test. Of a cause that is right and too fast to show in 0.3 s the change is chance alone.
+BEYOND_CHANCE = 2.33
+
+
 @dataclass(frozen=True)
 class Gain:
     """
@@ -21,6 +26,7 @@ class Gain:
     ``inverse``: of measured minus predicted effort in the band [Nm or N]; ``relative`` [%] the
     same as a share of the measured effort; ``forward``: of simulated minus measured position over
     ``horizon_s`` from the measured state, driven by the measured effort [rad or m].
+    ``forward_error``: standard error of the ratio of the latter two, after over before.
     """
 
     inverse_before: FloatArray
@@ -29,8 +35,20 @@ class Gain:
     relative_after: FloatArray
     forward_before: FloatArray
     forward_after: FloatArray
+    forward_error: FloatArray
     horizon_s: float
     on: str
+
+    @property
+    def forward_ratio(self) -> FloatArray:
+        """Return the error of position after over before (n,)."""
+        return self.forward_after / np.maximum(self.forward_before, np.finfo(np.float64).tiny)
+
+    @property
+    def forward_by_chance(self) -> NDArray[np.bool_]:
+        """Tell where the error of position changes by no more than chance (n,)."""
+        change = np.abs(self.forward_ratio - 1.0)
+        return np.asarray((change > 0.0) & (change <= BEYOND_CHANCE * self.forward_error))
 
     def to_dict(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Any]:
         """Return the entry ``gain`` of diagnosis.json, by joint."""
@@ -46,6 +64,8 @@ class Gain:
                 'forward': {
                     'before': float(self.forward_before[i]),
                     'after': float(self.forward_after[i]),
+                    'ratio': float(self.forward_ratio[i]),
+                    'ratio_std_error': float(self.forward_error[i]),
                     'unit': 'rad' if units[i] == 'Nm' else 'm',
                     'horizon_s': self.horizon_s,
                 },
@@ -80,5 +100,22 @@ def make_gain(
     ]
     return Gain(
         root[0], root[1], 100.0 * root[0] / size, 100.0 * root[1] / size, forward[0], forward[1],
-        horizon_s, on,
+        _ratio_error(squares_before, squares_after), horizon_s, on,
     )  # fmt: skip
+
+
+def _ratio_error(before: FloatArray, after: FloatArray) -> FloatArray:
+    """
+    Return the standard error (n,) of sqrt(mean after / mean before) over windows (W, n).
+
+    Each window is compared with itself: most of what both have is the noise of the measured
+    effort. To first order the ratio R moves by R / 2 (after / mean after - before / mean before).
+    """
+    result = np.full(before.shape[1], np.nan)
+    for i in range(before.shape[1]):
+        b, a = before[:, i], after[:, i]
+        if len(b) and np.isfinite(a).all() and np.isfinite(b).all() and a.any() and b.any():
+            moved = a / a.mean() - b / b.mean()
+            ratio = np.sqrt(a.mean() / b.mean())
+            result[i] = 0.5 * ratio * np.std(moved) / np.sqrt(len(b))
+    return result

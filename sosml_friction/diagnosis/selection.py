@@ -26,7 +26,6 @@ from sosml_friction.diagnosis.evidence import (
 )
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.laboratory import Laboratory
-from sosml_friction.diagnosis.settings import DiagnosisSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -96,7 +95,6 @@ class Selection:
     accepted, of ``target`` in ``system``.
     """
 
-    settings: DiagnosisSettings
     before: Baseline
     after: Baseline
     system: System
@@ -129,13 +127,30 @@ class Selector:
         lab = self.laboratory
         target = Target.make(lab.system, lab.y)
         baseline = fit_baseline(lab.system, target)
-        result = Selection(self.settings, baseline, baseline, lab.system, target)
+        result = Selection(baseline, baseline, lab.system, target)
+        impossible: set[tuple[str, int]] = set()
+        while True:
+            self._search(result, impossible)
+            dropped = self._eliminate(result)
+            if not dropped:
+                break
+            # What it stood for may be named now, as it was its rival.
+            impossible |= dropped
+        self.judge_structure(result)
+        self.step('looking for more along the axes of the causes')
+        result.leftovers = leftovers(lab, result.accepted, self.credible)
+        return result
+
+    def _search(self, result: Selection, impossible: set[tuple[str, int]]) -> None:
+        """Accept one cause after the other, but for effects and joints that are impossible."""
+        result.masked = None
         while True:
             system, target, baseline = result.system, result.target, result.after
             columns = self._columns(system, result.accepted)
             found = self.ranked(system, target, baseline, columns)
             if not result.ranking:
                 result.ranking = found[:30]
+            found = [finding for finding in found if finding.key not in impossible]
             self._impossible = self._impossible_energy(found)
             if (
                 self._distinct(result.accepted) >= self.settings.most_causes
@@ -161,11 +176,6 @@ class Selector:
             result.accepted.append(best)
             self._refit(result)
             self.step(f'found {best.effect.identifier}')
-        self._eliminate(result)
-        self.judge_structure(result)
-        self.step('looking for more along the axes of the causes')
-        result.leftovers = leftovers(lab, result.accepted, self.credible)
-        return result
 
     def _judged(
         self,
@@ -317,7 +327,7 @@ class Selector:
         self, system: System, target: Target, baseline: Baseline, found: Sequence[Finding]
     ) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""
-        if found[0].delta_bic < BIC_CLOSE:
+        if not found or found[0].delta_bic < BIC_CLOSE:
             return []
         self.step('refining the best candidates')
         top: list[Finding] = []
@@ -563,8 +573,12 @@ class Selector:
         result.structure_energy = np.array(energy)
         result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
 
-    def _eliminate(self, result: Selection) -> None:
-        """Take out causes that the others, accepted later, have made unnecessary."""
+    def _eliminate(self, result: Selection) -> set[tuple[str, int]]:
+        """
+        Take out causes that the others, accepted later, have made unnecessary, or impossible.
+
+        Returns effect and joint of the latter.
+        """
         lab = self.laboratory
         while len(result.accepted) > 1:
             worst, which = np.inf, -1
@@ -583,7 +597,7 @@ class Selector:
                 break
             del result.accepted[which]
             self._refit(result)
-        self._drop_impossible(result)
+        return self._drop_impossible(result)
 
     def _refit(self, result: Selection) -> None:
         lab = self.laboratory
@@ -591,8 +605,9 @@ class Selector:
         result.target = Target.make(result.system, lab.y)
         result.after = fit_baseline(result.system, result.target)
 
-    def _drop_impossible(self, result: Selection) -> None:
-        """Take out causes whose amplitude, fitted with all others, is impossible."""
+    def _drop_impossible(self, result: Selection) -> set[tuple[str, int]]:
+        """Take out causes whose amplitude, fitted with all others, is impossible: return which."""
+        dropped = set()
         again = True
         while again:
             again = False
@@ -608,6 +623,8 @@ class Selector:
                 if reason := finding.effect.implausible(fit):
                     result.rejected = replace(finding, objection=reason, failed=(reason,))
                     del result.accepted[k]
+                    dropped.add(finding.key)
                     self._refit(result)
                     again = True
                     break
+        return dropped

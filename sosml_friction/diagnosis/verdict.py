@@ -34,7 +34,7 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
 
 def more_along_axis(selection: Selection) -> list[Leftover]:
     """Return where a free curve explains what the causes of its axis leave."""
-    return [x for x in selection.leftovers if x.significant(selection.settings.axis_share)]
+    return [x for x in selection.leftovers if x.significant]
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sosml_friction.diagnosis.adequacy import NEIGHBOUR_FRICTION, Leftover
 from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.data_causes import FAULTS
 from sosml_friction.diagnosis.effect import ALL_JOINTS
@@ -21,6 +22,10 @@ from sosml_friction.diagnosis.verdict import more_along_axis
 _NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')
 #: So many numbers of a cause are told.
 _MOST_NUMBERS = 3
+#: What is said in the place of the gain.
+_NOT_MODELLED = (
+    'The model is not extended: these data do not give numbers that would predict more.'
+)
 
 
 def describe(cause: Cause) -> str:
@@ -48,7 +53,8 @@ def sentence_of(
     """Return the verdict with its numbers, for a person."""
     if verdict == 'nothing_above_floor':
         return _nothing(selection)
-    gains = f'On {gain.on}: {_gains(gain, names, units)}.'
+    modelled = any(cause.in_model for cause in causes)
+    gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
         # What a fault of the data leaves nothing of cannot be part of what is missing.
         told = _told([cause for cause in causes if cause.effect not in FAULTS])
@@ -77,6 +83,7 @@ def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
         f'{units[i]} ({gain.relative_before[i]:.2f} -> {gain.relative_after[i]:.2f} %), position '
         f'after {gain.horizon_s:g} s {1e3 * gain.forward_before[i]:.3g} -> '
         f'{1e3 * gain.forward_after[i]:.3g} {"mrad" if units[i] == "Nm" else "mm"}'
+        f'{" (chance)" if gain.forward_by_chance[i] else ""}'
         for i, name in enumerate(names)
     )
 
@@ -101,18 +108,25 @@ def _nothing(selection: Selection) -> str:
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
     """Return along which axis something is missing, as a sentence with a blank after it."""
-    found = []
-    for x in more_along_axis(selection):
-        how = (
-            f'one power of {x.axis} explains more than what is named'
-            if x.instead
-            else f'a free curve of {x.axis} explains {100.0 * x.share:.0f} % of what the two '
-            'explain together'
-        )
-        found.append(f'{names[x.joint]} depends on {x.axis} in another way: {how}')
+    found = [_along(x, names[x.joint]) for x in more_along_axis(selection)]
     if found:
         return '; '.join(found) + '. '
     return (_rest(selection, names) + ' ').lstrip()
+
+
+def _along(x: Leftover, joint: str) -> str:
+    """Return what a free curve explains beside the causes of its axis, without an end."""
+    percent = 100.0 * x.share
+    number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
+    share = f'explains {number} % of what the two explain together'
+    if x.axis == NEIGHBOUR_FRICTION:
+        return f'{joint} has {x.axis}, which no cause of the catalogue is: it {share}'
+    how = (
+        f'one power of {x.axis} explains more than what is named'
+        if x.instead
+        else f'a free curve of {x.axis} {share}'
+    )
+    return f'{joint} depends on {x.axis} in another way: {how}'
 
 
 def _rest(selection: Selection, names: tuple[str, ...]) -> str:

@@ -65,7 +65,7 @@ def write_diagnosis(
     :raises ConfigurationError: if the folder cannot be written.
     """
     with written_together(folder, KIND) as workshop:
-        if diagnosis.causes:
+        if any(cause.in_model for cause in diagnosis.causes):
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
         (workshop / 'report.html').write_text(render_diagnosis(diagnosis), encoding='utf-8')

@@ -110,10 +110,15 @@ def _gain(diagnosis: Diagnosis) -> str:
                 f'{gain.inverse_before[i]:.4g} → {gain.inverse_after[i]:.4g} {unit}',
                 f'{gain.relative_before[i]:.2f} → {gain.relative_after[i]:.2f} %',
                 f'{before:.3g} → {after:.3g} {length}',
+                f'{gain.forward_ratio[i]:.3f}',
+                f'{gain.forward_error[i]:.3f}',
             )
         )
     position = f'position after {gain.horizon_s:g} s'
-    columns = {'joint': '', 'effort error': 'n', 'relative': 'n', position: 'n'}
+    columns = {
+        'joint': '', 'effort error': 'n', 'relative': 'n', position: 'n', 'after / before': 'n',
+        'standard error': 'n',
+    }  # fmt: skip
     return f'<h2>Gain, on {escape(gain.on)}</h2>' + table(columns, rows)
 
 

@@ -249,7 +249,7 @@ def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
     """They are named without a finding of the selection; nothing is recommended without them."""
     robot = SimpleNamespace(names=('shoulder', 'elbow'))
     no_fit = (None,) * 4
-    selection = Selection(DiagnosisSettings(), *no_fit)
+    selection = Selection(*no_fit)
     for impacts in ((), (SimpleNamespace(joint=1),)):
         laboratory = SimpleNamespace(robot=robot, bursts=SimpleNamespace(impacts=impacts))
         said = recommend(laboratory, selection)

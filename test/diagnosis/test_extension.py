@@ -63,7 +63,8 @@ def cause_of(signals, effect, joint, amplitudes, inner=None):
     i = 0 if joint == '*' else NAMES.index(joint)
     errors = np.full(len(amplitudes), 1e-3)
     parameters = found.parameters(Fitted(signals, i, inner or {}, np.array(amplitudes), errors))
-    return Cause(effect, joint, parameters, EVIDENCE)
+    terms = ((inner or {}, np.array(amplitudes)),)
+    return Cause(effect, joint, parameters, EVIDENCE, terms=terms)
 
 
 def columns_times(signals, effect, joint, amplitudes, inner=None):
@@ -170,6 +171,19 @@ def test_coulomb_and_viscous_are_in_the_law_and_others_are_terms(model, signals,
     assert [c['effect'] for c in again.provenance['causes']] == [
         'coulomb', 'viscous', 'spring', 'velocity_lag',
     ]  # fmt: skip
+
+
+def test_what_data_show_without_numbers_that_predict_is_not_in_the_model(model, signals, tmp_path):
+    """Impacts tell that there is a gap; how large, they tell too roughly to simulate it."""
+    gap = {'gap': Parameter(1e-3, 'rad'), 'load_changes': Parameter(9.0, '1')}
+    causes = [
+        cause_of(signals, 'spring', 'elbow', (0.4, 0.1)),
+        Cause('backlash', 'shoulder', gap, EVIDENCE, ('joint_elasticity',)),
+    ]
+    assert [cause.to_dict()['in_model'] for cause in causes] == [True, False]
+    again = round_trip(model, diagnosed(signals, causes), tmp_path / 'new')
+    assert [t.effect for t in again.effects] == ['spring']
+    assert [c['effect'] for c in again.provenance['causes']] == ['spring', 'backlash']
 
 
 def test_a_joint_without_friction_gets_what_was_refitted(model, signals, tmp_path):

@@ -8,7 +8,6 @@ import pytest
 from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.gain import Gain
 from sosml_friction.diagnosis.selection import Selection
-from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.verdict import verdict_of
 from sosml_friction.diagnosis.wording import describe, sentence_of
 from sosml_friction.model.parameter import Parameter
@@ -30,7 +29,6 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
     gain = np.array([0.5 if over else 0.0])
     no_fit = (None,) * 4
     selection = Selection(
-        DiagnosisSettings(),
         *no_fit,
         structure_gain=gain,
         structure_floor=np.array([0.1]),
@@ -47,4 +45,4 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
 
 def unmoved():
     one = np.ones(1)
-    return Gain(one, one, one, one, one, one, 0.3, 'folds left out')
+    return Gain(one, one, one, one, one, one, one, 0.3, 'folds left out')
