@@ -18,6 +18,8 @@ from blind_plant import Plant, simulate
 from blind_snr import residual, rms
 from blind_trial import HOLDOUT, Trial
 
+from sosml_friction.diagnosis.gain import BEYOND_CHANCE
+
 
 def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
     """
@@ -25,8 +27,9 @@ def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
 
     ``before``, ``after``, ``true``: effort errors [Nm]; ``cut``: the excess before over that
     after, infinite where the latter is not above the noise; ``gain`` and ``true_gain``: before
-    over after, before over true; ``forward``: after over before by joint; ``worst_forward``: of
-    the joint that changes most for the worse.
+    over after, before over true; ``forward``: errors of the simulated position, after over before
+    in the joint, and ``forward_error`` its standard error; ``surely_worse``: the same ratio less
+    chance (p = 0.01), the largest of the joints.
     """
     rng = np.random.default_rng([trial.spec.seed, 4])
     plant = Plant(soft=trial.exact.two_mass)
@@ -37,7 +40,7 @@ def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
     after = np.array([entry['inverse']['after'] for entry in entries])
     excess = [np.sqrt(np.maximum(x**2 - true**2, 0.0)) for x in (before, after)]
     i = int(np.argmax(excess[0] / true)) if trial.joint == '*' else JOINTS.index(trial.joint)
-    forward = [entry['forward']['after'] / entry['forward']['before'] for entry in entries]
+    forward = [entry['forward'] for entry in entries]
     return {
         'joint': JOINTS[i],
         'before': float(before[i]),
@@ -46,6 +49,7 @@ def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
         'cut': float(excess[0][i] / excess[1][i]) if excess[1][i] > 0.0 else None,
         'gain': float(before[i] / after[i]),
         'true_gain': float(before[i] / true[i]),
-        'forward': float(forward[i]),
-        'worst_forward': float(max(forward)),
+        'forward': forward[i]['ratio'],
+        'forward_error': forward[i]['ratio_std_error'],
+        'surely_worse': max(f['ratio'] - BEYOND_CHANCE * f['ratio_std_error'] for f in forward),
     }

@@ -16,6 +16,9 @@ from typing import Any
 from blind_trial import Trial, nominal_model
 
 from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.diagnosis.model_effects import known_effects
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import read_model
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ def ask(trial: Trial, folder: Path) -> Answer:
     Return the answer to a trial.
 
     :param folder: is made; nothing in it, nor its environment, says what is hidden.
-    :raises RuntimeError: if the diagnosis fails, with what it said.
+    :raises RuntimeError: if the diagnosis fails, with what it said, or its model cannot be used.
     """
     folder.mkdir(parents=True)
     model = nominal_model()
@@ -60,5 +63,10 @@ def ask(trial: Trial, folder: Path) -> Answer:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode not in (0, 1) or not done.stdout.strip():
         raise RuntimeError(f'exit code {done.returncode}: {done.stderr.strip()[-600:]}')
+    if (folder / 'answer' / 'model.yaml').exists():
+        try:
+            known_effects(read_model(folder / 'answer'))
+        except ConfigurationError as error:
+            raise RuntimeError(f'the extended model is of no use: {error}') from None
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return Answer(json.loads(done.stdout), cpu)

@@ -10,6 +10,10 @@ difference of two residuals that are measured exactly, with the effect and witho
 noise, the same in both, cancels. Its mean is part of it: a bias is nothing but mean.
 
     SNR = rms(effect) / rms(noise), per joint.
+
+Of an effect a nominal that is off within its tolerance takes up a part, and a small one whole: a
+bias along a motion of one posture is a little more mass. What stays beyond the tolerance is the
+least that any such nominal leaves of the effect, both joints together.
 """
 
 from __future__ import annotations
@@ -21,12 +25,16 @@ import blind_plant as bp
 import numpy as np
 from blind_motion import reference
 from numba import njit
+from scipy.optimize import lsq_linear
 
 from sosml_friction.diagnosis.band import Band, first_derivative
 
 #: The band that the diagnosis chooses for the default noise, [Hz]; SNR is drawn in it, and
 #: stated in the one that was used.
 USUAL_BAND = 22.5
+#: By how much a nominal parameter may be off without a cause (docs/diagnosis.md), a bias by that
+#: share of Coulomb friction; first moments are turned by 0.3 of it.
+TOLERANCE, _ASKEW = 0.035, 0.3
 
 
 @njit(cache=True)
@@ -89,6 +97,46 @@ def noise_rms(
     """Return what the true model leaves of a recording, by joint [Nm]."""
     left = rms(residual(_nothing_hidden(motion, duration, soft, noise), band_hz))
     return float(left[0]), float(left[1])
+
+
+@lru_cache(maxsize=8)
+def _tolerated(motion: str, duration: float | None, soft: bool, band_hz: float) -> np.ndarray:
+    """Return what each nominal parameter does where it is off by its tolerance, (rows, 2, p)."""
+    off = bp.Plant(soft=soft)
+    plants = []
+    for name in ('first', 'second', 'mass_2'):
+        plants.append(replace(off, **{name: getattr(off, name) * (1.0 + TOLERANCE)}))
+    for i in range(2):
+        share = np.where(np.arange(2) == i, TOLERANCE, 0.0)
+        plants.append(replace(off, inertia=tuple(np.array(off.inertia) * (1.0 + share))))
+        plants.append(replace(off, bias=share * bp.COULOMB))
+        for name in ('coulomb', 'viscous', 'armature'):
+            joint = {**off.joint, name: off.joint[name] * (1.0 + share)}
+            plants.append(replace(off, joint=joint))
+    plants.append(replace(off, tilt=_ASKEW * TOLERANCE))
+    exactly = residual(_nothing_hidden(motion, duration, soft, None), band_hz)
+    columns = []
+    for plant in plants:
+        rng = np.random.default_rng(0)
+        run = bp.simulate(plant, *reference(motion, duration), rng, bp.Noise(exact=True))
+        columns.append(residual(run, band_hz) - exactly)
+    return np.stack(columns, axis=-1)
+
+
+def beyond_tolerance(
+    plant: bp.Plant, motion: str, duration: float | None, noise: bp.Noise, band_hz: float
+) -> float:
+    """Return the SNR of what no nominal within its tolerance takes up, in its best joint."""
+    soft = plant.two_mass
+    rng = np.random.default_rng(0)
+    on = bp.simulate(plant, *reference(motion, duration), rng, replace(noise, exact=True))
+    effect = residual(on, band_hz)
+    effect = effect - residual(_nothing_hidden(motion, duration, soft, None), band_hz)
+    size = np.array(noise_rms(motion, duration, soft, noise, band_hz))
+    columns = _tolerated(motion, duration, soft, band_hz)
+    A = (columns / size[:, None]).reshape(-1, columns.shape[-1])
+    taken = lsq_linear(A, (effect / size).ravel(), bounds=(-1.0, 1.0)).x
+    return float((rms(effect - columns @ taken) / size).max())
 
 
 def signal_to_noise(

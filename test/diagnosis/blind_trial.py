@@ -12,7 +12,7 @@ import blind_plant as bp
 import numpy as np
 from blind_effects import FAULTS, GLOBAL, OUTSIDE, TRANSMISSION, TYPICAL, hide, where
 from blind_motion import JOINTS, reference
-from blind_snr import USUAL_BAND, residual, signal_to_noise
+from blind_snr import USUAL_BAND, beyond_tolerance, residual, signal_to_noise
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import (
@@ -49,6 +49,9 @@ LEAST = {
 }  # fmt: skip
 #: SNR of each bin as drawn; stated is what it came to be.
 BINS = {'high': (0.63, np.inf), 'middle': (0.37, 0.58), 'low': (0.12, 0.33)}
+#: SNR of a twin beyond the tolerance of the nominal, the least of the bins that have a bar: what
+#: a nominal within its tolerance takes up is no cause, and asks for no set.
+VISIBLE = 0.35
 #: Shares of the typical size: drawn from, and the widest that fills a bin.
 USUAL, WIDEST = (0.4, 1.6), (0.02, 8.0)
 #: The recording on which the gain is measured: motion and length [s].
@@ -178,13 +181,31 @@ def scale_of_snr(spec: Spec, i: int, noise: bp.Noise, wanted: float) -> float:
     return scale
 
 
+def least_visible_scale(spec: Spec, i: int, noise: bp.Noise) -> float:
+    """Return the smallest share of the typical size of which VISIBLE stays beyond tolerance."""
+    low, high = np.log(USUAL[0]), np.log(WIDEST[1])
+    for _ in range(8):
+        scale = float(np.exp(0.5 * (low + high)))
+        plant = _exact(spec, i, scale)
+        found = beyond_tolerance(plant, spec.motion, spec.duration, noise, USUAL_BAND)
+        low, high = (low, np.log(scale)) if found > VISIBLE else (np.log(scale), high)
+    return float(np.exp(high))
+
+
 def _snr(spec: Spec, i: int, noise: bp.Noise, scale: float) -> float:
     assert spec.effect is not None
-    plant = bp.Plant()
-    _hide(plant, spec, 0, spec.effect, i, scale)
+    plant = _exact(spec, i, scale)
     both = signal_to_noise(plant, spec.motion, spec.duration, noise, USUAL_BAND)
     joint = where(spec.effect, i)
     return float(both.max() if joint == '*' else both[JOINTS.index(joint)])
+
+
+def _exact(spec: Spec, i: int, scale: float) -> bp.Plant:
+    """Return a plant that hides the first effect of a trial, and is the nominal otherwise."""
+    assert spec.effect is not None
+    plant = bp.Plant()
+    _hide(plant, spec, 0, spec.effect, i, scale)
+    return plant
 
 
 def _hide(plant: bp.Plant, spec: Spec, k: int, effect: str, i: int, scale: float) -> float:
@@ -205,7 +226,10 @@ def draw_scale(spec: Spec, i: int, noise: bp.Noise, rng: np.random.Generator) ->
         least, most = BINS[spec.level]
         # The same effect is as large in other motions: the bin is that of the rich one.
         rich = replace(spec, motion='rich', duration=None)
-        if spec.level == 'high':
+        if spec.kind == 'twin':
+            low = max(low, least_visible_scale(spec, i, noise))
+            high = max(high, 1.3 * low)
+        elif spec.level == 'high':
             low = max(low, scale_of_snr(rich, i, noise, least))
             high = max(high, 1.3 * low)
         else:

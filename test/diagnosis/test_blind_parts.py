@@ -121,6 +121,30 @@ def test_the_exact_plant_obeys_the_closed_form_to_a_tenth_of_the_noise():
         assert (left < 0.1 * np.array(noise)).all()
 
 
+def test_what_a_nominal_within_its_tolerance_takes_up_is_no_effect():
+    """Of a mass that is off by twice the tolerance half is left, of one within it nothing."""
+
+    def beyond(**change):
+        plant = bp.Plant(**change)
+        return blind_snr.beyond_tolerance(plant, 'rich', PIECE_S, bp.Noise(), BAND)
+
+    within = beyond(second=bp.C2 * (1.0 + 0.9 * blind_snr.TOLERANCE))
+    twice = bp.Plant(second=bp.C2 * (1.0 + 2.0 * blind_snr.TOLERANCE))
+    raw = blind_snr.signal_to_noise(twice, 'rich', PIECE_S, bp.Noise(), BAND).max()
+    # The controller makes of another mass a slightly other motion, seen through the friction.
+    assert within < 0.02 * raw
+    assert 0.0 < beyond(second=twice.second) <= 0.5 * raw
+    assert beyond(bias=np.array([0.0, 0.3])) > 10.0 * within
+
+
+def test_a_twin_is_larger_than_what_the_nominal_takes_up():
+    spec = Spec('x', 'twin', 1, 'effort_bias', 1, level='high', motion='multisine', moving=True)
+    trial = build(spec)
+    seen = blind_snr.beyond_tolerance(trial.exact, 'multisine', None, trial.noise, BAND)
+    assert seen >= 0.95 * blind_trial.VISIBLE
+    assert trial.snr(BAND) > seen
+
+
 def test_snr_is_the_size_over_the_noise():
     """A bias is its own root mean square: the mean is not taken off. Slopes are linear in size."""
     noise = blind_snr.noise_rms('rich', PIECE_S, False, bp.Noise(), BAND)
@@ -174,7 +198,7 @@ def test_the_cut_on_held_out_data_is_that_of_the_excess_over_the_true_model():
     gain = {
         name: {
             'inverse': {'before': float(errors[0][i]), 'after': float(errors[1][i])},
-            'forward': {'before': 2.0, 'after': 1.0},
+            'forward': {'ratio': 0.5, 'ratio_std_error': 0.1},
         }
         for i, name in enumerate(blind_trial.JOINTS)
     }
@@ -182,6 +206,7 @@ def test_the_cut_on_held_out_data_is_that_of_the_excess_over_the_true_model():
     # The mean of the coloured noise over 60 s is 2 mNm, of the 50 that are left.
     assert found['cut'] == pytest.approx(3.0, rel=0.15)
     assert found['forward'] == 0.5
+    assert found['surely_worse'] == pytest.approx(0.5 - 2.33 * 0.1)
     assert found['gain'] < found['true_gain']
 
 
