@@ -56,7 +56,7 @@ def diagnose(
     forward simulation worse; causes that the data cannot separate come as a set, with the
     experiment that would separate them. Where free curves without physics still predict more than
     the causes do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
-    diagnosis.json, report.html and, with a cause, the extended model, which is a model folder.
+    diagnosis.json, report.html and, with a cause that a model can have, the extended model.
     docs/diagnosis.md has the effects and the gates.
 
     Exit code 1 if the data are too bad to tell.

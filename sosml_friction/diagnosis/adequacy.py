@@ -12,7 +12,6 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.evidence import (
-    Baseline,
     Score,
     System,
     Target,
@@ -44,6 +43,7 @@ AXES: Mapping[str, str] = {
 #: Axes that no cause has.
 NEIGHBOURS = 'the position of the next joint'
 NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
+_BY_NEIGHBOURS = (NEIGHBOURS, NEIGHBOUR_FRICTION)
 #: The axis of a curve of position that repeats nowhere, the causes that it could make up, and the
 #: share of what it and they explain from which on they are not the whole.
 POSITION = 'position'
@@ -151,22 +151,37 @@ class NeighbourCurve(Effect):
 
 class NeighbourFriction(Effect):
     """
-    Add s (a cos q_k + b sin q_k), q_k of the joint before and after: friction that follows them.
+    Add s (a x_k + b x_k^2), x_k where the joint before and after is: friction that follows them.
 
-    The curves above hold it too, among so many others that a little of it is lost in their chance.
+    x_k goes from -1 to 1 over the range of q_k. The curves above hold it too, among so many others
+    that a little of it is lost in their chance.
     """
 
     identifier: ClassVar[str] = 'friction_by_neighbours'
-    amplitudes: ClassVar[Mapping[str, str]] = {f'wave_{k}': '{effort}' for k in range(4)}
+    amplitudes: ClassVar[Mapping[str, str]] = {f'power_{k}': '{effort}' for k in range(4)}
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
-        """Return the waves, (N, n, 4), the last two zero where there is one neighbour."""
+        """Return the powers, (N, n, 4), the last two zero where there is one neighbour."""
         result = np.zeros((len(signals.q), signals.robot.n, 4))
         s = signals.sign[:, joint]
         for k, other in enumerate(_neighbours(signals.robot.n, joint)):
-            result[:, joint, 2 * k] = s * np.cos(signals.q[:, other])
-            result[:, joint, 2 * k + 1] = s * np.sin(signals.q[:, other])
+            q = signals.q[:, other]
+            half = max(0.5 * float(np.ptp(q)), np.finfo(np.float64).tiny)
+            x = (q - 0.5 * float(q.min() + q.max())) / half
+            result[:, joint, 2 * k] = s * x
+            result[:, joint, 2 * k + 1] = s * x**2
         return result
+
+
+class FreeLevel(Effect):
+    """Add s: Coulomb friction without the bounds of the nominal's, beside what modulates it."""
+
+    identifier: ClassVar[str] = 'level'
+    amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s."""
+        return signals.in_joint(joint, signals.sign[:, joint])
 
 
 def _neighbours(n: int, joint: int) -> list[int]:
@@ -232,19 +247,30 @@ def leftovers(
             probes.append((NEIGHBOUR_FRICTION, i, NeighbourFriction(), mine))
     if not probes:
         return ()
-    turns = Reversal()
-    system = laboratory.system.extended(
-        [f.columns for f in accepted]
-        + [laboratory.single(turns, i, {}) for i in sorted({i for _, i, _, _ in probes})]
-    )
-    curves = [laboratory.single(effect, i, {}).beside(system) for _, i, effect, _ in probes]
+    joints = sorted({i for _, i, _, _ in probes})
+    turns = [laboratory.single(Reversal(), i, {}) for i in joints]
+    system = laboratory.system.extended([*(f.columns for f in accepted), *turns])
+    # Beside a joint that hardly moves, what follows it is a constant: of Coulomb friction.
+    free = system.extended([laboratory.single(FreeLevel(), i, {}) for i in joints])
+    beside = [free if axis in _BY_NEIGHBOURS else system for axis, _, _, _ in probes]
+    curves = [
+        laboratory.single(effect, i, {}).beside(its)
+        for (_, i, effect, _), its in zip(probes, beside, strict=True)
+    ]
 
-    def gains(y: FloatArray) -> tuple[Baseline, list[Score]]:
-        target = Target.make(system, y)
-        base = fit_baseline(system, target)
-        return base, [score(system, target, base, c, c.products(system, y)) for c in curves]
+    def gains(y: FloatArray) -> list[Score]:
+        fits = []
+        for its in (system, free):
+            target = Target.make(its, y)
+            fits.append((target, fit_baseline(its, target)))
+        result = []
+        for its, curve in zip(beside, curves, strict=True):
+            target, base = fits[its is free]
+            result.append(score(its, target, base, curve, curve.products(its, y)))
+        return result
 
-    base, found = gains(laboratory.y)
+    base = fit_baseline(system, Target.make(system, laboratory.y))
+    found = gains(laboratory.y)
     settings = laboratory.settings
     rng = np.random.default_rng([settings.seed, 1000 + len(accepted)])
     largest = np.zeros(len(probes))
@@ -258,7 +284,7 @@ def leftovers(
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
         y += credible(laboratory.friction_variants(rng), system)
         y += laboratory.white(rng)
-        largest = np.maximum(largest, [s.gain for s in gains(y)[1]])
+        largest = np.maximum(largest, [s.gain for s in gains(y)])
     # Causes that follow the nominal's load are off by its tolerance: in energy, by the square.
     least = {POSITION: _POSITION_SHARE, NEIGHBOUR_FRICTION: settings.tolerance**2}
     result = []
@@ -269,7 +295,7 @@ def leftovers(
         result.append(
             Leftover(
                 axis, i, s.gain, s.energy, floor, share, least.get(axis, settings.axis_share),
-                foreign=axis in (NEIGHBOURS, NEIGHBOUR_FRICTION, POSITION),
+                foreign=axis in (*_BY_NEIGHBOURS, POSITION),
             )
         )  # fmt: skip
     instead = _instead(laboratory, accepted)

@@ -31,7 +31,8 @@ IndexArray = NDArray[np.int64]
 
 #: A simulation starts afresh from the measured state after so long [s].
 HORIZON_S = 0.3
-#: Windows of each block of the folds, and of another recording.
+#: Windows of each block of the folds, and of another recording, at most: they do not overlap, as
+#: their errors would not be independent.
 _PER_BLOCK, _PER_RECORDING = 10, 140
 _FRICTION = tuple(field.name for field in fields(ForwardFriction))
 
@@ -165,7 +166,7 @@ def _of_folds(laboratory: Laboratory) -> list[WindowSet]:
             stop = band.first + (high - 1 - begin + ORDER) * band.factor - samples
             if high <= low or stop < start:
                 continue
-            at = np.unique(np.linspace(start, stop, _PER_BLOCK + 2)[1:-1].astype(np.int64))
+            at = _spread(start, stop, samples, _PER_BLOCK)
             found.setdefault((s, int(blocks.fold[b])), []).extend(at.tolist())
     return [
         WindowSet(laboratory.signals[s], np.array(at), samples, fold)
@@ -182,9 +183,17 @@ def _of_recording(others: Sequence[Signals]) -> list[WindowSet]:
         room = len(s.q) - 2 * s.band.half - samples
         count = round(_PER_RECORDING * len(s.q) / whole)
         if room > 0 and count > 0:
-            at = s.band.half + np.unique(np.linspace(0.0, room, count).astype(np.int64))
+            at = _spread(s.band.half, s.band.half + room, samples, count)
             result.append(WindowSet(s, at, samples, None))
     return result
+
+
+def _spread(first: int, last: int, samples: int, most: int) -> IndexArray:
+    """Return evenly spread begins of windows, ``first`` to ``last``, so many that none overlap."""
+    count = min(most, (last - first) // samples + 1)
+    if count < 2:
+        return np.array([(first + last) // 2], dtype=np.int64)
+    return np.linspace(first, last, count).astype(np.int64)
 
 
 def _samples(signals: Signals) -> int:

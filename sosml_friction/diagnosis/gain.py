@@ -41,8 +41,10 @@ class Gain:
 
     @property
     def forward_ratio(self) -> FloatArray:
-        """Return the error of position after over before (n,)."""
-        return self.forward_after / np.maximum(self.forward_before, np.finfo(np.float64).tiny)
+        """Return the error of position after over before (n,), NaN where none is known before."""
+        known = np.isfinite(self.forward_before) & (self.forward_before > 0.0)
+        ratio = np.full(self.forward_before.shape, np.nan)
+        return np.divide(self.forward_after, self.forward_before, out=ratio, where=known)
 
     @property
     def forward_by_chance(self) -> NDArray[np.bool_]:
@@ -114,8 +116,8 @@ def _ratio_error(before: FloatArray, after: FloatArray) -> FloatArray:
     result = np.full(before.shape[1], np.nan)
     for i in range(before.shape[1]):
         b, a = before[:, i], after[:, i]
-        if len(b) and np.isfinite(a).all() and np.isfinite(b).all() and a.any() and b.any():
+        if len(b) > 1 and np.isfinite(a).all() and np.isfinite(b).all() and a.any() and b.any():
             moved = a / a.mean() - b / b.mean()
             ratio = np.sqrt(a.mean() / b.mean())
-            result[i] = 0.5 * ratio * np.std(moved) / np.sqrt(len(b))
+            result[i] = 0.5 * ratio * np.std(moved, ddof=1) / np.sqrt(len(b))
     return result

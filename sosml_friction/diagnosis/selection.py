@@ -121,6 +121,8 @@ class Selector:
         self.step = step
         self.trials = sum(len(c.grid) for c in laboratory.candidates)
         self._impossible = 0.0
+        #: Effect and joint that were accepted and became impossible, and why.
+        self._refused: dict[tuple[str, int], str] = {}
 
     def run(self) -> Selection:
         """Return the causes that passed all gates, after backward elimination."""
@@ -128,21 +130,18 @@ class Selector:
         target = Target.make(lab.system, lab.y)
         baseline = fit_baseline(lab.system, target)
         result = Selection(baseline, baseline, lab.system, target)
-        impossible: set[tuple[str, int]] = set()
         while True:
-            self._search(result, impossible)
-            dropped = self._eliminate(result)
-            if not dropped:
+            self._search(result)
+            # What an impossible one stood for may be named then.
+            if not self._eliminate(result):
                 break
-            # What it stood for may be named now, as it was its rival.
-            impossible |= dropped
         self.judge_structure(result)
         self.step('looking for more along the axes of the causes')
         result.leftovers = leftovers(lab, result.accepted, self.credible)
         return result
 
-    def _search(self, result: Selection, impossible: set[tuple[str, int]]) -> None:
-        """Accept one cause after the other, but for effects and joints that are impossible."""
+    def _search(self, result: Selection) -> None:
+        """Accept one cause after the other."""
         result.masked = None
         while True:
             system, target, baseline = result.system, result.target, result.after
@@ -150,7 +149,6 @@ class Selector:
             found = self.ranked(system, target, baseline, columns)
             if not result.ranking:
                 result.ranking = found[:30]
-            found = [finding for finding in found if finding.key not in impossible]
             self._impossible = self._impossible_energy(found)
             if (
                 self._distinct(result.accepted) >= self.settings.most_causes
@@ -259,7 +257,8 @@ class Selector:
         fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         return Finding(
             effect, joint, inner, s, columns, float(bic), min(p, 1.0),
-            objection=effect.implausible(fit), reduced=effect.reduces_to(fit),
+            objection=effect.implausible(fit) or self._refused.get((effect.identifier, joint), ''),
+            reduced=effect.reduces_to(fit),
         )  # fmt: skip
 
     def refine(
@@ -573,11 +572,11 @@ class Selector:
         result.structure_energy = np.array(energy)
         result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
 
-    def _eliminate(self, result: Selection) -> set[tuple[str, int]]:
+    def _eliminate(self, result: Selection) -> bool:
         """
         Take out causes that the others, accepted later, have made unnecessary, or impossible.
 
-        Returns effect and joint of the latter.
+        Returns whether there were any of the latter.
         """
         lab = self.laboratory
         while len(result.accepted) > 1:
@@ -605,9 +604,9 @@ class Selector:
         result.target = Target.make(result.system, lab.y)
         result.after = fit_baseline(result.system, result.target)
 
-    def _drop_impossible(self, result: Selection) -> set[tuple[str, int]]:
-        """Take out causes whose amplitude, fitted with all others, is impossible: return which."""
-        dropped = set()
+    def _drop_impossible(self, result: Selection) -> bool:
+        """Take out causes whose amplitude, fitted with all others, is impossible, if any."""
+        refused = len(self._refused)
         again = True
         while again:
             again = False
@@ -623,8 +622,8 @@ class Selector:
                 if reason := finding.effect.implausible(fit):
                     result.rejected = replace(finding, objection=reason, failed=(reason,))
                     del result.accepted[k]
-                    dropped.add(finding.key)
+                    self._refused[finding.key] = reason
                     self._refit(result)
                     again = True
                     break
-        return dropped
+        return len(self._refused) > refused

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.adequacy import NEIGHBOUR_FRICTION, Leftover
+from sosml_friction.diagnosis.adequacy import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.data_causes import FAULTS
 from sosml_friction.diagnosis.effect import ALL_JOINTS
@@ -66,7 +66,19 @@ def sentence_of(
         rest = _rest(selection, names).lstrip() or _nothing(selection)
         return f'Named, of the data: {_told(causes)}. {rest}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
-    return f'{lead}: {_told(causes)}. {gains}{_rest(selection, names)}'
+    return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}'
+
+
+def _outside(causes: Sequence[Cause]) -> str:
+    """Return which causes the extended model lacks, as a sentence with a blank before it."""
+    if not any(cause.in_model for cause in causes):
+        return ''
+    left = [
+        f'{_words(cause.effect)} ({cause.joint})'
+        for cause in causes
+        if not cause.in_model and cause.effect not in DATA_CAUSES
+    ]
+    return f' The extended model has no {", ".join(left)}.' if left else ''
 
 
 def _told(causes: Sequence[Cause]) -> str:
@@ -108,7 +120,11 @@ def _nothing(selection: Selection) -> str:
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
     """Return along which axis something is missing, as a sentence with a blank after it."""
-    found = [_along(x, names[x.joint]) for x in more_along_axis(selection)]
+    more = more_along_axis(selection)
+    told = [x.joint for x in more if x.axis == NEIGHBOUR_FRICTION]
+    # That curve holds the other: one of them is enough.
+    more = [x for x in more if not (x.axis == NEIGHBOURS and x.joint in told)]
+    found = [_along(x, names[x.joint]) for x in more]
     if found:
         return '; '.join(found) + '. '
     return (_rest(selection, names) + ' ').lstrip()
@@ -118,9 +134,12 @@ def _along(x: Leftover, joint: str) -> str:
     """Return what a free curve explains beside the causes of its axis, without an end."""
     percent = 100.0 * x.share
     number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
-    share = f'explains {number} % of what the two explain together'
     if x.axis == NEIGHBOUR_FRICTION:
-        return f'{joint} has {x.axis}, which no cause of the catalogue is: it {share}'
+        return (
+            f'{joint} has {x.axis}, which no cause of the catalogue is: {number} % of what it and '
+            'the named causes explain there'
+        )
+    share = f'explains {number} % of what the two explain together'
     how = (
         f'one power of {x.axis} explains more than what is named'
         if x.instead

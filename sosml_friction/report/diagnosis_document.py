@@ -60,7 +60,7 @@ def write_diagnosis(
     step: Callable[[str], None] = lambda text: None,
 ) -> None:
     """
-    Write diagnosis.json and report.html, and the extended model where there are causes.
+    Write diagnosis.json, report.html, and the extended model where a cause is in it.
 
     :raises ConfigurationError: if the folder cannot be written.
     """

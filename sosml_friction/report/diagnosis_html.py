@@ -87,10 +87,11 @@ def _causes(diagnosis: Diagnosis) -> str:
             rivals = ', '.join(r.replace('_', ' ') for r in cause.rivals) if k == 0 else ''
             error = format_number(p.std_error, p.std_error) if np.isfinite(p.std_error) else ''
             value = format_number(p.value, p.std_error)
-            rows.append((what, name.replace('_', ' '), value, error, p.unit, rivals))
+            where = ('yes' if cause.in_model else 'no') if k == 0 else ''
+            rows.append((what, name.replace('_', ' '), value, error, p.unit, rivals, where))
     columns = {
         'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n', 'unit': '',
-        'or as well': '',
+        'or as well': '', 'in the model': '',
     }  # fmt: skip
     return '<h2>Causes</h2>' + table(columns, rows)
 

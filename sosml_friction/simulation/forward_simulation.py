@@ -31,8 +31,8 @@ _AWAY = 1e3
 _TINY = 1e-6
 #: Gears that give are simulated alone for so long before a window starts [s].
 _SETTLE_S = 0.5
-#: Share of critical damping that they have meanwhile at least: a gear of less would ring with the
-#: noise of the measured path, and its body start too fast.
+#: Share of critical damping that they have meanwhile at least, outside of a gap, where they would
+#: ring with the noise of the measured path, and their body start too fast.
 _SETTLE_DAMPING = 0.5
 
 
@@ -232,8 +232,7 @@ def _settled(
 
     for a while before, in which the motors follow the path and the ringing dies down.
     """
-    gears = [replace(g, damping=max(g.damping, _SETTLE_DAMPING)) for g in model.gears]
-    robot = model.robot
+    gears, robot = model.gears, model.robot
     bent = [gear.joint for gear in gears]
     K = np.array([gear.stiffness for gear in gears])
     half = np.array([0.5 * gear.gap for gear in gears])
@@ -241,7 +240,8 @@ def _settled(
     v = np.gradient(path, period, axis=0)
     a = np.gradient(v, period, axis=0)
     M = np.array([np.diag(robot.inertia(path[k]))[bent] for k in at])
-    c = _damping(gears, M.mean(axis=0))
+    calm = [replace(g, damping=max(g.damping, _SETTLE_DAMPING)) for g in gears]
+    free, touching = (_damping(these, M.mean(axis=0)) for these in (gears, calm))
     h = period / count
     d, rate = np.zeros(M.shape), np.zeros(M.shape)
     for k in range(-before, 0):
@@ -251,6 +251,7 @@ def _settled(
             d = load / K + np.sign(load) * half
         for _ in range(count):
             twist = d - np.clip(d, -half, half)
+            c = np.where(twist == 0.0, free, touching)
             rate = (rate + h * (load - K * twist) / M) / (1.0 + h * c / M)
             d = d + h * rate
     return d, rate

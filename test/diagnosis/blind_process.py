@@ -63,10 +63,22 @@ def ask(trial: Trial, folder: Path) -> Answer:
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode not in (0, 1) or not done.stdout.strip():
         raise RuntimeError(f'exit code {done.returncode}: {done.stderr.strip()[-600:]}')
-    if (folder / 'answer' / 'model.yaml').exists():
+    document = json.loads(done.stdout)
+    _check_model(folder / 'answer', document)
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Answer(document, cpu)
+
+
+def _check_model(folder: Path, document: dict[str, Any]) -> None:
+    """
+    Read the extended model as a simulation does.
+
+    :raises RuntimeError: if there is none though a cause is in it, or it cannot be used.
+    """
+    if (folder / 'model.yaml').exists() != any(x['in_model'] for x in document['causes']):
+        raise RuntimeError('an extended model without a cause in it, or such a cause without one')
+    if (folder / 'model.yaml').exists():
         try:
-            known_effects(read_model(folder / 'answer'))
+            known_effects(read_model(folder))
         except ConfigurationError as error:
             raise RuntimeError(f'the extended model is of no use: {error}') from None
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return Answer(json.loads(done.stdout), cpu)

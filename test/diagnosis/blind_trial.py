@@ -182,13 +182,19 @@ def scale_of_snr(spec: Spec, i: int, noise: bp.Noise, wanted: float) -> float:
 
 
 def least_visible_scale(spec: Spec, i: int, noise: bp.Noise) -> float:
-    """Return the smallest share of the typical size of which VISIBLE stays beyond tolerance."""
+    """
+    Return the smallest share of the typical size of which VISIBLE stays beyond tolerance.
+
+    :raises ValueError: if not even the largest does.
+    """
     low, high = np.log(USUAL[0]), np.log(WIDEST[1])
     for _ in range(8):
         scale = float(np.exp(0.5 * (low + high)))
         plant = _exact(spec, i, scale)
         found = beyond_tolerance(plant, spec.motion, spec.duration, noise, USUAL_BAND)
         low, high = (low, np.log(scale)) if found > VISIBLE else (np.log(scale), high)
+    if high == np.log(WIDEST[1]):
+        raise ValueError(f'{spec.effect} is never seen along {spec.motion}')
     return float(np.exp(high))
 
 

@@ -180,6 +180,28 @@ def test_a_body_behind_a_gear_starts_as_fast_as_its_motor_whatever_the_noise_of_
     assert np.sqrt(np.mean((mean - speed) ** 2)) < 5e-3
 
 
+def test_a_gear_with_a_gap_is_found_on_the_side_where_it_was():
+    """
+    A swing across a gap of 4 mrad, begun anew in 40 places from the motor's path, repeats itself.
+
+    Half a gap is 2 mrad: in the wrong place the motor would be off by more than that.
+    """
+    body, motor, period, samples = 4e-3, 2e-3, 2e-3, 150
+    gear = GearTerm(Gear(0, 50.0, 4e-3, 0.2))
+    model = ForwardModel(
+        rotor(body, motor), friction((0.0, 0.01, 0.0)), np.array([1e-3]), [gear]
+    )  # fmt: skip
+    time = np.arange(4000) * period
+    torque = (0.06 * np.sin(4.0 * time) + 0.04 * np.sin(9.0 * time))[:, None]
+    q, v = run(model, torque, period=period)
+    a = np.gradient(v, period, axis=0)
+    at = np.linspace(1000, 3800, 40).astype(np.int64)
+    start = Start(q[at], v[at], a[at], 0.0 * q[at], q, at, time, np.full(q.shape, np.nan))
+    found = simulate(model, start, RecordedDrive(torque, at), period, samples, np.ones(1))
+    error = found.q - q[at[:, None] + np.arange(samples)]
+    assert np.sqrt(np.mean(error**2)) < 0.5e-3
+
+
 def test_a_joint_without_effort_follows_its_recording():
     robot = read_model(share_directory() / 'config/exoskeleton').make_robot()
     period = 2e-3
