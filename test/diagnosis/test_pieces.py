@@ -13,7 +13,7 @@ import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOURS, POSITION
+from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOUR_FRICTION, NEIGHBOURS, POSITION
 from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
 from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
@@ -288,4 +288,4 @@ def test_every_axis_of_what_is_left_is_in_the_schema():
     schema = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
     known = set(axes['items']['properties']['axis']['enum'])
-    assert known == {*AXES.values(), NEIGHBOURS, POSITION}
+    assert known == {*AXES.values(), NEIGHBOURS, NEIGHBOUR_FRICTION, POSITION}

@@ -4,10 +4,16 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from blind_trial import Spec, build, nominal_model
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -52,6 +58,15 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
     first = found.causes[0]
     assert fault in {first.effect, *first.rivals}
     assert first.joint == joint
+
+
+@pytest.mark.parametrize(('seed', 'scale'), [(5, 0.45), (7, 0.3)])
+def test_a_spring_that_gravity_may_make_up_for_is_not_called_a_bias_alone(seed, scale):
+    """0.18 and 0.12 Nm/rad of the shoulder, of whose gravity 3.5 % are 0.35 Nm."""
+    trial = build(Spec('x', 'single', seed, 'spring', 0, scale=scale))
+    (cause,) = diagnose([trial.log], nominal_model()).causes
+    assert cause.joint == 'shoulder'
+    assert 'spring' in {cause.effect, *cause.rivals}
 
 
 def test_one_wrong_scale_of_all_effort_is_one_cause_and_what_equations_cannot_tell_from_it(

@@ -17,6 +17,9 @@ from sosml_friction.simulation.forward_terms import LoadTerm
 
 #: A stiffness is seen from so many standard errors.
 _CLEAR = 4.0
+#: Or where its rest position is so many ranges of the motion from its middle: gravity within its
+#: tolerance may make up for the rest of a spring, but what is a constant alone relaxes nowhere.
+_REACH = 1.5
 
 
 class Spring(Effect):
@@ -47,4 +50,9 @@ class Spring(Effect):
 
     def reduces_to(self, fit: Fitted) -> str:
         """Return 'effort_bias' where no stiffness is seen: what is left is a constant."""
-        return 'effort_bias' if fit.amplitude[0] < _CLEAR * fit.error[0] else ''
+        k, offset = fit.amplitude
+        if k >= _CLEAR * fit.error[0]:
+            return ''
+        q = fit.signals.q[:, fit.joint]
+        middle, span = 0.5 * float(q.min() + q.max()), float(np.ptp(q))
+        return '' if k > 0.0 and abs(-offset / k - middle) < _REACH * span else 'effort_bias'
