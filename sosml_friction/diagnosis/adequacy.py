@@ -153,8 +153,8 @@ class NeighbourFriction(Effect):
     """
     Add s (a x_k + b x_k^2), x_k where the joint before and after is: friction that follows them.
 
-    x_k goes from -1 to 1 over the range of q_k. The curves above hold it too, among so many others
-    that a little of it is lost in their chance.
+    x_k is q_k in halves of its range over all recordings; beside a free s its origin is any. The
+    curves above hold it too, among so many others that a little of it is lost in their chance.
     """
 
     identifier: ClassVar[str] = 'friction_by_neighbours'
@@ -165,9 +165,7 @@ class NeighbourFriction(Effect):
         result = np.zeros((len(signals.q), signals.robot.n, 4))
         s = signals.sign[:, joint]
         for k, other in enumerate(_neighbours(signals.robot.n, joint)):
-            q = signals.q[:, other]
-            half = max(0.5 * float(np.ptp(q)), np.finfo(np.float64).tiny)
-            x = (q - 0.5 * float(q.min() + q.max())) / half
+            x = 2.0 * signals.q[:, other] / float(signals.scales.span[other])
             result[:, joint, 2 * k] = s * x
             result[:, joint, 2 * k + 1] = s * x**2
         return result

@@ -326,7 +326,7 @@ class Selector:
         self, system: System, target: Target, baseline: Baseline, found: Sequence[Finding]
     ) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""
-        if not found or found[0].delta_bic < BIC_CLOSE:
+        if found[0].delta_bic < BIC_CLOSE:
             return []
         self.step('refining the best candidates')
         top: list[Finding] = []
@@ -390,19 +390,46 @@ class Selector:
     def _with_rivals(
         self, system: System, top: Sequence[Finding], found: Sequence[Finding], best: Finding
     ) -> Finding:
-        """Return a candidate with those that explain as much, and its twins."""
+        """
+        Return a candidate with those that explain as much, and the twins of each.
+
+        As much: in evidence, or where nominal parameters within their tolerance cost nothing, or
+        but for what neither explains.
+        """
         possible = [finding for finding in top if not finding.objection]
         impossible = [finding for finding in top if finding.objection]
         beside = system.extended([best.columns])
         aim = Target.make(beside, self.laboratory.y)
         after = fit_baseline(beside, aim)
         excess = max(after.cost - float(self.laboratory.known.sum()), 0.0)
+        rivals = self._twins(best, found)
+        known = {other.key for other in rivals}
+        free = self._freely(system)
+        # What is not seen to be more than the best is no rival of it, but one of any other.
+        unseen = [f for f in impossible if f.reduced not in ('', best.effect.identifier)]
+        for other in [*(finding for finding in possible if finding is not best), *unseen]:
+            if other.key in known:
+                continue
+            behind = best.delta_bic - other.delta_bic
+            if min(behind, free(best) - free(other)) < BIC_CLOSE:
+                rivals.append(other)
+            elif behind < _RIVAL * excess:
+                its = other.columns.beside(beside)
+                left = score(beside, aim, after, its, its.products(beside, aim.y))
+                if left.gain < _OVERLAP * other.score.gain:
+                    rivals.append(other)
+        more = [twin for other in rivals for twin in self._twins(other, found)]
+        unique = {other.key: other for other in (*rivals, *more) if other.key != best.key}
+        return replace(best, rivals=tuple(unique.values()))
+
+    def _twins(self, best: Finding, found: Sequence[Finding]) -> list[Finding]:
+        """Return the twins of a candidate that have evidence of their own, where it takes that."""
         # Where a dependence on speed is seen too, a constant alone is no twin.
         constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
         least = max(_TWIN * best.delta_bic, BIC_CLOSE)
         if constant and not self._rests(best.joint):
             least = -np.inf
-        rivals = [
+        return [
             other
             for other in found
             if other.joint == best.joint
@@ -410,21 +437,24 @@ class Selector:
             and not other.objection
             and other.delta_bic > least
         ]
-        known = {other.key for other in rivals}
-        # What is not seen to be more than the best is no rival of it, but one of any other.
-        unseen = [f for f in impossible if f.reduced not in ('', best.effect.identifier)]
-        for other in [*(finding for finding in possible if finding is not best), *unseen]:
-            if other.key in known:
-                continue
-            behind = best.delta_bic - other.delta_bic
-            if behind < BIC_CLOSE:
-                rivals.append(other)
-            elif behind < _RIVAL * excess:
-                its = other.columns.beside(beside)
-                left = score(beside, aim, after, its, its.products(beside, aim.y))
-                if left.gain < _OVERLAP * other.score.gain:
-                    rivals.append(other)
-        return replace(best, rivals=tuple(rivals))
+
+    def _freely(self, system: System) -> Callable[[Finding], float]:
+        """
+        Return the evidence of candidates where deviations of the nominal cost nothing.
+
+        Within its bounds a nominal parameter is as likely here as there: that a candidate needs
+        more of them to be off speaks against it only as far as it needs more than the tolerance.
+        """
+        free = replace(system, prior=np.full(system.prior.shape, np.inf))
+        target = Target.make(free, self.laboratory.y)
+        base = fit_baseline(free, target)
+
+        def evidence(finding: Finding) -> float:
+            its = finding.columns.beside(free)
+            s = score(free, target, base, its, its.products(free, target.y))
+            return finding.delta_bic - finding.score.gain + s.gain
+
+        return evidence
 
     def _rests(self, joint: int) -> bool:
         """Tell whether a joint stands for some of the time, so that its friction is known."""
