@@ -405,13 +405,14 @@ class Selector:
         rivals = self._twins(best, found)
         known = {other.key for other in rivals}
         free = self._freely(system)
+        most = free(best)
         # What is not seen to be more than the best is no rival of it, but one of any other.
         unseen = [f for f in impossible if f.reduced not in ('', best.effect.identifier)]
         for other in [*(finding for finding in possible if finding is not best), *unseen]:
             if other.key in known:
                 continue
             behind = best.delta_bic - other.delta_bic
-            if min(behind, free(best) - free(other)) < BIC_CLOSE:
+            if min(behind, most - free(other)) < BIC_CLOSE:
                 rivals.append(other)
             elif behind < _RIVAL * excess:
                 its = other.columns.beside(beside)
