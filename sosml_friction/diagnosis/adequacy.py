@@ -285,11 +285,16 @@ def leftovers(
         largest = np.maximum(largest, [s.gain for s in gains(y)])
     # Causes that follow the nominal's load are off by its tolerance: in energy, by the square.
     least = {POSITION: _POSITION_SHARE, NEIGHBOUR_FRICTION: settings.tolerance**2}
+    price = float(np.log(laboratory.y.shape[0]))
     result = []
     for (axis, i, _, mine), s, most in zip(probes, found, largest, strict=True):
         named = sum(max(f.score.gain, 0.0) for f in mine)
         share = s.gain / max(named + s.gain, 1e-300)
         floor = settings.axis_margin * float(most)
+        if axis == NEIGHBOUR_FRICTION:
+            # Of so few columns the largest of some nulls says little: the evidence of a cause.
+            k = int((s.amplitude != 0.0).sum())
+            floor = max(floor, k * price + settings.least_bic)
         result.append(
             Leftover(
                 axis, i, s.gain, s.energy, floor, share, least.get(axis, settings.axis_share),

@@ -3,20 +3,53 @@
 """
 What a right name is worth on another recording, against what the true model leaves there.
 
-The true model leaves the noise: of effort, and of position through the inertia. It is measured on
-the same motion with the same draws of noise and nothing hidden. What an answer's model gets wrong
+The true model leaves the noise: of effort, and of position through the true inertia, as the effort
+sensor's scale shows it. It is measured on the same motion with the same draws of noise and nothing
+hidden. What an answer's model gets wrong
 beyond that is sqrt(error^2 - noise^2), before and after.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from blind_motion import JOINTS, reference
-from blind_plant import Plant, simulate
+from blind_plant import L1, PERIOD, Plant, simulate
 from blind_snr import residual, rms
 from blind_trial import HOLDOUT, Trial
+
+from sosml_friction.diagnosis.band import Band
+
+
+def true_residual(trial: Trial, band_hz: float) -> np.ndarray:
+    """Return what the true model leaves of the recording left out, (rows, 2)."""
+    nothing = Plant(soft=trial.exact.two_mass)
+    runs = [
+        simulate(nothing, *reference(*HOLDOUT), np.random.default_rng([trial.spec.seed, 4]), noise)
+        for noise in (trial.noise, replace(trial.noise, exact=True))
+    ]
+    noisy, exact = (residual(run, band_hz) for run in runs)
+    band = Band(band_hz, PERIOD)
+    effort = band.apply(runs[0].tau - runs[1].tau)
+    # The rest of the noise is that of position through the nominal inertia.
+    position = effort - (noisy - exact)
+    elbow = band.apply(runs[1].q)[:, 1]
+    acceleration = np.linalg.solve(_inertia(nothing, elbow), position[:, :, None])
+    true = (_inertia(trial.exact, elbow) @ acceleration)[:, :, 0] * trial.exact.scale
+    return np.asarray(exact + effort - true)
+
+
+def _inertia(plant: Plant, elbow: np.ndarray) -> np.ndarray:
+    """Return the inertia (rows, 2, 2) at positions of the elbow."""
+    m, d = plant.payload, plant.payload_distance
+    second, i2 = plant.second + m * d, plant.inertia[1] + m * d**2
+    rotor = plant.joint['armature']
+    across = i2 + L1 * second * np.cos(elbow)
+    first = plant.inertia[0] + (plant.mass_2 + m) * L1**2 + L1 * second * np.cos(elbow)
+    rows = [[first + across + rotor[0], across], [across, i2 + rotor[1] + 0.0 * elbow]]
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
@@ -28,10 +61,7 @@ def held_out(trial: Trial, document: dict[str, Any]) -> dict[str, Any]:
     over after, before over true; ``forward``: error of the simulated position, after over before,
     in the joint and in all ``joints``; ``forward_error``, ``joint_errors``: their standard errors.
     """
-    rng = np.random.default_rng([trial.spec.seed, 4])
-    plant = Plant(soft=trial.exact.two_mass)
-    run = simulate(plant, *reference(*HOLDOUT), rng, trial.noise)
-    true = rms(residual(run, document['band_hz']))
+    true = rms(true_residual(trial, document['band_hz']))
     entries = [document['gain'][name] for name in JOINTS]
     before = np.array([entry['inverse']['before'] for entry in entries])
     after = np.array([entry['inverse']['after'] for entry in entries])
