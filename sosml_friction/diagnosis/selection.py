@@ -396,31 +396,35 @@ class Selector:
         As much: in evidence, or where nominal parameters within their tolerance cost nothing, or
         but for what neither explains.
         """
-        possible = [finding for finding in top if not finding.objection]
-        impossible = [finding for finding in top if finding.objection]
         beside = system.extended([best.columns])
         aim = Target.make(beside, self.laboratory.y)
         after = fit_baseline(beside, aim)
         excess = max(after.cost - float(self.laboratory.known.sum()), 0.0)
-        rivals = self._twins(best, found)
-        known = {other.key for other in rivals}
         free = self._freely(system)
         most = free(best)
-        # What is not seen to be more than the best is no rival of it, but one of any other.
-        unseen = [f for f in impossible if f.reduced not in ('', best.effect.identifier)]
-        for other in [*(finding for finding in possible if finding is not best), *unseen]:
-            if other.key in known:
-                continue
+
+        def as_much(other: Finding) -> bool:
             behind = best.delta_bic - other.delta_bic
             if min(behind, most - free(other)) < BIC_CLOSE:
-                rivals.append(other)
-            elif behind < _RIVAL * excess:
-                its = other.columns.beside(beside)
-                left = score(beside, aim, after, its, its.products(beside, aim.y))
-                if left.gain < _OVERLAP * other.score.gain:
-                    rivals.append(other)
-        more = [twin for other in rivals for twin in self._twins(other, found)]
-        unique = {other.key: other for other in (*rivals, *more) if other.key != best.key}
+                return True
+            if behind >= _RIVAL * excess:
+                return False
+            its = other.columns.beside(beside)
+            left = score(beside, aim, after, its, its.products(beside, aim.y))
+            return bool(left.gain < _OVERLAP * other.score.gain)
+
+        # What is not seen to be more than the best is no rival of it, but one of any other.
+        rivals = [
+            other
+            for other in top
+            if (other.reduced not in ('', best.effect.identifier) or not other.objection)
+            and as_much(other)
+        ]
+        unique: dict[tuple[str, int], Finding] = {}
+        for finding in (best, *rivals):
+            for other in (finding, *self._twins(finding, found)):
+                unique.setdefault(other.key, other)
+        del unique[best.key]
         return replace(best, rivals=tuple(unique.values()))
 
     def _twins(self, best: Finding, found: Sequence[Finding]) -> list[Finding]:

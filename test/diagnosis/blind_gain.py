@@ -5,8 +5,7 @@ What a right name is worth on another recording, against what the true model lea
 
 The true model leaves the noise: of effort, and of position through the true inertia, as the effort
 sensor's scale shows it. It is measured on the same motion with the same draws of noise and nothing
-hidden. What an answer's model gets wrong
-beyond that is sqrt(error^2 - noise^2), before and after.
+hidden. What an answer's model gets wrong beyond that is sqrt(error^2 - noise^2), before and after.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from blind_motion import JOINTS, reference
-from blind_plant import L1, PERIOD, Plant, simulate
+from blind_plant import PERIOD, Plant, inertia, simulate
 from blind_snr import residual, rms
 from blind_trial import HOLDOUT, Trial
 
@@ -42,13 +41,10 @@ def true_residual(trial: Trial, band_hz: float) -> np.ndarray:
 
 
 def _inertia(plant: Plant, elbow: np.ndarray) -> np.ndarray:
-    """Return the inertia (rows, 2, 2) at positions of the elbow."""
-    m, d = plant.payload, plant.payload_distance
-    second, i2 = plant.second + m * d, plant.inertia[1] + m * d**2
+    """Return the inertia (rows, 2, 2) at positions of the elbow, rotors included."""
+    m11, m12, m22 = (x + 0.0 * elbow for x in inertia(plant.body(), elbow))
     rotor = plant.joint['armature']
-    across = i2 + L1 * second * np.cos(elbow)
-    first = plant.inertia[0] + (plant.mass_2 + m) * L1**2 + L1 * second * np.cos(elbow)
-    rows = [[first + across + rotor[0], across], [across, i2 + rotor[1] + 0.0 * elbow]]
+    rows = [[m11 + rotor[0], m12], [m12, m22 + rotor[1]]]
     return np.moveaxis(np.array(rows), -1, 0)
 
 

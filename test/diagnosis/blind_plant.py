@@ -79,6 +79,12 @@ class Plant:
             value = np.broadcast_to(np.asarray(start.get(name, 0.0), dtype=float), (2,)).copy()
             self.joint.setdefault(name, value)
 
+    def body(self) -> np.ndarray:
+        """Return first moments, inertias and the mass of the second body, with the payload."""
+        m, d = self.payload, self.payload_distance
+        i1, i2 = self.inertia
+        return np.array([self.first, self.second + m * d, i1, i2 + m * d**2, self.mass_2 + m])
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -105,12 +111,40 @@ class Run:
 
 
 @njit(cache=True)
+def inertia(body, elbow):
+    """Return m11, m12 and m22 of bodies without rotors, at a position of the elbow."""
+    _, second, i1, i2, m2 = body
+    across = L1 * second * np.cos(elbow)
+    return i1 + i2 + m2 * L1**2 + 2.0 * across, i2 + across, i2
+
+
+@njit(cache=True)
+def forces(body, q, v, tilt):
+    """Return what Coriolis effect and gravity need (2,) of bodies whose base is tilted."""
+    first, second, _, _, m2 = body
+    h = L1 * second * np.sin(q[1])
+    hang = GRAVITY * second * np.cos(q[0] + q[1] + tilt)
+    upper = GRAVITY * (first + m2 * L1) * np.cos(q[0] + tilt)
+    return upper + hang - h * (2.0 * v[0] * v[1] + v[1] ** 2), hang + h * v[0] ** 2
+
+
+@njit(cache=True)
+def effort_of(body, q, v, a, armature):
+    """Return the effort (2,) of a motion without friction, rotors included."""
+    m11, m12, m22 = inertia(body, q[1])
+    b0, b1 = forces(body, q, v, 0.0)
+    return (
+        (m11 + armature[0]) * a[0] + m12 * a[1] + b0,
+        m12 * a[0] + (m22 + armature[1]) * a[1] + b1,
+    )
+
+
+@njit(cache=True)
 def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nominal, kp, kd):
     """Return position and speed of the motors and the effort at the controller's samples."""
     count = len(reference)
     q_out, v_out, tau_out = np.empty((count, 2)), np.empty((count, 2)), np.empty((count, 2))
     h = PERIOD / SUBSTEPS
-    first, second, i1, i2, m2 = body
     share = np.array([0.4, 0.3, 0.2, 0.1])
     width = np.array([0.5, 1.0, 1.6, 2.5])
     z = np.zeros((2, 4))
@@ -118,12 +152,11 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
     ql, vl = reference[0].copy(), np.zeros(2)
     if two_mass:
         # It starts at rest on its springs.
-        hang = GRAVITY * second * np.cos(ql[0] + ql[1])
-        ql[0] -= (GRAVITY * (first + m2 * L1) * np.cos(qm[0]) + hang) / par[0, 21]
-        ql[1] -= hang / par[1, 21]
+        hang0, hang1 = forces(body, qm, vm, 0.0)
+        ql[0] -= hang0 / par[0, 21]
+        ql[1] -= hang1 / par[1, 21]
         for i in range(2):
             ql[i] += 0.5 * par[i, 22] * np.sign(ql[i] - qm[i])
-    n_first, n_second, n_i1, n_i2, n_m2 = nominal
     tau = np.zeros(2)
     friction = np.zeros(2)
     passed = np.zeros(2)
@@ -131,19 +164,7 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
         q_out[k], v_out[k] = qm, vm
         # Computed feed-forward with the nominal model, and PD.
         r, rv, ra = reference[k], speed[k], acceleration[k]
-        c2, s2 = np.cos(r[1]), np.sin(r[1])
-        g = GRAVITY
-        a11 = n_i1 + n_i2 + n_m2 * L1**2 + 2.0 * L1 * n_second * c2 + ARMATURE[0]
-        a12 = n_i2 + L1 * n_second * c2
-        a22 = n_i2 + ARMATURE[1]
-        hc = L1 * n_second * s2
-        tau[0] = (
-            a11 * ra[0]
-            + a12 * ra[1]
-            - hc * (2.0 * rv[0] * rv[1] + rv[1] ** 2)
-            + g * ((n_first + n_m2 * L1) * np.cos(r[0]) + n_second * np.cos(r[0] + r[1]))
-        )
-        tau[1] = a12 * ra[0] + a22 * ra[1] + hc * rv[0] ** 2 + g * n_second * np.cos(r[0] + r[1])
+        tau[0], tau[1] = effort_of(nominal, r, rv, ra, ARMATURE)
         for i in range(2):
             tau[i] += COULOMB[i] * np.tanh(rv[i] / 0.02) + VISCOUS[i] * rv[i]
             tau[i] += kp[i] * (r[i] - qm[i]) + kd[i] * (rv[i] - vm[i])
@@ -152,15 +173,8 @@ def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nomin
         for _ in range(SUBSTEPS):
             q = ql if two_mass else qm
             v = vl if two_mass else vm
-            c2, s2 = np.cos(q[1]), np.sin(q[1])
-            m11 = i1 + i2 + m2 * L1**2 + 2.0 * L1 * second * c2
-            m12 = i2 + L1 * second * c2
-            m22 = i2
-            hc = L1 * second * s2
-            b0 = -hc * (2.0 * v[0] * v[1] + v[1] ** 2) + g * (
-                (first + m2 * L1) * np.cos(q[0] + tilt) + second * np.cos(q[0] + q[1] + tilt)
-            )
-            b1 = hc * v[0] ** 2 + g * second * np.cos(q[0] + q[1] + tilt)
+            m11, m12, m22 = inertia(body, q[1])
+            b0, b1 = forces(body, q, v, tilt)
             for i in range(2):
                 p = par[i]
                 # Spring of a cable, contact: on the body.
@@ -245,12 +259,6 @@ def simulate(
     saturated, scaled, biased, with noise, in quanta.
     """
     par = np.array([[plant.joint[name][i] for name in FIELDS] for i in range(2)])
-    p, d = plant.payload, plant.payload_distance
-    body = np.array(
-        [plant.first, plant.second + p * d, plant.inertia[0], plant.inertia[1] + p * d**2,
-         plant.mass_2 + p]
-    )  # fmt: skip
-    nominal = np.array([C1, C2, I1, I2, M2])
     t = np.arange(len(reference)) * PERIOD
     extra = np.zeros_like(reference)
     for joint, start, length, size in plant.contacts:
@@ -263,8 +271,8 @@ def simulate(
         # The motor alone is light: at 500 Hz more damping than J / T is unstable.
         kp, kd = np.array([120.0, 40.0]), np.array([1.6, 1.0])
     q, v, tau = _run(
-        reference, speed, acceleration, par, body, plant.tilt, plant.two_mass, extra, nominal,
-        kp, kd,
+        reference, speed, acceleration, par, plant.body(), plant.tilt, plant.two_mass, extra,
+        Plant().body(), kp, kd,
     )  # fmt: skip
     # The command is held from its sample to the next: its measurement is in the middle.
     effort = 0.5 * (tau + np.vstack([tau[:1], tau[:-1]]))

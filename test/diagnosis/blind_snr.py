@@ -38,23 +38,14 @@ TOLERANCE, _ASKEW = 0.035, 0.3
 
 
 @njit(cache=True)
-def _nominal(q, v, a, slip):
+def _nominal(q, v, a, body, slip):
     """Return the nominal effort (N, 2) along a measured motion."""
     share = np.array([0.4, 0.3, 0.2, 0.1])
     width = np.array([0.5, 1.0, 1.6, 2.5])
     z = np.zeros((2, 4))
     tau = np.empty_like(q)
     for k in range(len(q)):
-        c2, s2 = np.cos(q[k, 1]), np.sin(q[k, 1])
-        m12 = bp.I2 + bp.L1 * bp.C2 * c2
-        m11 = bp.I1 + bp.I2 + bp.M2 * bp.L1**2 + 2.0 * bp.L1 * bp.C2 * c2 + bp.ARMATURE[0]
-        m22 = bp.I2 + bp.ARMATURE[1]
-        h = bp.L1 * bp.C2 * s2
-        g1 = bp.GRAVITY * bp.C2 * np.cos(q[k, 0] + q[k, 1])
-        g0 = bp.GRAVITY * (bp.C1 + bp.M2 * bp.L1) * np.cos(q[k, 0]) + g1
-        v0, v1 = v[k, 0], v[k, 1]
-        tau[k, 0] = m11 * a[k, 0] + m12 * a[k, 1] - h * (2.0 * v0 * v1 + v1**2) + g0
-        tau[k, 1] = m12 * a[k, 0] + m22 * a[k, 1] + h * v0**2 + g1
+        tau[k, 0], tau[k, 1] = bp.effort_of(body, q[k], v[k], a[k], bp.ARMATURE)
         for i in range(2):
             dx = q[k, i] - q[k - 1, i] if k else 0.0
             state = 0.0
@@ -72,7 +63,7 @@ def residual(run: bp.Run, band_hz: float | None) -> np.ndarray:
     q = band.smooth(run.q)
     v = first_derivative(q, bp.PERIOD)
     a = first_derivative(v, bp.PERIOD)
-    left = run.tau - _nominal(q, v, a, bp.SLIP)
+    left = run.tau - _nominal(q, v, a, bp.Plant().body(), bp.SLIP)
     return left if band_hz is None else band.apply(left)
 
 
@@ -99,6 +90,15 @@ def noise_rms(
     return float(left[0]), float(left[1])
 
 
+def _effect(plant: bp.Plant, motion: str, duration: float | None, band_hz: float) -> np.ndarray:
+    """Return what ``plant``, without nuisance, adds to the effort in the band, (rows, 2)."""
+    on = bp.simulate(
+        plant, *reference(motion, duration), np.random.default_rng(0), bp.Noise(exact=True)
+    )
+    off = _nothing_hidden(motion, duration, plant.two_mass or plant.soft, None)
+    return residual(on, band_hz) - residual(off, band_hz)
+
+
 @lru_cache(maxsize=8)
 def _tolerated(motion: str, duration: float | None, soft: bool, band_hz: float) -> np.ndarray:
     """Return what each nominal parameter does where it is off by its tolerance, (rows, 2, p)."""
@@ -114,13 +114,8 @@ def _tolerated(motion: str, duration: float | None, soft: bool, band_hz: float) 
             joint = {**off.joint, name: off.joint[name] * (1.0 + share)}
             plants.append(replace(off, joint=joint))
     plants.append(replace(off, tilt=_ASKEW * TOLERANCE))
-    exactly = residual(_nothing_hidden(motion, duration, soft, None), band_hz)
-    columns = []
-    for plant in plants:
-        rng = np.random.default_rng(0)
-        run = bp.simulate(plant, *reference(motion, duration), rng, bp.Noise(exact=True))
-        columns.append(residual(run, band_hz) - exactly)
-    return np.stack(columns, axis=-1)
+    effects = [_effect(plant, motion, duration, band_hz) for plant in plants]
+    return np.stack(effects, axis=-1)
 
 
 def beyond_tolerance(
@@ -128,10 +123,7 @@ def beyond_tolerance(
 ) -> float:
     """Return the SNR of what no nominal within its tolerance takes up, in its best joint."""
     soft = plant.two_mass
-    rng = np.random.default_rng(0)
-    on = bp.simulate(plant, *reference(motion, duration), rng, replace(noise, exact=True))
-    effect = residual(on, band_hz)
-    effect = effect - residual(_nothing_hidden(motion, duration, soft, None), band_hz)
+    effect = _effect(plant, motion, duration, band_hz)
     size = np.array(noise_rms(motion, duration, soft, noise, band_hz))
     columns = _tolerated(motion, duration, soft, band_hz)
     A = (columns / size[:, None]).reshape(-1, columns.shape[-1])
@@ -143,9 +135,5 @@ def signal_to_noise(
     plant: bp.Plant, motion: str, duration: float | None, noise: bp.Noise, band_hz: float
 ) -> np.ndarray:
     """Return the SNR by joint (2,) of what ``plant``, without nuisance, hides."""
-    on = bp.simulate(
-        plant, *reference(motion, duration), np.random.default_rng(0), replace(noise, exact=True)
-    )
-    off = _nothing_hidden(motion, duration, plant.two_mass, None)
-    effect = rms(residual(on, band_hz) - residual(off, band_hz))
+    effect = rms(_effect(plant, motion, duration, band_hz))
     return effect / np.array(noise_rms(motion, duration, plant.two_mass, noise, band_hz))

@@ -13,14 +13,9 @@ from __future__ import annotations
 
 import os
 import secrets
-import sys
-from pathlib import Path
-
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 import blind_trial
+import pytest
 from blind_judge import judge
 from blind_process import ask
 

@@ -12,13 +12,9 @@ blind_campaign/ before the first bar is looked at.
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from blind_bars import bars
 from blind_campaign import run_campaign
 from blind_tables import tables

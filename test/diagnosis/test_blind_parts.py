@@ -5,26 +5,22 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
-from pathlib import Path
-
-import numpy as np
-import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 import blind_campaign
 import blind_plan
 import blind_plant as bp
 import blind_snr
 import blind_trial
+import numpy as np
+import pytest
 from blind_bars import bars, interval
 from blind_effects import FAULTS, OUTSIDE, TWINS, TYPICAL, hide
-from blind_gain import held_out
+from blind_gain import held_out, true_residual
 from blind_judge import judge
 from blind_motion import reference
 from blind_plan import make_plan
+from blind_process import _check_model
 from blind_tables import tables
 from blind_trial import SINGLES, Spec, Truth, build
 
@@ -208,6 +204,67 @@ def test_the_cut_on_held_out_data_is_that_of_the_excess_over_the_true_model():
     assert found['forward'] == 0.5
     assert (found['joints'], found['joint_errors']) == ([0.5, 0.5], [0.1, 0.1])
     assert found['gain'] < found['true_gain']
+
+
+def test_the_true_model_leaves_the_noise_through_the_true_inertia_and_scale():
+    """A forearm of twice the inertia doubles what noise of position leaves of the elbow."""
+
+    def left(**hidden):
+        spec = Spec('x', 'single', 5, 'effort_bias', 0, scale=0.1, duration=PIECE_S)
+        trial = build(spec)
+        for name, value in hidden.items():
+            setattr(trial.exact, name, value)
+        return true_residual(trial, BAND)
+
+    usual = left()
+    # The same motion and draws with nothing hidden, as the nominal sees them.
+    run = bp.simulate(
+        bp.Plant(), *reference(*blind_trial.HOLDOUT), np.random.default_rng([5, 4]), bp.Noise()
+    )
+    assert usual == pytest.approx(blind_snr.residual(run, BAND), abs=1e-9)
+    scaled = left(scale=np.array([2.0, 1.0]))
+    heavy = left(inertia=(bp.I1, 2.0 * bp.I2))
+    quiet = left(inertia=(1e-9, 1e-9), first=1e-9, second=1e-9, mass_2=1e-9)
+    position = usual - quiet
+    assert scaled[:, 1] == pytest.approx(usual[:, 1], abs=1e-12)
+    # Beside the second body's, the rotors are a twentieth.
+    change = blind_snr.rms(scaled - usual)[0] / blind_snr.rms(position)[0]
+    assert change == pytest.approx(1.0, abs=0.1)
+    change = blind_snr.rms(heavy - usual)[1] / blind_snr.rms(position)[1]
+    assert 0.5 < change < 1.1
+
+
+def test_an_answer_whose_model_does_not_fit_it_fails_its_trial(tmp_path):
+    named = {'causes': [{'in_model': True}]}
+    with pytest.raises(RuntimeError, match='without'):
+        _check_model(tmp_path, named)
+    blind_trial.nominal_model().write(tmp_path)
+    _check_model(tmp_path, named)
+    with pytest.raises(RuntimeError, match='without'):
+        _check_model(tmp_path, {'causes': [{'in_model': False}]})
+    file = tmp_path / 'model.yaml'
+    file.write_text(file.read_text() + 'effects:\n  - {effect: nothing, joint: elbow}\n')
+    with pytest.raises(RuntimeError, match='of no use'):
+        _check_model(tmp_path, named)
+
+
+def test_a_simulation_is_worse_only_beyond_what_chance_makes_of_so_many():
+    """Of 100 ratios one is above 1 + 3.7 standard errors in 1 of 100 campaigns."""
+
+    def met(ratio, error, others=99):
+        gains = [
+            {'cut': 9.0, 'gain': 2.0, 'true_gain': 2.0, 'forward': x, 'forward_error': e,
+             'joints': [x], 'joint_errors': [e]}
+            for x, e in [(ratio, error), *[(0.5, 0.01)] * others]
+        ]  # fmt: skip
+        rows = [row('single', 'right', k, snr=1.0, held_out=g) for k, g in enumerate(gains)]
+        return next(bar.met for bar in bars(rows) if bar.name == 'forward')
+
+    assert met(1.03, 0.01)
+    assert not met(1.04, 0.01)
+    # One alone may be 2.3 standard errors off.
+    assert not met(1.03, 0.01, others=0)
+    assert not met(np.inf, 0.0)
 
 
 def test_shuffled_blocks_hold_the_same_residual_elsewhere():

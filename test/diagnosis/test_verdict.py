@@ -43,6 +43,39 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
     assert ('The refitted model explains the data' in sentence) != over
 
 
-def unmoved():
+def unmoved(position_after=1.0):
+    """Return a gain of nothing but in the simulated position, known to a tenth."""
     one = np.ones(1)
-    return Gain(one, one, one, one, one, one, one, 0.3, 'folds left out')
+    after, error = np.full(1, position_after), np.full(1, 0.1)
+    return Gain(one, one, one, one, one, after, error, 0.3, 'folds left out')
+
+
+def told(causes, gain):
+    selection = Selection(*(None,) * 4, structure_gain=np.zeros(1), structure_floor=np.ones(1))
+    return sentence_of('named', causes, gain, selection, ('elbow',), ('Nm',))
+
+
+def cause_of(effect, in_model):
+    return Cause(effect, 'elbow', {}, {}, terms=(({}, np.ones(1)),) if in_model else ())
+
+
+def test_no_gain_is_told_of_a_model_that_no_cause_is_in():
+    sentence = told([cause_of('backlash', False)], unmoved())
+    assert 'effort error' not in sentence
+    assert 'The model is not extended' in sentence
+    assert 'The extended model has no' not in sentence
+
+
+def test_a_cause_that_the_extended_model_lacks_is_said_beside_those_it_has():
+    causes = [cause_of('coulomb', True), cause_of('backlash', False)]
+    sentence = told([*causes, cause_of('velocity_lag', False)], unmoved())
+    assert 'effort error' in sentence
+    assert 'The extended model has no backlash (elbow).' in sentence
+    assert 'The extended model has no' not in told(causes[:1], unmoved())
+
+
+def test_a_simulated_position_that_changes_by_chance_is_called_that():
+    """Of twice 0.1, the standard error of the ratio, 0.05 is chance and 0.5 is not."""
+    causes = [cause_of('coulomb', True)]
+    assert '1e+03 -> 950 mrad (chance)' in told(causes, unmoved(0.95))
+    assert '1e+03 -> 500 mrad.' in told(causes, unmoved(0.5))
