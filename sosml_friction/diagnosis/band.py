@@ -84,14 +84,17 @@ class Band:
             np.matmul(matrix, flat[first : first + matrix.shape[1]], out=result[-left:])
         return result.reshape(count, *shape)
 
-    def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
-        """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, ends held, (N, ...)."""
+    def reach(self, wider: float = _WIDER) -> int:
+        """Return the samples to each side that a smoothed one depends on, 0 if all pass."""
         cutoff = wider * self.cutoff
-        if cutoff * self.step >= 0.4:
+        return 0 if cutoff * self.step >= 0.4 else max(1, round(2.0 / (cutoff * self.step)))
+
+    def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
+        """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, (N, ...)."""
+        half = self.reach(wider)
+        if not half:
             return np.array(x)
-        half = max(1, round(2.0 / (cutoff * self.step)))
-        taps = _taps(cutoff, half, self.step)
-        return np.asarray(convolve1d(x, taps, axis=0, mode='nearest'))
+        return _convolved(x, _taps(wider * self.cutoff, half, self.step))
 
 
 @lru_cache(maxsize=64)
@@ -112,14 +115,21 @@ def _decimator(band: Band, outputs: int) -> FloatArray:
 
 def first_derivative(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt by the five-point rule, its error of order step^4, (N, ...)."""
-    return np.asarray(
-        convolve1d(
-            x, np.array([-1.0, 8.0, 0.0, -8.0, 1.0]) / (12.0 * step), axis=0, mode='nearest'
-        )
-    )
+    return _convolved(x, np.array([-1.0, 8.0, 0.0, -8.0, 1.0]) / (12.0 * step))
 
 
 def second_derivative(x: FloatArray, step: float) -> FloatArray:
     """Return d2x/dt2 by the five-point rule, its error of order step^4, (N, ...)."""
-    weights = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * step**2)
-    return np.asarray(convolve1d(x, weights, axis=0, mode='nearest'))
+    return _convolved(x, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * step**2))
+
+
+def _convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
+    """
+    Return ``x`` (N, ...) convolved with an odd number of weights, (N, ...).
+
+    Beyond its ends it goes on as it came, turned about the end: held, it would seem to stop.
+    """
+    pad = min(len(weights) // 2, len(x) - 1)
+    ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
+    longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
+    return np.asarray(convolve1d(longer, weights, axis=0, mode='nearest')[pad : pad + len(x)])

@@ -108,7 +108,7 @@ def diagnose(
         laboratory = Laboratory(signals, library, settings, step)
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
-            others = None if others is None else [s.with_rests() for s in others]
+        others = None if others is None else laboratory.seen_alike(others)
     except DataError as error:
         return Diagnosis(
             verdict='bad_data',

@@ -118,7 +118,7 @@ def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Opt
             planned = _planned(first, make())
         except TrajectoryError:
             continue
-        stretch = Stretch(planned.with_rests() if laboratory.without_rests else planned)
+        stretch = Stretch(laboratory.seen_alike([planned])[0])
         share, margin = separation(laboratory, cause, rival, (stretch,))
         options.append(Option(name, 'trajectory', stretch.duration, share, margin, ''))
     for name, condition in conditions(laboratory.signals).items():

@@ -25,7 +25,7 @@ from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.diagnosis.nominal import Nominal, make_nominal
 from sosml_friction.diagnosis.rests import WhitenedRests, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.diagnosis.signals import Signals, with_rests
 from sosml_friction.diagnosis.structure import Structure
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.simulation.dahl import dahl_path
@@ -91,7 +91,8 @@ class Laboratory:
         self._Z = [s.in_band(self.nominal.columns(s)) for s in signals]
         self._y = [s.in_band(s.tau - s.torque) for s in signals]
         self._C = [self._all_columns(candidate) for candidate in self.candidates]
-        self.structures = [Candidate(Structure(), i, ({},)) for i in range(self.robot.n)]
+        structure = Structure(signals)
+        self.structures = [Candidate(structure, i, ({},)) for i in range(self.robot.n)]
         self._S = [self._all_columns(candidate) for candidate in self.structures]
         self.noise: tuple[NoiseModel, ...] = ()
         self._rests: WhitenedRests | None = None
@@ -221,7 +222,7 @@ class Laboratory:
         There the sign of the last motion is not what friction is at rest. One joint is enough:
         others creep as it does, though more noise in their motion may hide it.
         """
-        found = [s.with_rests().rests for s in self.signals]
+        found = [s.rests for s in with_rests(self.signals)]
         for i, stretches in enumerate(left):
             masks = [np.zeros(len(x), dtype=np.bool_) for x in stretches]
             for mask, rests in zip(masks, found, strict=True):
@@ -238,12 +239,18 @@ class Laboratory:
     def _leave_out_rests(self) -> None:
         """Take out of both sides what joints may take at rest."""
         joints = range(self.robot.n)
-        self.signals = tuple(s.with_rests() for s in self.signals)
+        self.signals = with_rests(self.signals)
         for k, signals in enumerate(self.signals):
             for part in (self._Z[k], self._y[k]):
                 without_rests(part, joints, signals.rests)
             for rows, parts in (*self._C, *self._S):
                 without_rests(parts[k], rows.tolist(), signals.rests)
+
+    def seen_alike(self, others: Sequence[Signals]) -> list[Signals]:
+        """Return stretches of another recording, without rests where these are without."""
+        if not self.without_rests:
+            return list(others)
+        return list(with_rests([*self.signals, *others])[len(self.signals) :])
 
     def _whiten(self, left: list[list[FloatArray]]) -> None:
         """Fit the noise to what is left of each joint, and whiten everything by it."""
@@ -251,7 +258,7 @@ class Laboratory:
         for i, stretches in enumerate(left):
             least = _LEAST_NOISE * max(float(self.signals[0].scales.effort[i]), 1e-12)
             calm = self._calm(i, stretches) if self.without_rests else stretches
-            models.append(fit_noise(calm or stretches, least, self.without_rests))
+            models.append(fit_noise(calm or stretches, least))
         self.noise = tuple(models)
         self.bursts = self._find_bursts(left)
         rows = sum(len(part) - ORDER for part in self._y)
@@ -329,7 +336,7 @@ class Laboratory:
             models = []
             for i, stretches in enumerate(left):
                 calm = self._calm(i, stretches, found.mask[:, i])
-                refitted = fit_noise(calm, 1e-12, self.without_rests) if calm else self.noise[i]
+                refitted = fit_noise(calm, 1e-12) if calm else self.noise[i]
                 models.append(refitted)
             self.noise = tuple(models)
             found = self._bursts(left)

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz, toeplitz
 from scipy.signal import lfilter
 
 FloatArray = NDArray[np.float64]
 
 ORDER = 6
+#: White noise added, as a share of the mean square.
+_WHITE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -44,31 +45,35 @@ class NoiseModel:
         return np.asarray(lfilter([1.0], np.concatenate([[1.0], -self.coefficients]), w)[start:])
 
 
-def fit_noise(
-    residuals: Sequence[FloatArray], smallest: float, pieces: bool = False
-) -> NoiseModel:
+def fit_noise(residuals: Sequence[FloatArray], smallest: float) -> NoiseModel:
     """
-    Return the autoregression of stretches of noise, by Yule-Walker.
+    Return the autoregression of pieces of noise, by Burg's method.
 
-    :param residuals: stretches (N,), each without holes.
-    :param pieces: whether they are so short that a lag has notably fewer products than samples:
-        then its mean is over those.
+    Each reflection coefficient makes the mean square of what is predicted forwards and backwards
+    least, over the rows of all pieces that have as many before or behind them: nothing is assumed
+    beyond their ends, and short pieces make no unstable filter. A little white noise is added in
+    expectation, or the stop band of what was filtered would be amplified without end.
+
+    :param residuals: pieces (N,), each without holes.
     :param smallest: least sigma, for a residual that is numerically nothing.
     """
-    lags = np.zeros(ORDER + 1)
-    count = np.zeros(ORDER + 1)
-    for x in residuals:
-        for k in range(ORDER + 1):
-            lags[k] += float(x[: len(x) - k] @ x[k:])
-            count[k] += max(len(x) - k, 0) if pieces else len(x)
-    if count[-1] == 0 or lags[0] <= 0.0:
-        return NoiseModel(np.zeros(ORDER), smallest)
-    lags /= count
-    if pieces:
-        # A spectrum is nowhere negative; counted so, it may be.
-        lags[0] += max(-float(np.linalg.eigvalsh(toeplitz(lags))[0]), 0.0)
-    # A little white noise: the filter's stop band would be amplified without end.
-    lags[0] *= 1.0 + 1e-4
-    a = solve_toeplitz(lags[:-1], lags[1:])
-    sigma = float(np.sqrt(max(lags[0] - a @ lags[1:], 0.0)))
-    return NoiseModel(np.asarray(a), max(sigma, smallest))
+    rows = sum(len(x) for x in residuals)
+    white = _WHITE * sum(float(x @ x) for x in residuals) / max(rows, 1)
+    forward, backward = list(residuals), list(residuals)
+    error = np.ones(1)
+    variance = 0.0
+    for _ in range(ORDER):
+        forward, backward = [f[1:] for f in forward], [b[:-1] for b in backward]
+        rows = sum(len(f) for f in forward)
+        both = sum(float(f @ f + b @ b) for f, b in zip(forward, backward, strict=True))
+        power = 0.5 * both + rows * white * float(error @ error)
+        if power <= 0.0:
+            return NoiseModel(np.zeros(ORDER), smallest)
+        across = sum(float(f @ b) for f, b in zip(forward, backward, strict=True))
+        k = (across + rows * white * float(error[1:] @ error[:0:-1])) / power
+        pairs = list(zip(forward, backward, strict=True))
+        forward, backward = [f - k * b for f, b in pairs], [b - k * f for f, b in pairs]
+        longer = np.append(error, 0.0)
+        error = longer - k * longer[::-1]
+        variance = power * (1.0 - k * k) / rows
+    return NoiseModel(-error[1:], max(float(np.sqrt(variance)), smallest))

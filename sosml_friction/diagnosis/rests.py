@@ -40,11 +40,9 @@ class Rest:
 
 def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
     """
-    Return where a joint rests, as samples (from, to).
+    Return where a joint is slow enough to rest, as samples (from, to).
 
-    All that is in a cycle of the band in which it goes no further than ``most``. A joint that is
-    never so slow for three cycles and 0.2 s, between two motions, only turns around in passing and
-    has no rests, nor has one that rests throughout: no friction that it had could have stayed.
+    All that is in a cycle of the band in which it goes no further than ``most``.
 
     :param q: position (N,) [rad or m].
     :param most: [rad or m].
@@ -55,17 +53,20 @@ def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
     way = maximum_filter1d(q, size) - minimum_filter1d(q, size)
     still = maximum_filter1d((way <= most).astype(np.int8), size).astype(bool)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]])))
-    found = [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    long = max(_STOP * size, _STOP_S / band.step)
-    stops = any(b - a > long and a > 0 and b < len(q) for a, b in found)
-    return found if stops and not still.all() else []
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _stops(found: Sequence[tuple[int, int]], count: int, band: Band) -> bool:
+    """Tell whether a joint stops between two motions within ``count`` samples."""
+    long = max(_STOP / band.cutoff, _STOP_S) / band.step
+    return any(b - a > long and a > 0 and b < count for a, b in found)
 
 
 def find_rests(
-    q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray
-) -> tuple[Rest, ...]:
+    stretches: Sequence[tuple[FloatArray, Band]], limit: FloatArray, speed: FloatArray
+) -> list[tuple[Rest, ...]]:
     """
-    Return the rests of all joints.
+    Return the rests of all joints, by stretch.
 
     A resting joint takes as much friction as its load asks for, up to breakaway; one that creeps,
     as where friction is a smooth function of speed, takes less and less. Neither the sign nor the
@@ -73,28 +74,49 @@ def find_rests(
     may be friction: piecewise linear ones, knots at the rows of the band, are filtered as
     everything is, and what they span is taken out of both sides.
 
-    :param q: smoothed position (N, n) [rad or m].
+    A joint that in none of the stretches is so slow for three cycles and 0.2 s, between two
+    motions, only turns around in passing and has no rests, nor has one that rests throughout: no
+    friction that it had could have stayed. Which of its stops a hole has cut makes no difference.
+
+    :param stretches: smoothed position (N, n) [rad or m] and the band of each.
     :param limit: way over which the sign of motion may change (n,) [rad or m].
     :param speed: top speed (n,) [rad/s or m/s].
     """
-    result: list[Rest] = []
-    count = band.count(len(q))
-    for i in range(q.shape[1]):
-        most = min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
-        for begin, end in resting(np.ascontiguousarray(q[:, i]), band, most):
-            # Row k of the band sees the samples from k factor to k factor + 2 half.
-            first = max(0, -((2 * band.half - begin) // band.factor))
-            last = min(count, (end - 1) // band.factor + 1)
-            inside = slice(
-                -(-begin // band.factor), min(count, (end - 1 - 2 * band.half) // band.factor + 1)
+    result: list[list[Rest]] = [[] for _ in stretches]
+    for i in range(len(limit)):
+        found = [
+            resting(
+                np.ascontiguousarray(q[:, i]),
+                band,
+                min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff),
             )
-            if inside.stop <= inside.start:
-                inside = slice(last, last)
-            for rows in (slice(first, inside.start), inside, slice(inside.stop, last)):
-                if rows.stop > rows.start:
-                    base = None if rows is inside else _courses(rows, begin, end, band)
-                    result.append(Rest(i, rows, base))
-    return _joined(result)
+            for q, band in stretches
+        ]
+        both = list(zip(found, stretches, strict=True))
+        if any(_stops(rests, len(q), band) for rests, (q, band) in both):
+            for own, (rests, (q, band)) in zip(result, both, strict=True):
+                for begin, end in rests:
+                    own += _pieces(i, begin, end, len(q), band)
+    return [_joined(own) for own in result]
+
+
+def _pieces(joint: int, begin: int, end: int, samples: int, band: Band) -> list[Rest]:
+    """Return one rest, from sample ``begin`` to ``end``, as the rows of the band see it."""
+    count = band.count(samples)
+    # Row k of the band sees the samples from k factor to k factor + 2 half.
+    first = max(0, -((2 * band.half - begin) // band.factor))
+    last = min(count, (end - 1) // band.factor + 1)
+    inside = slice(
+        -(-begin // band.factor), min(count, (end - 1 - 2 * band.half) // band.factor + 1)
+    )
+    if inside.stop <= inside.start:
+        inside = slice(last, last)
+    pieces = []
+    for rows in (slice(first, inside.start), inside, slice(inside.stop, last)):
+        if rows.stop > rows.start:
+            base = None if rows is inside else _courses(rows, begin, end, band)
+            pieces.append(Rest(joint, rows, base))
+    return pieces
 
 
 def _courses(rows: slice, begin: int, end: int, band: Band) -> FloatArray:

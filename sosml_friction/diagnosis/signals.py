@@ -83,7 +83,7 @@ class Signals:
     :func:`~sosml_friction.simulation.dahl.dahl_path`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
-    ``rests``: where joints rest and friction is not known, see :meth:`with_rests`, else none;
+    ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
     the start of the first recording. ``feigned``: share of the whitened noise that noise of
     position makes look like a function of the motion, at most.
@@ -127,11 +127,6 @@ class Signals:
             result[:, joint, k] = column
         return result
 
-    def with_rests(self) -> Signals:
-        """Return the same with the rests of the joints, in which their effort says nothing."""
-        rests = find_rests(self.q, self.band, self.scales.sign_limit, self.scales.speed)
-        return replace(self, rests=rests)
-
     def in_band(self, x: FloatArray, joints: Sequence[int] | None = None) -> FloatArray:
         """
         Return efforts (N, m, ...) in the band, without what joints at rest may take (K, m, ...).
@@ -140,6 +135,13 @@ class Signals:
         """
         joints = range(self.robot.n) if joints is None else joints
         return without_rests(self.band.apply(x), joints, self.rests)
+
+
+def with_rests(stretches: Sequence[Signals]) -> tuple[Signals, ...]:
+    """Return the same with the rests of the joints, in which their effort says nothing."""
+    scales = stretches[0].scales
+    found = find_rests([(s.q, s.band) for s in stretches], scales.sign_limit, scales.speed)
+    return tuple(replace(s, rests=rests) for s, rests in zip(stretches, found, strict=True))
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:

@@ -4,16 +4,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.diagnosis.free_curves import knots_of
 from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.signals import Signals
 
 _HATS = 9
+#: The axes, as signals (N, n).
+_AXES: tuple[Callable[[Signals], FloatArray], ...] = (
+    lambda s: s.v,
+    lambda s: s.q,
+    lambda s: s.a,
+    lambda s: s.torque,
+)
 
 
 class Structure(Effect):
@@ -27,6 +35,9 @@ class Structure(Effect):
     identifier: ClassVar[str] = 'structure'
     amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * _HATS)}
 
+    def __init__(self, stretches: Sequence[Signals]) -> None:
+        self._knots = [knots_of(stretches, axis, _HATS) for axis in _AXES]
+
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
         result = np.zeros((len(signals.q), signals.robot.n, 8 * _HATS))
@@ -36,18 +47,12 @@ class Structure(Effect):
     def own_columns(self, signals: Signals, joint: int, grid: Sequence[Inner]) -> FloatArray:
         """Return the hats of the joint alone, (N, 1, k)."""
         s = signals.sign[:, joint]
-        axes = (
-            signals.v[:, joint],
-            signals.q[:, joint],
-            signals.a[:, joint],
-            signals.torque[:, joint],
-        )
         result = np.zeros((len(s), 1, 8 * _HATS))
-        for k, x in enumerate(axes):
-            knots = np.unique(np.quantile(x, np.linspace(0.01, 0.99, _HATS)))
-            hat = hats(np.ascontiguousarray(x), knots)
+        for k, (axis, knots) in enumerate(zip(_AXES, self._knots, strict=True)):
+            own = knots[joint]
+            hat = hats(np.ascontiguousarray(axis(signals)[:, joint]), own)
             first = 2 * k * _HATS
-            result[:, 0, first : first + len(knots)] = hat
+            result[:, 0, first : first + len(own)] = hat
             first += _HATS
-            result[:, 0, first : first + len(knots)] = hat * s[:, None]
+            result[:, 0, first : first + len(own)] = hat * s[:, None]
         return result
