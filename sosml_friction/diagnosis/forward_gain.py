@@ -15,7 +15,7 @@ from sosml_friction.diagnosis.gain import BEYOND_CHANCE
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction
 from sosml_friction.diagnosis.noise_model import ORDER
-from sosml_friction.diagnosis.nominal import TURNS
+from sosml_friction.diagnosis.nominal import LATE, TURNS
 from sosml_friction.diagnosis.resimulation import simulate_windows
 from sosml_friction.diagnosis.selection import Finding
 from sosml_friction.diagnosis.signals import Signals
@@ -112,7 +112,9 @@ class ForwardGain:
                 rotors[i] += value
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
-                terms.append(reversal_term(i, turn, float(value), float(displacement[i])))
+                # A time within a sampling interval moves no position.
+                if turn != LATE:
+                    terms.append(reversal_term(i, turn, float(value), float(displacement[i])))
             elif name == 'effort hold':
                 delay += float(value)
             else:

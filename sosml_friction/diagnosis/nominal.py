@@ -25,6 +25,8 @@ _HOLD = 0.55
 _SOONER, _SHAPE = 0.2, 0.45
 #: Displacements of the sooner and the later state, as shares of the fitted one.
 TURNS = {'sooner': 0.3, 'later': 2.0}
+#: The name of friction that turns around late by a time within a sampling interval.
+LATE = 'late'
 #: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
 _SMOOTHER = 0.5
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
@@ -87,15 +89,16 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     """
     Return what the sign s of motion lacks where friction builds up in another way, by name.
 
-    z - s of states z that change over less and over more than the fitted displacement, and
-    s (1 - s^2), which is 0 before and after the build-up: how friction turns around at a
-    reversal is not known to a model of Coulomb friction, and no cause.
+    z - s of states z that change over less and over more than the fitted displacement,
+    s (1 - s^2), which is 0 before and after the build-up, and -s': how friction turns around at a
+    reversal, and at which instant, is not known to a model of Coulomb friction, and no cause.
     """
     s = signals.sign[:, joint]
     q = np.ascontiguousarray(signals.q[:, joint])
     scale = float(signals.scales.displacement[joint])
     turns = {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
-    return {**turns, 'shape': bump(s)}
+    late = -first_derivative(np.ascontiguousarray(s), signals.band.step)
+    return {**turns, 'shape': bump(s), LATE: late}
 
 
 def effort_slope(signals: Signals) -> FloatArray:
@@ -140,7 +143,7 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
         bound.append(float(its_bound))
     for i, joint in enumerate(robot.names):
         for name in reversal_columns(signals, i):
-            share = _SHAPE if name == 'shape' else _SOONER
+            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
     names.append('effort hold')

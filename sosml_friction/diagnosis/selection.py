@@ -477,8 +477,10 @@ class Selector:
         self, system: System, finding: Finding, impossible: Sequence[Finding]
     ) -> Finding | None:
         """Return the impossible candidate that explains the same as a finding, and more."""
+        # Noise of position makes of itself what looks like a gear, of any sign.
+        feigned = self._feigned() * float(self.laboratory.known.sum())
         for other in impossible:
-            if other.score.gain <= _MASKED * finding.score.gain:
+            if other.score.gain - feigned <= _MASKED * finding.score.gain:
                 continue
             beside = system.extended([other.columns])
             aim = Target.make(beside, self.laboratory.y)
@@ -537,14 +539,21 @@ class Selector:
                 structure[i] = max(structure[i], s.cv_gain)
         # What may choose among more points has to explain more.
         choice = {(name, joint): 1.0 + np.log(its.C.shape[2]) for name, joint, its in wanted}
-        # The nulls hold no noise of position: what it feigns is known from the motion alone.
-        feigned = max(signals.feigned for signals in lab.signals)
+        feigned = self._feigned()
         floor = {
             key: max(settings.floor * float(choice[key]), settings.floor_margin * value, feigned)
             for key, value in largest.items()
         }
         chance = settings.floor_margin * np.maximum(structure, feigned)
         return floor, np.maximum(settings.structure_floor, chance)
+
+    def _feigned(self) -> float:
+        """
+        Return the share of the noise that noise of position makes look like a cause, at most.
+
+        The simulated recordings hold none: it is known from the motion alone.
+        """
+        return max(signals.feigned for signals in self.laboratory.signals)
 
     def credible(self, variant: FloatArray, system: System) -> FloatArray:
         """

@@ -43,7 +43,7 @@ class DiagnosisSettings:
     floor_margin: float = 1.5
     largest_p: float = 0.01
     least_bic: float = 10.0
-    folds_improved: float = 0.7
+    folds_improved: float = 4 / 7
     most_causes: int = 4
     most_terms: int = 10
     seed: int = 0

@@ -4,15 +4,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from blind_trial import Spec, build, nominal_model
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
@@ -67,6 +62,20 @@ def test_a_spring_that_gravity_may_make_up_for_is_not_called_a_bias_alone(seed, 
     (cause,) = diagnose([trial.log], nominal_model()).causes
     assert cause.joint == 'shoulder'
     assert 'spring' in {cause.effect, *cause.rivals}
+
+
+@pytest.mark.parametrize(('seed', 'scale'), [(11, 0.5), (12, 0.9)])
+def test_a_delay_is_named_with_its_size(seed, scale):
+    """
+    2.0 and 3.6 ms at 2 ms a sample; 10 %, of which most is where friction turns around.
+
+    As long as when it does was taken for known, it was made up for by a longer build-up, and the
+    delay came out 15 % too small.
+    """
+    trial = build(Spec('x', 'single', seed, 'effort_delay', scale=scale))
+    (cause,) = diagnose([trial.log], nominal_model()).causes
+    assert cause.effect == 'effort_delay'
+    assert cause.parameters['delay'].value == pytest.approx(trial.size, rel=0.1)
 
 
 def test_masses_that_are_off_within_their_tolerance_are_no_evidence_against_a_bias():
@@ -137,8 +146,8 @@ def test_effort_that_comes_2_ms_late_is_a_delay_and_not_friction():
     late = np.column_stack([np.interp(t - 0.002, t, x) for x in tau.T])
     found = diagnosed(model, t, q, late, SETTINGS)
     assert [cause.effect for cause in found.causes] == ['effort_delay']
-    # Half an interval may be the hold.
-    assert found.causes[0].parameters['delay'].value == pytest.approx(0.002, abs=1e-3)
+    # 20 mNm of noise make 0.05 ms of it.
+    assert found.causes[0].parameters['delay'].value == pytest.approx(0.002, abs=1e-4)
 
 
 def diagnosed(model, t, q, tau, settings):
