@@ -123,8 +123,17 @@ def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]
             )
         if mine and laboratory.robot.n > 1:
             probes += [
-                _Probe(NEIGHBOURS, i, neighbour, mine, share, True, True),
-                _Probe(NEIGHBOUR_FRICTION, i, friction, mine, square, True, True, few=True),
+                _Probe(NEIGHBOURS, i, neighbour, mine, share, beside_speed=True, foreign=True),
+                _Probe(
+                    NEIGHBOUR_FRICTION,
+                    i,
+                    friction,
+                    mine,
+                    square,
+                    beside_speed=True,
+                    foreign=True,
+                    few=True,
+                ),
             ]
     return probes
 

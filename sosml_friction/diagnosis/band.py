@@ -84,17 +84,13 @@ class Band:
             np.matmul(matrix, flat[first : first + matrix.shape[1]], out=result[-left:])
         return result.reshape(count, *shape)
 
-    def reach(self, wider: float = _WIDER) -> int:
-        """Return the samples to each side that a smoothed one depends on, 0 if all pass."""
-        cutoff = wider * self.cutoff
-        return 0 if cutoff * self.step >= 0.4 else max(1, round(2.0 / (cutoff * self.step)))
-
     def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
         """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, (N, ...)."""
-        half = self.reach(wider)
-        if not half:
+        cutoff = wider * self.cutoff
+        if cutoff * self.step >= 0.4:
             return np.array(x)
-        return _convolved(x, _taps(wider * self.cutoff, half, self.step))
+        half = max(1, round(2.0 / (cutoff * self.step)))
+        return _convolved(x, _taps(cutoff, half, self.step))
 
 
 @lru_cache(maxsize=64)

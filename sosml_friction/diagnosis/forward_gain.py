@@ -112,7 +112,8 @@ class ForwardGain:
                 rotors[i] += value
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
-                # A time within a sampling interval moves no position.
+                # Before its state friction cannot turn around in a simulation; with and without
+                # the causes it does not.
                 if turn != LATE:
                     terms.append(reversal_term(i, turn, float(value), float(displacement[i])))
             elif name == 'effort hold':

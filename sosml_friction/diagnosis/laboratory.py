@@ -248,9 +248,7 @@ class Laboratory:
 
     def seen_alike(self, others: Sequence[Signals]) -> list[Signals]:
         """Return stretches of another recording, without rests where these are without."""
-        if not self.without_rests:
-            return list(others)
-        return list(with_rests([*self.signals, *others])[len(self.signals) :])
+        return list(with_rests(others, self.signals) if self.without_rests else others)
 
     def _whiten(self, left: list[list[FloatArray]]) -> None:
         """Fit the noise to what is left of each joint, and whiten everything by it."""

@@ -58,17 +58,18 @@ def fit_noise(residuals: Sequence[FloatArray], smallest: float) -> NoiseModel:
     :param smallest: least sigma, for a residual that is numerically nothing.
     """
     rows = sum(len(x) for x in residuals)
-    white = _WHITE * sum(float(x @ x) for x in residuals) / max(rows, 1)
+    variance = sum(float(x @ x) for x in residuals) / max(rows, 1)
+    white = _WHITE * variance
     forward, backward = list(residuals), list(residuals)
     error = np.ones(1)
-    variance = 0.0
     for _ in range(ORDER):
         forward, backward = [f[1:] for f in forward], [b[:-1] for b in backward]
         rows = sum(len(f) for f in forward)
         both = sum(float(f @ f + b @ b) for f, b in zip(forward, backward, strict=True))
         power = 0.5 * both + rows * white * float(error @ error)
         if power <= 0.0:
-            return NoiseModel(np.zeros(ORDER), smallest)
+            # Nothing is left to predict, or no row to predict it in.
+            break
         across = sum(float(f @ b) for f, b in zip(forward, backward, strict=True))
         k = (across + rows * white * float(error[1:] @ error[:0:-1])) / power
         pairs = list(zip(forward, backward, strict=True))
@@ -76,4 +77,6 @@ def fit_noise(residuals: Sequence[FloatArray], smallest: float) -> NoiseModel:
         longer = np.append(error, 0.0)
         error = longer - k * longer[::-1]
         variance = power * (1.0 - k * k) / rows
-    return NoiseModel(-error[1:], max(float(np.sqrt(variance)), smallest))
+    coefficients = np.zeros(ORDER)
+    coefficients[: len(error) - 1] = -error[1:]
+    return NoiseModel(coefficients, max(float(np.sqrt(variance)), smallest))

@@ -18,7 +18,8 @@ FloatArray = NDArray[np.float64]
 
 #: A bound is so many standard deviations of the prior.
 _BOUND_SIGMAS = 3.0
-#: Share of a sampling interval by which effort may be off: it holds at its start, middle or end.
+#: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
+#: and the instant at which friction turns around.
 _HOLD = 0.55
 #: After a reversal, friction builds up by a curve that the model does not know: so much of Coulomb
 #: friction may come sooner or later, and so much in another shape.
@@ -97,8 +98,7 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     q = np.ascontiguousarray(signals.q[:, joint])
     scale = float(signals.scales.displacement[joint])
     turns = {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
-    late = -first_derivative(np.ascontiguousarray(s), signals.band.step)
-    return {**turns, 'shape': bump(s), LATE: late}
+    return {**turns, 'shape': bump(s), LATE: -first_derivative(s, signals.band.step)}
 
 
 def effort_slope(signals: Signals) -> FloatArray:

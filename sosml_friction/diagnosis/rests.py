@@ -56,17 +56,40 @@ def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _stops(found: Sequence[tuple[int, int]], count: int, band: Band) -> bool:
-    """Tell whether a joint stops between two motions within ``count`` samples."""
-    long = max(_STOP / band.cutoff, _STOP_S) / band.step
-    return any(b - a > long and a > 0 and b < count for a, b in found)
+def stopping_joints(
+    stretches: Sequence[tuple[FloatArray, Band]], limit: FloatArray, speed: FloatArray
+) -> list[int]:
+    """
+    Return the joints that stop between two motions: their rests are rests.
+
+    One that in none of the stretches is so slow for three cycles and 0.2 s only turns around in
+    passing. A stop that a hole cuts has motion on one side only; another has to be left whole.
+
+    :param stretches: smoothed position (N, n) [rad or m] and the band of each.
+    :param limit: way over which the sign of motion may change (n,) [rad or m].
+    :param speed: top speed (n,) [rad/s or m/s].
+    """
+    result = []
+    for i in range(len(limit)):
+        for q, band in stretches:
+            long = max(_STOP / band.cutoff, _STOP_S) / band.step
+            found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
+            if any(b - a > long and a > 0 and b < len(q) for a, b in found):
+                result.append(i)
+                break
+    return result
+
+
+def _most(i: int, limit: FloatArray, speed: FloatArray, band: Band) -> float:
+    """Return how far a joint goes at most in a cycle in which it rests."""
+    return min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
 
 
 def find_rests(
-    stretches: Sequence[tuple[FloatArray, Band]], limit: FloatArray, speed: FloatArray
-) -> list[tuple[Rest, ...]]:
+    q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray, joints: Sequence[int]
+) -> tuple[Rest, ...]:
     """
-    Return the rests of all joints, by stretch.
+    Return the rests of ``joints`` in one stretch.
 
     A resting joint takes as much friction as its load asks for, up to breakaway; one that creeps,
     as where friction is a smooth function of speed, takes less and less. Neither the sign nor the
@@ -74,30 +97,18 @@ def find_rests(
     may be friction: piecewise linear ones, knots at the rows of the band, are filtered as
     everything is, and what they span is taken out of both sides.
 
-    A joint that in none of the stretches is so slow for three cycles and 0.2 s, between two
-    motions, only turns around in passing and has no rests, nor has one that rests throughout: no
-    friction that it had could have stayed. Which of its stops a hole has cut makes no difference.
+    A joint that stands throughout the stretch has none: no friction that it had could have stayed.
 
-    :param stretches: smoothed position (N, n) [rad or m] and the band of each.
-    :param limit: way over which the sign of motion may change (n,) [rad or m].
-    :param speed: top speed (n,) [rad/s or m/s].
+    :param q: smoothed position (N, n) [rad or m].
+    :param joints: of :func:`stopping_joints`; ``limit`` and ``speed`` as there.
     """
-    result: list[list[Rest]] = [[] for _ in stretches]
-    for i in range(len(limit)):
-        found = [
-            resting(
-                np.ascontiguousarray(q[:, i]),
-                band,
-                min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff),
-            )
-            for q, band in stretches
-        ]
-        both = list(zip(found, stretches, strict=True))
-        if any(_stops(rests, len(q), band) for rests, (q, band) in both):
-            for own, (rests, (q, band)) in zip(result, both, strict=True):
-                for begin, end in rests:
-                    own += _pieces(i, begin, end, len(q), band)
-    return [_joined(own) for own in result]
+    result: list[Rest] = []
+    for i in joints:
+        found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
+        if found != [(0, len(q))]:
+            for begin, end in found:
+                result += _pieces(i, begin, end, len(q), band)
+    return _joined(result)
 
 
 def _pieces(joint: int, begin: int, end: int, samples: int, band: Band) -> list[Rest]:

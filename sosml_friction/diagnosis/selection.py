@@ -420,6 +420,7 @@ class Selector:
             if (other.reduced not in ('', best.effect.identifier) or not other.objection)
             and as_much(other)
         ]
+        rivals.sort(key=lambda other: bool(other.objection))
         unique: dict[tuple[str, int], Finding] = {}
         for finding in (best, *rivals):
             for other in (finding, *self._twins(finding, found)):
@@ -477,9 +478,9 @@ class Selector:
         self, system: System, finding: Finding, impossible: Sequence[Finding]
     ) -> Finding | None:
         """Return the impossible candidate that explains the same as a finding, and more."""
-        # Noise of position makes of itself what looks like a gear, of any sign.
-        feigned = self._feigned() * float(self.laboratory.known.sum())
         for other in impossible:
+            # Noise of position, twice differentiated, looks like a gear: of any sign, also alone.
+            feigned = self._feigned() * float(self.laboratory.known[other.columns.rows].sum())
             if other.score.gain - feigned <= _MASKED * finding.score.gain:
                 continue
             beside = system.extended([other.columns])
@@ -549,7 +550,7 @@ class Selector:
 
     def _feigned(self) -> float:
         """
-        Return the share of the noise that noise of position makes look like a cause, at most.
+        Return the largest share of a joint's noise that noise of position makes look like a cause.
 
         The simulated recordings hold none: it is known from the motion alone.
         """

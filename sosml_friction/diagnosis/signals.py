@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.band import Band, first_derivative
 from sosml_friction.diagnosis.position_noise import PositionNoise
-from sosml_friction.diagnosis.rests import Rest, find_rests, without_rests
+from sosml_friction.diagnosis.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.model_folder import RobotModelFile
@@ -137,11 +137,18 @@ class Signals:
         return without_rests(self.band.apply(x), joints, self.rests)
 
 
-def with_rests(stretches: Sequence[Signals]) -> tuple[Signals, ...]:
-    """Return the same with the rests of the joints, in which their effort says nothing."""
+def with_rests(
+    stretches: Sequence[Signals], like: Sequence[Signals] | None = None
+) -> tuple[Signals, ...]:
+    """
+    Return the same with the rests of the joints, in which their effort says nothing.
+
+    :param like: stretches that say which joints stop; None: these.
+    """
     scales = stretches[0].scales
-    found = find_rests([(s.q, s.band) for s in stretches], scales.sign_limit, scales.speed)
-    return tuple(replace(s, rests=rests) for s, rests in zip(stretches, found, strict=True))
+    sizes = scales.sign_limit, scales.speed
+    joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes)
+    return tuple(replace(s, rests=find_rests(s.q, s.band, *sizes, joints)) for s in stretches)
 
 
 def even_stretches(log: JointLog) -> list[JointLog]:

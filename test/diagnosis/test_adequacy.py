@@ -74,7 +74,8 @@ def test_what_a_cause_stood_for_is_named_where_the_cause_becomes_impossible(monk
     """
     found = offset_and_hysteresis()
     assert {cause.effect for cause in found.causes} == {'effort_bias', 'presliding_hysteresis'}
-    assert found.causes[0].parameters['bias'].value == pytest.approx(3.0, rel=0.02)
+    bias = next(cause for cause in found.causes if cause.effect == 'effort_bias')
+    assert bias.parameters['bias'].value == pytest.approx(3.0, rel=0.02)
     assert found.gain.inverse_after[0] < 0.2 * found.gain.inverse_before[0]
     searched = []
     search = Selector._search

@@ -68,3 +68,27 @@ def test_columns_are_of_one_joint(signals):
 
 def test_friction_is_measured_against_coulombs_or_all_effort(signals):
     assert [signals.scales.level(joint) for joint in (TURNS, SLIDES)] == [0.5, 4.0]
+
+
+@pytest.mark.parametrize(
+    ('displacement', 'share', 'possible'),
+    [
+        (1.25e-3, 1.0, True),
+        (1.25e-3, 2.4, True),
+        (1.25e-3, 2.6, False),
+        (6e-3, 1.9, True),
+        (6e-3, 2.1, False),
+        (6e-3, 0.3, False),
+        (0.7e-3, 5.0, True),
+    ],
+)
+def test_friction_that_builds_up_grows_as_the_joint_moves_on(
+    signals, displacement, share, possible
+):
+    """(C - F) / x_0 + F / x_s > 0: up to 2.54 C where x_0 is 0.76 mrad and x_s 1.25 mrad."""
+    scales = replace(signals.scales, displacement=np.array([0.76e-3, 1.0]))
+    fit = Fitted(
+        replace(signals, scales=scales), TURNS, {'displacement': displacement},
+        np.array([0.5 * share]), np.ones(1),
+    )  # fmt: skip
+    assert (EFFECTS['presliding_hysteresis']().implausible(fit) == '') == possible

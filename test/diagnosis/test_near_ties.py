@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from sosml_friction.diagnosis.evidence import CandidateColumns, Score
 from sosml_friction.diagnosis.library import EFFECTS
@@ -62,3 +64,37 @@ def test_what_is_further_behind_or_impossible_is_not_named_in_the_place_of_the_b
     chosen = Told(TOP, [FIRST.key, CLOSE.key]).chosen()
     assert chosen.key == FIRST.key
     assert chosen.failed == ('floor',)
+
+
+class Masking(Selector):
+    """Weigh one impossible candidate against another that explains the same."""
+
+    def __init__(self, feigned):
+        self.laboratory = SimpleNamespace(
+            known=np.array([1000.0, 1000.0]), y=None, signals=[SimpleNamespace(feigned=feigned)]
+        )
+
+
+@pytest.mark.parametrize(
+    ('feigned', 'masked'), [(0.0, True), (0.01, True), (0.06, False), (0.04, True)]
+)
+def test_what_noise_of_position_feigns_in_its_own_joint_masks_nothing(
+    monkeypatch, feigned, masked
+):
+    """Of 160 beside 90 more than 1.25 is left while less than 47.5 of its 1000 rows is feigned."""
+    for name in ('Target', 'fit_baseline', 'score'):
+        nothing = SimpleNamespace(make=lambda *_: SimpleNamespace(y=None))
+        monkeypatch.setattr(
+            f'sosml_friction.diagnosis.selection.{name}',
+            nothing if name == 'Target' else lambda *_: replace(SCORE, gain=0.0),
+        )
+    columns = SimpleNamespace(
+        rows=COLUMNS.rows, beside=lambda _: columns, products=lambda *_: None
+    )
+    other = replace(
+        finding('joint_elasticity', 0, 140.0, 'of the wrong sign'),
+        score=replace(SCORE, gain=160.0), columns=columns,
+    )  # fmt: skip
+    best = replace(finding('effort_delay', 0, 74.0), columns=columns)
+    system = SimpleNamespace(extended=lambda _: None)
+    assert (Masking(feigned)._masked_by(system, best, [other]) is other) == masked

@@ -16,7 +16,13 @@ from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.library import DATA_CAUSES
 from sosml_friction.diagnosis.noise_model import ORDER, NoiseModel
-from sosml_friction.diagnosis.rests import WhitenedRests, find_rests, resting, without_rests
+from sosml_friction.diagnosis.rests import (
+    WhitenedRests,
+    find_rests,
+    resting,
+    stopping_joints,
+    without_rests,
+)
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
@@ -38,7 +44,7 @@ def stop_and_go():
 
 def test_any_course_of_effort_at_rest_leaves_nothing_and_other_efforts_stay():
     t, q = stop_and_go()
-    rests = find_rests([(q, BAND)], LIMIT, TOP)[0]
+    rests = find_rests(q, BAND, LIMIT, TOP, [0])
     assert len(resting(q[:, 0], BAND, 1e-3)) == 6
     rng = np.random.default_rng(0)
     stands = np.zeros(len(t))
@@ -71,7 +77,7 @@ def test_rests_that_the_filter_sees_at_once_are_taken_out_together(seed):
         v[k : k + moving] = 0.7
         k += moving + int(rng.integers(50, 400))
     q = v.cumsum()[:, None] * STEP
-    rests = find_rests([(q, BAND)], LIMIT, TOP)[0]
+    rests = find_rests(q, BAND, LIMIT, TOP, [0])
     stands = np.zeros(len(v))
     for sign, (begin, end) in enumerate(resting(q[:, 0], BAND, 1e-3)):
         stands[begin:end] = (-1.0) ** sign * np.linspace(1.0, 0.5, end - begin)
@@ -88,7 +94,7 @@ def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_no
     Of white rows no projection can make more than there are.
     """
     t, q = stop_and_go()
-    rests = find_rests([(q, BAND)], LIMIT, TOP)[0]
+    rests = find_rests(q, BAND, LIMIT, TOP, [0])
     model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
     assert len(model.coefficients) == ORDER
     rows, rng = BAND.count(len(t)), np.random.default_rng(1)
@@ -143,7 +149,7 @@ def test_friction_that_fades_at_rest_is_no_cause():
 def test_a_long_hold_takes_no_more_memory_than_its_ends():
     t = np.arange(0.0, 310.0, STEP)
     q = 0.3 * np.minimum(t, 5.0) + 0.3 * np.maximum(t - 305.0, 0.0)
-    rests = find_rests([(q[:, None], BAND)], LIMIT, TOP)[0]
+    rests = find_rests(q[:, None], BAND, LIMIT, TOP, [0])
     held = slice(round(5.0 / STEP), round(305.0 / STEP))
     effort = np.zeros((len(t), 1))
     effort[held, 0] = np.sin(np.arange(held.stop - held.start) * 1e-3)
@@ -156,24 +162,20 @@ def test_a_long_hold_takes_no_more_memory_than_its_ends():
 def test_a_turn_in_passing_is_no_rest_nor_is_standing_throughout():
     t = np.arange(0.0, 20.0, STEP)
     swing = (0.35 * np.sin(2.0 * t))[:, None]
-    assert find_rests([(swing, BAND)], LIMIT, TOP) == [()]
-    assert find_rests([(np.zeros((len(t), 1)), BAND)], LIMIT, TOP) == [()]
+    still = np.zeros((len(t), 1))
+    assert stopping_joints([(swing, BAND), (still, BAND)], LIMIT, TOP) == []
+    # Nor where it stops elsewhere: all it takes here would be lost.
+    assert find_rests(still, BAND, LIMIT, TOP, [0]) == ()
 
 
 def test_a_joint_that_stops_anywhere_rests_wherever_it_is_as_slow():
     """A hole that cuts its long stops leaves turns that are as much a rest as before."""
     t, q = stop_and_go()
-    # From half a second of motion to the next, a stop of 0.18 s between them.
-    v = np.where(np.abs(t - 3.0) < 0.09, 0.0, 0.7)
-    turn = np.cumsum(v)[:, None] * STEP
-    alone, (first, second) = (
-        find_rests([(x, BAND) for x in stretches], LIMIT, TOP) for stretches in ([turn], [q, turn])
-    )
-    assert alone == [()]
+    # From one motion to the next, a stop of 0.18 s.
+    turn = np.cumsum(np.where(np.abs(t - 3.0) < 0.09, 0.0, 0.7))[:, None] * STEP
+    assert stopping_joints([(turn, BAND)], LIMIT, TOP) == []
+    assert stopping_joints([(turn, BAND), (q, BAND)], LIMIT, TOP) == [0]
     assert len(resting(turn[:, 0], BAND, 1e-3)) == 1
-    assert len(second) > 0
-    (whole,) = find_rests([(q, BAND)], LIMIT, TOP)
-    assert [rest.rows for rest in first] == [rest.rows for rest in whole]
 
 
 @pytest.fixture(scope='module')
