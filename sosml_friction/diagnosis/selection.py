@@ -37,7 +37,7 @@ _MASKED = 1.25
 _OVERLAP = 0.5
 #: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
 #: that the best leaves beyond noise: what neither explains could have decided between them.
-_RIVAL = 0.1
+_RIVAL = 0.05
 #: A twin's evidence is at least this share of the best's; it needs none where the joint never
 #: rests: then reversals alone tell twins apart, and how friction turns around is not known.
 _TWIN = 0.8
