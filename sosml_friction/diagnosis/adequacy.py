@@ -4,32 +4,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray
-from sosml_friction.diagnosis.evidence import (
-    Score,
-    System,
-    Target,
-    fit_baseline,
-    score,
-)
-from sosml_friction.diagnosis.free_curves import (
-    NeighbourCurve,
-    NeighbourFriction,
-    PositionCurve,
-    Reversal,
-    SpeedCurve,
-    SpeedPower,
-)
+from sosml_friction.diagnosis.curves.neighbour_curve import NeighbourCurve
+from sosml_friction.diagnosis.curves.neighbour_friction import NeighbourFriction
+from sosml_friction.diagnosis.curves.position_curve import PositionCurve
+from sosml_friction.diagnosis.curves.reversal import Reversal
+from sosml_friction.diagnosis.curves.speed_curve import SpeedCurve
+from sosml_friction.diagnosis.curves.speed_power import SpeedPower
+from sosml_friction.diagnosis.effect import Effect
+from sosml_friction.diagnosis.evidence import Score, Target, fit_baseline, score
 from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.null_recordings import null_recordings
 
 if TYPE_CHECKING:
     from sosml_friction.diagnosis.selection import Finding
+
+FloatArray = NDArray[np.float64]
 
 #: Axis along which each effect says how effort depends on it.
 AXES: Mapping[str, str] = {
@@ -106,15 +104,17 @@ class _Probe:
 
 def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]:
     """Return the free curves to try beside the causes of each joint."""
+    accepted = [f for f in accepted if not f.effect.of_robot]
+    if not accepted:
+        return []
     settings, stretches = laboratory.settings, laboratory.signals
     share = settings.axis_share
     # Causes that follow the nominal's load are off by its tolerance: in energy, by the square.
     square = settings.tolerance**2
     position, neighbour = PositionCurve(stretches), NeighbourCurve(stretches)
-    friction = NeighbourFriction()
     probes = []
     for i in range(laboratory.robot.n):
-        mine = [f for f in accepted if f.joint == i and not f.effect.of_robot]
+        mine = [f for f in accepted if f.joint == i]
         if by_speed := [f for f in mine if f.effect.identifier in AXES]:
             probes.append(_Probe('speed', i, SpeedCurve(), by_speed, share))
         if by_position := [f for f in mine if f.effect.identifier in _BY_POSITION]:
@@ -122,19 +122,10 @@ def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]
                 _Probe(POSITION, i, position, by_position, _POSITION_SHARE, foreign=True)
             )
         if mine and laboratory.robot.n > 1:
-            probes += [
-                _Probe(NEIGHBOURS, i, neighbour, mine, share, beside_speed=True, foreign=True),
-                _Probe(
-                    NEIGHBOUR_FRICTION,
-                    i,
-                    friction,
-                    mine,
-                    square,
-                    beside_speed=True,
-                    foreign=True,
-                    few=True,
-                ),
-            ]
+            of_next = partial(_Probe, joint=i, causes=mine, beside_speed=True, foreign=True)
+            probes.append(of_next(NEIGHBOURS, effect=neighbour, least=share))
+            friction = NeighbourFriction()
+            probes.append(of_next(NEIGHBOUR_FRICTION, effect=friction, least=square, few=True))
     return probes
 
 
@@ -143,19 +134,13 @@ def _price(laboratory: Laboratory) -> float:
     return float(np.log(laboratory.y.shape[0]))
 
 
-def leftovers(
-    laboratory: Laboratory,
-    accepted: Sequence[Finding],
-    credible: Callable[[FloatArray, System], FloatArray],
-) -> tuple[Leftover, ...]:
+def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Leftover, ...]:
     """
     Return what a free curve still predicts beside the causes of each joint with such an axis.
 
     Friction that turns around in another way at reversals is taken out of both sides first. The
     floor is ``axis_margin`` times the largest gain over simulated recordings that hold the
-    accepted causes, nominal deviations, other turning around and noise, and nothing else.
-
-    :param credible: scales a variant of friction to what the data show beside a system.
+    accepted causes and nothing else.
     """
     probes = _probes(laboratory, accepted)
     if not probes:
@@ -171,7 +156,8 @@ def leftovers(
         for probe in probes
     ]
 
-    def gains(y: FloatArray) -> list[Score]:
+    def scored(y: FloatArray) -> tuple[list[Score], FloatArray]:
+        """Return the score of each curve, and the parameters of ``system`` without it."""
         fits = []
         for its in (system, free):
             target = Target.make(its, y)
@@ -180,24 +166,14 @@ def leftovers(
         for probe, curve in zip(probes, curves, strict=True):
             its, target, base = fits[probe.beside_speed]
             result.append(score(its, target, base, curve, curve.products(its, y)))
-        return result
+        return result, fits[0][2].x
 
-    base = fit_baseline(system, Target.make(system, laboratory.y))
-    found = gains(laboratory.y)
+    found, x = scored(laboratory.y)
     settings = laboratory.settings
-    rng = np.random.default_rng([settings.seed, 1000 + len(accepted)])
     largest = np.zeros(len(probes))
-    p = len(laboratory.nominal.bound)
-    bounded = np.isfinite(laboratory.nominal.bound)
-    for _ in range(settings.axis_nulls):
-        x = np.array(base.x)
-        x[:p][bounded] = (
-            rng.uniform(-0.9, 0.9, int(bounded.sum())) * laboratory.nominal.bound[bounded]
-        )
-        y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
-        y += credible(laboratory.friction_variants(rng), system)
-        y += laboratory.white(rng)
-        largest = np.maximum(largest, [s.gain for s in gains(y)])
+    seed = [settings.seed, 1000 + len(accepted)]
+    for y in islice(null_recordings(laboratory, system, x, system, seed), settings.axis_nulls):
+        largest = np.maximum(largest, [s.gain for s in scored(y)[0]])
     result = []
     for probe, s, most in zip(probes, found, largest, strict=True):
         named = sum(max(f.score.gain, 0.0) for f in probe.causes)

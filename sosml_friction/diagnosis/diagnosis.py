@@ -126,7 +126,7 @@ def diagnose(
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
         selector.judge_structure(selection)
-        selection.leftovers = leftovers(laboratory, selection.accepted, selector.credible)
+        selection.leftovers = leftovers(laboratory, selection.accepted)
     folds = error_on_folds(laboratory, selection)
     left = folds if others is None else error_on_recording(laboratory, selection, others)
     gain = make_gain(left.before, left.after, left.measured, *squares, HORIZON_S, left.on)

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Compiled loops over columns: whitening, sums of squares, lines in position."""
+"""Loops over columns, compiled: whitening, sums of squares, lines in position, hats."""
 
 from __future__ import annotations
 
@@ -90,6 +90,11 @@ def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
             result[t, k] = 1.0 - share
             result[t, k + 1] = share
     return result
+
+
+def quantile_knots(x: FloatArray, count: int) -> FloatArray:
+    """Return quantiles of x (N,) in even steps, at most ``count``: fewer where they are equal."""
+    return np.unique(np.quantile(x, np.linspace(0.01, 0.99, count)))
 
 
 def acts(columns: FloatArray) -> bool:

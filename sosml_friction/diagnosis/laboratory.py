@@ -46,8 +46,8 @@ _CHANCE = 15.0
 #: Noise is fitted to pieces of more than so many times its order in rows.
 _PIECE = 4
 #: Friction at rest is not known where the library leaves so many times the mean square of motion:
-#: of an emulator whose joints creep 8 to 12 were left, 5 beside late cycles; of a plant whose
-#: joints stick 1.0 to 2.8, whatever effect was in it.
+#: joints that creep, as an emulator's, leave 8 to 12, 5 beside late cycles; joints that stick
+#: less, but where a push holds one of them at rest up to 5.
 _MORE_AT_REST = 5.0
 #: Least noise, as a share of the effort.
 _LEAST_NOISE = 1e-6
@@ -106,9 +106,10 @@ class Laboratory:
         self.structure_columns: list[CandidateColumns] = []
         step('whitening')
         left = self._left_by_library()
-        self.without_rests = self._at_rest_is_unknown(left)
+        resting = with_rests(self.signals)
+        self.without_rests = _at_rest_is_unknown(left, resting)
         if self.without_rests:
-            self._leave_out_rests()
+            self._leave_out_rests(resting)
             left = self._left_by_library()
         self._whiten(left)
 
@@ -215,31 +216,10 @@ class Laboratory:
             left.append(np.split(residual, ends))
         return left
 
-    def _at_rest_is_unknown(self, left: list[list[FloatArray]]) -> bool:
-        """
-        Tell whether the library leaves notably more of a joint at rest than in motion.
-
-        There the sign of the last motion is not what friction is at rest. One joint is enough:
-        others creep as it does, though more noise in their motion may hide it.
-        """
-        found = [s.rests for s in with_rests(self.signals)]
-        for i, stretches in enumerate(left):
-            masks = [np.zeros(len(x), dtype=np.bool_) for x in stretches]
-            for mask, rests in zip(masks, found, strict=True):
-                for rest in rests:
-                    if rest.joint == i:
-                        mask[rest.rows] = True
-            at, x = np.concatenate(masks), np.concatenate(stretches)
-            if at.all() or not at.any():
-                continue
-            if np.mean(x[at] ** 2) > _MORE_AT_REST * np.mean(x[~at] ** 2):
-                return True
-        return False
-
-    def _leave_out_rests(self) -> None:
+    def _leave_out_rests(self, resting: tuple[Signals, ...]) -> None:
         """Take out of both sides what joints may take at rest."""
         joints = range(self.robot.n)
-        self.signals = with_rests(self.signals)
+        self.signals = resting
         for k, signals in enumerate(self.signals):
             for part in (self._Z[k], self._y[k]):
                 without_rests(part, joints, signals.rests)
@@ -354,13 +334,10 @@ class Laboratory:
         pieces = []
         first = 0
         for signals, x in zip(self.signals, stretches, strict=True):
-            spoiled = np.zeros(len(x), dtype=np.bool_)
+            spoiled = ~_moving(signals, len(x))[:, joint]
             if burst is not None:
-                spoiled[ORDER:] = burst[first : first + len(x) - ORDER]
+                spoiled[ORDER:] |= burst[first : first + len(x) - ORDER]
                 first += len(x) - ORDER
-            for rest in signals.rests:
-                if rest.joint == joint:
-                    spoiled[rest.rows] = True
             edges = np.flatnonzero(np.diff(np.concatenate([[True], spoiled, [True]])))
             pieces += [
                 x[a:b]
@@ -478,3 +455,23 @@ def _moving(signals: Signals, rows: int) -> NDArray[np.bool_]:
     for rest in signals.rests:
         result[rest.rows, rest.joint] = False
     return result
+
+
+def _at_rest_is_unknown(left: Sequence[Sequence[FloatArray]], resting: Sequence[Signals]) -> bool:
+    """
+    Tell whether the library leaves notably more of a joint at rest than in motion.
+
+    There the sign of the last motion is not what friction is at rest. One joint is enough: others
+    creep as it does, though more noise in their motion may hide it.
+
+    :param left: what is left of each joint, by stretch (K,).
+    """
+    for i, stretches in enumerate(left):
+        moves = np.concatenate(
+            [_moving(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
+        )
+        if moves.any() and not moves.all():
+            square = np.concatenate(stretches) ** 2
+            if np.mean(square[~moves]) > _MORE_AT_REST * np.mean(square[moves]):
+                return True
+    return False

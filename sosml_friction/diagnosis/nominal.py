@@ -95,10 +95,16 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     reversal, and at which instant, is not known to a model of Coulomb friction, and no cause.
     """
     s = signals.sign[:, joint]
+    late = -first_derivative(s, signals.band.step)
+    return {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
+
+
+def turn_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+    """Return z - s of states z that change over less and over more than s, by name."""
     q = np.ascontiguousarray(signals.q[:, joint])
     scale = float(signals.scales.displacement[joint])
-    turns = {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
-    return {**turns, 'shape': bump(s), LATE: -first_derivative(s, signals.band.step)}
+    s = signals.sign[:, joint]
+    return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
 
 
 def effort_slope(signals: Signals) -> FloatArray:

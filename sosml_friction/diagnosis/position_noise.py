@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.band import Band, second_derivative
-from sosml_friction.diagnosis.kernels import hats
+from sosml_friction.diagnosis.kernels import hats, quantile_knots
 from sosml_friction.diagnosis.noise_model import fit_noise
 
 FloatArray = NDArray[np.float64]
@@ -71,7 +71,7 @@ class PositionNoise:
         largest = 0.0
         for i in np.flatnonzero(self.effort > 0.0):
             own = np.ascontiguousarray(a[:, i])
-            knots = np.unique(np.quantile(own, np.linspace(0.01, 0.99, _HATS)))
+            knots = quantile_knots(own, _HATS)
             columns = [a] if len(knots) < 2 else [a, hats(own, knots)]
             model = fit_noise([y[:, i] + n[:, i]], 1e-12 * float(self.effort[i]))
             X = model.whiten(band.apply(np.concatenate(columns, axis=1)))

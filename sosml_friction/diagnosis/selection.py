@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,7 @@ from sosml_friction.diagnosis.evidence import (
 )
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.null_recordings import null_recordings
 
 FloatArray = NDArray[np.float64]
 
@@ -137,7 +139,7 @@ class Selector:
                 break
         self.judge_structure(result)
         self.step('looking for more along the axes of the causes')
-        result.leftovers = leftovers(lab, result.accepted, self.credible)
+        result.leftovers = leftovers(lab, result.accepted)
         return result
 
     def _search(self, result: Selection) -> None:
@@ -417,7 +419,8 @@ class Selector:
         rivals = [
             other
             for other in top
-            if (other.reduced not in ('', best.effect.identifier) or not other.objection)
+            if other is not best
+            and (other.reduced not in ('', best.effect.identifier) or not other.objection)
             and as_much(other)
         ]
         rivals.sort(key=lambda other: bool(other.objection))
@@ -502,15 +505,12 @@ class Selector:
         """
         Return the floor of a candidate and of structure, from simulated recordings.
 
-        Each is the nominal model with the causes accepted so far along the measured motion, its
-        parameters off by up to their tolerance, friction that turns around in another way at
-        reversals, and noise as measured; it is scored as the measurement is.
+        Each holds the causes accepted so far, and is scored as the measurement is.
 
         :param best: the candidate, None for structure alone.
         :param generation: how many causes are accepted, for the seed.
         """
         lab, settings = self.laboratory, self.settings
-        rng = np.random.default_rng([settings.seed, generation])
         wanted = [
             (f'{c.effect.identifier}', c.joint, its)
             for c, its in zip(lab.candidates, columns or lab.columns, strict=True)
@@ -521,15 +521,8 @@ class Selector:
         beside = system if best is None else system.extended([best.columns])
         largest = {(name, joint): 0.0 for name, joint, _ in wanted}
         structure = np.zeros(lab.robot.n)
-        p = len(lab.nominal.bound)
-        for _ in range(settings.nulls):
-            x = np.array(baseline.x)
-            bounded = np.isfinite(lab.nominal.bound)
-            share = rng.uniform(-0.9, 0.9, int(bounded.sum()))
-            x[:p][bounded] = share * lab.nominal.bound[bounded]
-            y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
-            y += self.credible(lab.friction_variants(rng), beside)
-            y += lab.white(rng)
+        seed = [settings.seed, generation]
+        for y in islice(null_recordings(lab, system, baseline.x, beside, seed), settings.nulls):
             target = Target.make(system, y)
             base = fit_baseline(system, target)
             for name, joint, its in wanted:
@@ -555,24 +548,6 @@ class Selector:
         The simulated recordings hold none: it is known from the motion alone.
         """
         return max(signals.feigned for signals in self.laboratory.signals)
-
-    def credible(self, variant: FloatArray, system: System) -> FloatArray:
-        """
-        Return what of a variant of friction is beyond a system, as large as the data show it.
-
-        Per joint; what the system holds of it is drawn with the system's own parameters.
-        """
-        lab = self.laboratory
-        Z = system.Z
-        result = np.empty_like(variant)
-        for i in range(variant.shape[1]):
-            x = variant[:, i]
-            G = Z[:, i].T @ Z[:, i]
-            G += np.diag(1e-9 * np.diag(G) + 1e-12)
-            rest = x - Z[:, i] @ np.linalg.solve(G, Z[:, i].T @ x)
-            shown = float(rest @ lab.y[:, i]) / max(float(rest @ rest), 1e-300)
-            result[:, i] = rest * min(1.2 * abs(shown), 1.5)
-        return result
 
     def gates(self, finding: Finding, known: bool = False) -> list[str]:
         """

@@ -9,9 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.diagnosis.curves.knots import knots_of, padded_hats
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
-from sosml_friction.diagnosis.free_curves import knots_of
-from sosml_friction.diagnosis.kernels import hats
 from sosml_friction.diagnosis.signals import Signals
 
 _HATS = 9
@@ -40,19 +39,13 @@ class Structure(Effect):
 
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
-        result = np.zeros((len(signals.q), signals.robot.n, 8 * _HATS))
-        result[:, joint] = self.own_columns(signals, joint, (inner,))[:, 0]
-        return result
+        return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
 
     def own_columns(self, signals: Signals, joint: int, grid: Sequence[Inner]) -> FloatArray:
         """Return the hats of the joint alone, (N, 1, k)."""
-        s = signals.sign[:, joint]
-        result = np.zeros((len(s), 1, 8 * _HATS))
-        for k, (axis, knots) in enumerate(zip(_AXES, self._knots, strict=True)):
-            own = knots[joint]
-            hat = hats(np.ascontiguousarray(axis(signals)[:, joint]), own)
-            first = 2 * k * _HATS
-            result[:, 0, first : first + len(own)] = hat
-            first += _HATS
-            result[:, 0, first : first + len(own)] = hat * s[:, None]
-        return result
+        factors = 1.0, signals.sign[:, joint]
+        parts = [
+            padded_hats(axis(signals)[:, joint], knots[joint], _HATS, factors)
+            for axis, knots in zip(_AXES, self._knots, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)[:, None]

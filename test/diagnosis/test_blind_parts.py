@@ -207,7 +207,7 @@ def test_the_cut_on_held_out_data_is_that_of_the_excess_over_the_true_model():
 
 
 def test_the_true_model_leaves_the_noise_through_the_true_inertia_and_scale():
-    """A forearm of twice the inertia doubles what noise of position leaves of the elbow."""
+    """It is noise of effort - scale M(q) e''; the forearm's inertia is in all four of M alike."""
 
     def left(**hidden):
         spec = Spec('x', 'single', 5, 'effort_bias', 0, scale=0.1, duration=PIECE_S)
@@ -218,20 +218,30 @@ def test_the_true_model_leaves_the_noise_through_the_true_inertia_and_scale():
 
     usual = left()
     # The same motion and draws with nothing hidden, as the nominal sees them.
+    plant = bp.Plant()
     run = bp.simulate(
-        bp.Plant(), *reference(*blind_trial.HOLDOUT), np.random.default_rng([5, 4]), bp.Noise()
+        plant, *reference(*blind_trial.HOLDOUT), np.random.default_rng([5, 4]), bp.Noise()
     )
     assert usual == pytest.approx(blind_snr.residual(run, BAND), abs=1e-9)
+    weightless = {'armature': np.zeros(2)}
+    effort = left(
+        inertia=(0.0, 0.0), first=0.0, second=0.0, mass_2=0.0, joint={**plant.joint, **weightless}
+    )
+    position = usual - effort
+    assert blind_snr.rms(position).min() > 1e-3
     scaled = left(scale=np.array([2.0, 1.0]))
-    heavy = left(inertia=(bp.I1, 2.0 * bp.I2))
-    quiet = left(inertia=(1e-9, 1e-9), first=1e-9, second=1e-9, mass_2=1e-9)
-    position = usual - quiet
-    assert scaled[:, 1] == pytest.approx(usual[:, 1], abs=1e-12)
-    # Beside the second body's, the rotors are a twentieth.
-    change = blind_snr.rms(scaled - usual)[0] / blind_snr.rms(position)[0]
-    assert change == pytest.approx(1.0, abs=0.1)
-    change = blind_snr.rms(heavy - usual)[1] / blind_snr.rms(position)[1]
-    assert 0.5 < change < 1.1
+    assert scaled - usual == pytest.approx(position * [1.0, 0.0], abs=1e-12)
+    heavy, heavier = (left(inertia=(bp.I1, k * bp.I2)) - usual for k in (2.0, 3.0))
+    assert heavy[:, 0] == pytest.approx(heavy[:, 1], abs=1e-12)
+    assert heavier == pytest.approx(2.0 * heavy, abs=1e-12)
+    # Of the elbow's own M, m22 = I2 + rotor: nothing else is in its part of e2''.
+    rotors = left(joint={**plant.joint, 'armature': 2.0 * bp.ARMATURE}) - usual
+    mixed = position[:, 1] - heavy[:, 1] - rotors[:, 1]
+    elbow = rotors[:, 1] / bp.ARMATURE[1]
+    shoulder = rotors[:, 0] / bp.ARMATURE[0]
+    assert heavy[:, 0] == pytest.approx(bp.I2 * (shoulder + elbow), abs=1e-12)
+    # What is left of m12 is L1 m2 c2 cos(elbow), of the shoulder's acceleration alone.
+    assert (np.abs(mixed) <= bp.L1 * plant.second * np.abs(shoulder) + 1e-12).all()
 
 
 def test_an_answer_whose_model_does_not_fit_it_fails_its_trial(tmp_path):

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from sosml_friction.diagnosis.rests import (
     without_rests,
 )
 from sosml_friction.diagnosis.settings import DiagnosisSettings
+from sosml_friction.diagnosis.signals import prepare, with_rests
 from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
@@ -178,6 +180,20 @@ def test_a_joint_that_stops_anywhere_rests_wherever_it_is_as_slow():
     assert len(resting(turn[:, 0], BAND, 1e-3)) == 1
 
 
+def test_another_recording_rests_where_this_one_stops():
+    """What is left out of a fit is left out of the data that it is measured on."""
+    t, q = stop_and_go()
+    turn = np.cumsum(np.where(np.abs(t - 3.0) < 0.09, 0.0, 0.7))[:, None] * STEP
+    tau = 1.0 + 0.0 * t
+    model = slider_model()
+    logs = [recording(('slider',), t, 0.1 * x[:, 0], tau) for x in (q, turn)]
+    stops, passes = (prepare([log], model, model.make_robot(), SETTINGS) for log in logs)
+    assert [s.rests for s in with_rests(passes)] == [()]
+    (alone,), (like,) = with_rests(stops), with_rests(passes, stops)
+    assert len(alone.rests) > 1
+    assert {rest.joint for rest in like.rests} == {0}
+
+
 @pytest.fixture(scope='module')
 def recorded():
     """Return a short T1 on the emulated exoskeleton, in emulated time: samples are even."""
@@ -240,5 +256,10 @@ def test_a_hole_in_the_recording_changes_no_name(recorded, hole_s):
     first = int(np.searchsorted(recorded.time, hole_s))
     holed = recorded.rows(np.delete(np.arange(len(recorded)), np.arange(first, first + 7)))
     found, causes = diagnosed(holed, 'exoskeleton')
-    assert len(found.laboratory.signals) == 2
+    lab = found.laboratory
+    assert len(lab.signals) == 2
+    bare = [replace(signals, rests=()) for signals in lab.signals]
+    for one, other in zip(lab.seen_alike(bare), lab.signals, strict=True):
+        assert one.rests
+        assert [rest.rows for rest in one.rests] == [rest.rows for rest in other.rests]
     check_stribeck(found, causes)

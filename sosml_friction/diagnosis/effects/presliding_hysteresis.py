@@ -16,7 +16,6 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.dahl import dahl_path
 from sosml_friction.simulation.forward_terms import BuildUpTerm
 
-_X_S = 'displacement'
 #: F as a share of Coulomb friction; it is more only where friction still grows as the joint moves
 #: on after a reversal, (C - F) / x_0 + F / x_s > 0.
 _LEAST, _MOST = 0.4, 2.0
@@ -37,22 +36,22 @@ class PreslidingHysteresis(Effect):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return z - s."""
         q = np.ascontiguousarray(signals.q[:, joint])
-        z = dahl_path(q, float(inner[_X_S]))
+        z = dahl_path(q, float(inner['displacement']))
         return signals.in_joint(joint, z - signals.sign[:, joint])
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> BuildUpTerm:
         """Return F (z(x_s) - s), z a state of its own."""
-        return BuildUpTerm(joint, float(amplitude[0]), inner[_X_S])
+        return BuildUpTerm(joint, float(amplitude[0]), inner['displacement'])
 
     def grid(self, signals: Signals, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
         smallest = float(signals.scales.sign_limit[joint])
-        return [{_X_S: smallest * k} for k in (1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0)]
+        return [{'displacement': smallest * k} for k in (1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0)]
 
     def inner_bounds(self, signals: Signals, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         smallest = float(signals.scales.sign_limit[joint])
-        return {_X_S: (smallest, 40.0 * smallest)}
+        return {'displacement': (smallest, 40.0 * smallest)}
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
@@ -61,8 +60,9 @@ class PreslidingHysteresis(Effect):
             return 'the level of friction would be negative'
         # The nominal may take a part of it, or make up for a part that is too much. Where x_s is
         # near x_0, that of s, F (z - s) is F (x_s - x_0) dz/dx_0: F and x_s stand for each other.
-        share = float(fit.signals.scales.displacement[fit.joint]) / float(fit.inner[_X_S])
-        most = max(_MOST, 1.0 / (1.0 - share) if share < 1.0 else np.inf)
+        x_0 = float(fit.signals.scales.displacement[fit.joint])
+        x_s = float(fit.inner['displacement'])
+        most = max(_MOST, 1.0 / (1.0 - x_0 / x_s)) if x_s > x_0 else np.inf
         if np.isfinite(coulomb) and not _LEAST * coulomb < level < most * coulomb:
             return f'what builds up is {level / coulomb:.2f} of Coulomb friction, not all'
         return ''
