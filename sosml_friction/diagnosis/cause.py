@@ -25,7 +25,8 @@ class Cause:
     ``joint``: its name, or '*' for all; ``evidence``: delta_bic, p_adjusted, cv_gain, cv_gain_se,
     folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
     that explain as much. ``terms``: inner parameters and amplitudes of each harmonic; none where
-    what the data show is too rough for the model, or no part of it.
+    what the data show is too rough for the model, or no part of it. ``tolerated``: it is a nominal
+    parameter that is off within its tolerance, refitted as all are, and no cause.
     """
 
     effect: str
@@ -34,6 +35,7 @@ class Cause:
     evidence: Mapping[str, float | None]
     rivals: tuple[str, ...] = ()
     terms: tuple[tuple[Inner, FloatArray], ...] = ()
+    tolerated: bool = False
 
     @property
     def in_model(self) -> bool:

@@ -31,7 +31,7 @@ from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
 from sosml_friction.diagnosis.verdict import verdict_of
-from sosml_friction.diagnosis.wording import sentence_of
+from sosml_friction.diagnosis.wording import sentence_of, within_tolerance
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 
@@ -44,7 +44,8 @@ class Diagnosis:
     Hold a verdict and what it rests on.
 
     ``stages``: relative effort error [%] on folds left out, refitted and after each cause.
-    ``refit``, ``refit_errors``: deviations of nominal parameters, and their standard errors.
+    ``refit``, ``refit_errors``: deviations of nominal parameters, and their standard errors;
+    ``tolerated``: those of them that are terms of the model as causes are.
     ``ranking``: the first round's candidates, best first; ``rejected``: the best that failed a
     gate, and which; ``laboratory`` and ``selection`` are what the report draws from, None where
     the data were too bad. ``confusability``: which candidates look alike along this motion.
@@ -61,6 +62,7 @@ class Diagnosis:
     recommendation: Recommendation | None = None
     ranking: tuple[dict[str, Any], ...] = ()
     rejected: dict[str, Any] | None = None
+    tolerated: tuple[Cause, ...] = ()
     refit: Mapping[str, float] = field(default_factory=dict)
     refit_errors: Mapping[str, float] = field(default_factory=dict)
     structure: Mapping[str, Any] = field(default_factory=dict)
@@ -131,14 +133,16 @@ def diagnose(
     left = folds if others is None else error_on_recording(laboratory, selection, others)
     gain = make_gain(left.before, left.after, left.measured, *squares, HORIZON_S, left.on)
     causes = data_causes(checks, laboratory, without, selection)
-    causes += model_causes(laboratory, selection)
+    found = model_causes(laboratory, selection)
+    causes += [cause for cause in found if not cause.tolerated]
+    tolerated = tuple(cause for cause in found if cause.tolerated)
     # What the model lacks is told before what the data lack.
     causes.sort(key=lambda cause: cause.effect in FAULTS)
     verdict = verdict_of(causes, selection)
     recommendation = None
     if verdict == 'ambiguous':
         step('looking for an experiment that separates the rivals')
-        recommendation = recommend(laboratory, selection)
+        recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
     errors = standard_errors(laboratory, selection)
     rejected = selection.rejected
@@ -149,11 +153,13 @@ def diagnose(
         names=robot.names,
         units=robot.effort_units,
         library_hash=library_hash(library),
-        sentence=sentence_of(verdict, causes, gain, selection, robot.names, robot.effort_units),
+        sentence=sentence_of(verdict, causes, gain, selection, robot.names, robot.effort_units)
+        + within_tolerance(tolerated),
         gain=gain,
         recommendation=recommendation,
         ranking=tuple(_entry(finding, robot.names) for finding in selection.ranking),
         rejected=None if rejected is None else _entry(rejected, robot.names),
+        tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
         refit=dict(zip(nominal, selection.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),

@@ -110,6 +110,10 @@ class Effect(ABC):
         """Return why such amplitudes are physically impossible for this cause, else ''."""
         return ''
 
+    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
+        """Tell whether such amplitudes are a nominal parameter off by its tolerance, no cause."""
+        return False
+
     def reduces_to(self, fit: Fitted) -> str:
         """Return the cause that this one is where its own part is not seen, else ''."""
         return ''

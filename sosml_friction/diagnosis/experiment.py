@@ -4,13 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.cause import joint_name
+from sosml_friction.diagnosis.cause import Cause, joint_name
 from sosml_friction.diagnosis.conditions import conditions
 from sosml_friction.diagnosis.effect import Inner
 from sosml_friction.diagnosis.evidence import CandidateColumns
@@ -38,9 +38,11 @@ _HOPELESS = 0.995
 _MOST_POINTS = 12
 
 
-def recommend(laboratory: Laboratory, selection: Selection) -> Recommendation | None:
+def recommend(
+    laboratory: Laboratory, selection: Selection, causes: Sequence[Cause]
+) -> Recommendation | None:
     """
-    Return the experiment for the first ambiguous cause and its closest rival.
+    Return the experiment for the first ambiguous of the causes and its closest rival.
 
     The margin in these data is half the distance of their evidence. Each trajectory of the menu
     and each change of condition is then supposed to be recorded besides
@@ -48,8 +50,16 @@ def recommend(laboratory: Laboratory, selection: Selection) -> Recommendation | 
     margin is recommended if that suffices; else, and where the equations of the two are the same
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
-    unsure = (f for f in selection.accepted if f.rivals or laboratory.inseparable(f.effect))
-    finding = next(unsure, None)
+    names = laboratory.robot.names
+    unsure = {(cause.effect, cause.joint) for cause in causes if cause.rivals}
+    finding = next(
+        (
+            f
+            for f in selection.accepted
+            if (f.effect.identifier, joint_name(f.effect, f.joint, names)) in unsure
+        ),
+        None,
+    )
     if finding is None:
         return _of_impacts(laboratory)
     inseparable = laboratory.inseparable(finding.effect)
@@ -60,7 +70,7 @@ def recommend(laboratory: Laboratory, selection: Selection) -> Recommendation | 
     if closest is not None:
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
     pair = (own, other)
-    where = joint_name(finding.effect, finding.joint, laboratory.robot.names)
+    where = joint_name(finding.effect, finding.joint, names)
     known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
     if closest is None or other in inseparable:
         # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.

@@ -49,13 +49,13 @@ def extended_model(
     A change of the rigid body that no bodies of positive mass can have stays a term in
     ``effects``; provenance ``rigid_body`` says which and why. A joint without friction gets the
     Coulomb-viscous law that was refitted in its place. Provenance has all causes with their
-    evidence (``causes``) and all deviations (``refit``).
+    evidence (``causes``) and all deviations (``refit``, and ``tolerated`` where they are terms).
 
     :raises ConfigurationError: if the model has no URDF.
     """
     terms = [
         EffectTerm(cause.effect, cause.joint, cause.parameters)
-        for cause in diagnosis.causes
+        for cause in (*diagnosis.causes, *diagnosis.tolerated)
         if cause.in_model
     ]
     result, terms, rigid = _with_rigid_body(model, diagnosis, terms)
@@ -66,6 +66,7 @@ def extended_model(
         provenance={
             **provenance,
             'causes': [_plain(cause.to_dict()) for cause in diagnosis.causes],
+            'tolerated': [_plain(cause.to_dict()) for cause in diagnosis.tolerated],
             'rigid_body': rigid,
             'refit': _plain(diagnosis.refit),
         },

@@ -46,6 +46,7 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
             _evidence(finding),
             _rivals(laboratory, finding),
             term,
+            finding.effect.tolerated(fit, laboratory.settings.tolerance),
         )
     return list(causes.values())
 

@@ -69,6 +69,14 @@ def sentence_of(
     return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}'
 
 
+def within_tolerance(tolerated: Sequence[Cause]) -> str:
+    """Return what was refitted as a term of the model, as a sentence with a blank before it."""
+    if not tolerated:
+        return ''
+    told = '; '.join(describe(cause) for cause in tolerated)
+    return f' Off within the tolerance, and refitted: {told}.'
+
+
 def _outside(causes: Sequence[Cause]) -> str:
     """Return which causes the extended model lacks, as a sentence with a blank before it."""
     if not any(cause.in_model for cause in causes):
@@ -102,7 +110,8 @@ def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
 
 def _nothing(selection: Selection) -> str:
     """Return why no cause of the catalogue is named, as a sentence."""
-    best = selection.rejected or next(iter(selection.ranking), None)
+    taken = {finding.key for finding in selection.accepted}
+    best = selection.rejected or next((f for f in selection.ranking if f.key not in taken), None)
     if best is not None and was_taken_back(best):
         return (
             f'No cause is named: {_words(best.effect.identifier)} removes '

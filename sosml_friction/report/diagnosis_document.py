@@ -42,6 +42,7 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         'rejected': diagnosis.rejected,
         'structure': dict(diagnosis.structure),
         'refit': dict(diagnosis.refit),
+        'tolerated': [cause.to_dict() for cause in diagnosis.tolerated],
         'confusability': None
         if diagnosis.confusability is None
         else diagnosis.confusability.to_dict(),

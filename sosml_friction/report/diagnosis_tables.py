@@ -102,19 +102,24 @@ def controls(diagnosis: Diagnosis) -> str:
     if selection is None or laboratory is None:
         return ''
     settings = laboratory.settings
+    tolerated = {(cause.effect, cause.joint) for cause in diagnosis.tolerated}
     tried = [(finding, 'named') for finding in selection.accepted]
     if selection.rejected is not None:
         tried.append((selection.rejected, 'not named'))
-    rows = [
-        (
-            f'{finding.effect.identifier.replace("_", " ")}, '
-            + joint_name(finding.effect, finding.joint, diagnosis.names),
-            f'{100.0 * finding.score.cv_gain:.2f} %',
-            _percent(finding.floor),
-            verdict,
+    rows = []
+    for finding, verdict in tried:
+        effect = finding.effect.identifier
+        joint = joint_name(finding.effect, finding.joint, diagnosis.names)
+        if verdict == 'named' and (effect, joint) in tolerated:
+            verdict = 'off within the tolerance'
+        rows.append(
+            (
+                f'{effect.replace("_", " ")}, {joint}',
+                f'{100.0 * finding.score.cv_gain:.2f} %',
+                _percent(finding.floor),
+                verdict,
+            )
         )
-        for finding, verdict in tried
-    ]
     rows += [
         (f'free curves, {name}', f'{100.0 * float(gain):.2f} %', _percent(float(floor)), '')
         for name, gain, floor in zip(

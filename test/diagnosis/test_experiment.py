@@ -252,7 +252,7 @@ def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
     selection = Selection(*no_fit)
     for impacts in ((), (SimpleNamespace(joint=1),)):
         laboratory = SimpleNamespace(robot=robot, bursts=SimpleNamespace(impacts=impacts))
-        said = recommend(laboratory, selection)
+        said = recommend(laboratory, selection, ())
         if not impacts:
             assert said is None
     assert said.pair == ('backlash', 'joint_elasticity')

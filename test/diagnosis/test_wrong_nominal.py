@@ -13,6 +13,7 @@ from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -53,6 +54,27 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
     first = found.causes[0]
     assert fault in {first.effect, *first.rivals}
     assert first.joint == joint
+
+
+def test_a_torque_constant_that_is_off_within_the_tolerance_is_refitted_and_no_cause(motion):
+    """3 %, beside nothing and beside a spring: that alone is named, and both are in the model."""
+    model, t, q, tau = motion
+    tau = tau * np.array([1.03, 1.0])
+    spring = np.column_stack([np.zeros(len(t)), 0.4 * (q[:, 1] - 0.3)])
+    for effort, verdict, named in (
+        (tau, 'nothing_above_floor', []),
+        (tau + spring, 'named', [('spring', 'elbow')]),
+    ):
+        found = diagnosed(model, t, q, effort, SETTINGS)
+        assert found.verdict == verdict
+        assert [(cause.effect, cause.joint) for cause in found.causes] == named
+        (scale,) = found.tolerated
+        assert (scale.effect, scale.joint) == ('effort_scale', 'shoulder')
+        # Gravity may be off too, and takes a part.
+        assert scale.parameters['error'].value == pytest.approx(0.03, abs=0.01)
+        assert 'Off within the tolerance, and refitted: shoulder: effort scale' in found.sentence
+        terms = {(term.effect, term.joint) for term in extended_model(model, found, {}).effects}
+        assert terms == {('effort_scale', 'shoulder'), *named}
 
 
 @pytest.mark.parametrize(('seed', 'scale'), [(5, 0.45), (7, 0.3)])

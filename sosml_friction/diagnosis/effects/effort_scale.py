@@ -33,6 +33,10 @@ class EffortScale(Effect):
         scale[joint] += amplitude[0]
         return ReportTerm(lambda torque: torque * scale, lambda report: report / scale)
 
+    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
+        """Tell whether a torque constant that is off by its tolerance may have such an error."""
+        return bool(abs(fit.amplitude[0]) + fit.error[0] < tolerance)
+
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
         if abs(fit.amplitude[0]) > 0.5:
