@@ -26,7 +26,7 @@ class Cause:
     folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
     that explain as much. ``terms``: inner parameters and amplitudes of each harmonic; none where
     what the data show is too rough for the model, or no part of it. ``tolerated``: it is a nominal
-    parameter that is off within its tolerance, refitted as all are, and no cause.
+    parameter that is off within its tolerance, refitted as all are, and no cause of what is wrong.
     """
 
     effect: str
@@ -36,6 +36,11 @@ class Cause:
     rivals: tuple[str, ...] = ()
     terms: tuple[tuple[Inner, FloatArray], ...] = ()
     tolerated: bool = False
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Return effect and joint."""
+        return self.effect, self.joint
 
     @property
     def in_model(self) -> bool:

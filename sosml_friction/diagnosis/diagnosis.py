@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.adequacy import leftovers
-from sosml_friction.diagnosis.cause import Cause, joint_name
+from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.confusability import Confusability, confusability
 from sosml_friction.diagnosis.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, check_log, velocity_lag
@@ -31,7 +31,7 @@ from sosml_friction.diagnosis.selection import Finding, Selection, Selector
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.diagnosis.signals import Signals, prepare
 from sosml_friction.diagnosis.verdict import verdict_of
-from sosml_friction.diagnosis.wording import sentence_of, within_tolerance
+from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
 
@@ -73,6 +73,11 @@ class Diagnosis:
     confusability: Confusability | None = None
     residual_before: FloatArray | None = None
     residual_after: FloatArray | None = None
+
+    @property
+    def terms(self) -> tuple[Cause, ...]:
+        """Return what the extended model may have: the causes, and what is tolerated."""
+        return (*self.causes, *self.tolerated)
 
 
 def diagnose(
@@ -153,8 +158,9 @@ def diagnose(
         names=robot.names,
         units=robot.effort_units,
         library_hash=library_hash(library),
-        sentence=sentence_of(verdict, causes, gain, selection, robot.names, robot.effort_units)
-        + within_tolerance(tolerated),
+        sentence=sentence_of(
+            verdict, causes, gain, selection, robot.names, robot.effort_units, tolerated
+        ),
         gain=gain,
         recommendation=recommendation,
         ranking=tuple(_entry(finding, robot.names) for finding in selection.ranking),
@@ -205,9 +211,10 @@ def _prepared(
 
 def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
     """Return a candidate as in ``ranking`` of diagnosis.json."""
+    effect, joint = finding.reported(names)
     return {
-        'effect': finding.effect.identifier,
-        'joint': joint_name(finding.effect, finding.joint, names),
+        'effect': effect,
+        'joint': joint,
         'delta_bic': finding.delta_bic,
         'cv_gain': finding.score.cv_gain,
         'cv_gain_se': finding.score.cv_se,

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.cause import joint_name
 from sosml_friction.diagnosis.evidence import Target, fit_baseline
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.selection import Finding, Selection
@@ -80,8 +79,7 @@ def stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]]
         done = selection.accepted[:k]
         effect = joint = None
         if done:
-            effect = done[-1].effect.identifier
-            joint = joint_name(done[-1].effect, done[-1].joint, names)
+            effect, joint = done[-1].reported(names)
             wide = np.concatenate([wide, _columns(laboratory, done[-1])], axis=2)
         system = laboratory.system.extended([f.columns for f in done])
         fit = fit_baseline(system, Target.make(system, laboratory.y))

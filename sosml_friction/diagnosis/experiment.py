@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.cause import Cause, joint_name
+from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.conditions import conditions
 from sosml_friction.diagnosis.effect import Inner
 from sosml_friction.diagnosis.evidence import CandidateColumns
@@ -51,15 +51,8 @@ def recommend(
     along any motion, the change of condition that is known for the pair or has the largest margin.
     """
     names = laboratory.robot.names
-    unsure = {(cause.effect, cause.joint) for cause in causes if cause.rivals}
-    finding = next(
-        (
-            f
-            for f in selection.accepted
-            if (f.effect.identifier, joint_name(f.effect, f.joint, names)) in unsure
-        ),
-        None,
-    )
+    unsure = {cause.key for cause in causes if cause.rivals}
+    finding = next((f for f in selection.accepted if f.reported(names) in unsure), None)
     if finding is None:
         return _of_impacts(laboratory)
     inseparable = laboratory.inseparable(finding.effect)
@@ -70,7 +63,7 @@ def recommend(
     if closest is not None:
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
     pair = (own, other)
-    where = joint_name(finding.effect, finding.joint, names)
+    _, where = finding.reported(names)
     known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
     if closest is None or other in inseparable:
         # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.

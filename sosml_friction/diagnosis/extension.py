@@ -55,7 +55,7 @@ def extended_model(
     """
     terms = [
         EffectTerm(cause.effect, cause.joint, cause.parameters)
-        for cause in (*diagnosis.causes, *diagnosis.tolerated)
+        for cause in diagnosis.terms
         if cause.in_model
     ]
     result, terms, rigid = _with_rigid_body(model, diagnosis, terms)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.cause import Cause, joint_name
+from sosml_friction.diagnosis.cause import Cause
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.selection import Finding, Selection
@@ -40,15 +40,20 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
             )
             continue
         causes[finding.key] = Cause(
-            finding.effect.identifier,
-            joint_name(finding.effect, finding.joint, names),
+            *finding.reported(names),
             parameters,
             _evidence(finding),
             _rivals(laboratory, finding),
             term,
-            finding.effect.tolerated(fit, laboratory.settings.tolerance),
+            _tolerated(finding, fit, laboratory.settings.tolerance),
         )
     return list(causes.values())
+
+
+def _tolerated(finding: Finding, fit: Fitted, tolerance: float) -> bool:
+    """Tell whether a finding is a nominal parameter within its tolerance, and nothing else."""
+    alone = {finding.effect.identifier} >= {rival.effect.identifier for rival in finding.rivals}
+    return alone and finding.effect.tolerated(fit, tolerance)
 
 
 def _evidence(finding: Finding) -> dict[str, float | None]:
@@ -65,11 +70,10 @@ def _evidence(finding: Finding) -> dict[str, float | None]:
 def _rivals(laboratory: Laboratory, finding: Finding) -> tuple[str, ...]:
     """Return what cannot be told from a finding, as effect@joint where that is another joint."""
     names = laboratory.robot.names
-    own = joint_name(finding.effect, finding.joint, names)
+    _, own = finding.reported(names)
     rivals = list(laboratory.inseparable(finding.effect))
     for rival in finding.rivals:
-        where = joint_name(rival.effect, rival.joint, names)
-        name = rival.effect.identifier
+        name, where = rival.reported(names)
         rivals.append(name if where == own else f'{name}@{where}')
     return tuple(dict.fromkeys(rivals))
 

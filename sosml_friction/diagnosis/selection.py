@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 from scipy.stats import f as f_distribution
 
 from sosml_friction.diagnosis.adequacy import Leftover, leftovers
+from sosml_friction.diagnosis.cause import joint_name
 from sosml_friction.diagnosis.effect import Effect, Inner
 from sosml_friction.diagnosis.evidence import (
     Baseline,
@@ -83,6 +84,10 @@ class Finding:
     def key(self) -> tuple[str, int]:
         """Return effect and joint."""
         return self.effect.identifier, self.joint
+
+    def reported(self, names: tuple[str, ...]) -> tuple[str, str]:
+        """Return effect and joint under which it is reported."""
+        return self.effect.identifier, joint_name(self.effect, self.joint, names)
 
 
 @dataclass

@@ -49,11 +49,27 @@ def sentence_of(
     selection: Selection,
     names: tuple[str, ...],
     units: tuple[str, ...],
+    tolerated: Sequence[Cause] = (),
 ) -> str:
     """Return the verdict with its numbers, for a person."""
+    text = _verdict(verdict, causes, gain, selection, names, units, tolerated)
+    if tolerated:
+        text += f' Off within the tolerance, and refitted: {_told(tolerated)}.'
+    return text
+
+
+def _verdict(
+    verdict: str,
+    causes: Sequence[Cause],
+    gain: Gain,
+    selection: Selection,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    tolerated: Sequence[Cause],
+) -> str:
     if verdict == 'nothing_above_floor':
         return _nothing(selection)
-    modelled = any(cause.in_model for cause in causes)
+    modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
         # What a fault of the data leaves nothing of cannot be part of what is missing.
@@ -67,14 +83,6 @@ def sentence_of(
         return f'Named, of the data: {_told(causes)}. {rest}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
     return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}'
-
-
-def within_tolerance(tolerated: Sequence[Cause]) -> str:
-    """Return what was refitted as a term of the model, as a sentence with a blank before it."""
-    if not tolerated:
-        return ''
-    told = '; '.join(describe(cause) for cause in tolerated)
-    return f' Off within the tolerance, and refitted: {told}.'
 
 
 def _outside(causes: Sequence[Cause]) -> str:
@@ -110,16 +118,17 @@ def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
 
 def _nothing(selection: Selection) -> str:
     """Return why no cause of the catalogue is named, as a sentence."""
-    taken = {finding.key for finding in selection.accepted}
-    best = selection.rejected or next((f for f in selection.ranking if f.key not in taken), None)
+    best = selection.rejected
+    if best is None and not selection.accepted:
+        best = next(iter(selection.ranking), None)
     if best is not None and was_taken_back(best):
         return (
             f'No cause is named: {_words(best.effect.identifier)} removes '
             f'{100 * best.score.cv_gain:.1f} % of the error, but with it {FORWARD_WORSE}.'
         )
     text = (
-        'The refitted model explains the data: no cause removes more of the error than chance '
-        'would'
+        f'The refitted model explains the data: no {"other " if selection.accepted else ""}cause '
+        'removes more of the error than chance would'
     )
     if best is not None:
         gain = 100 * best.score.cv_gain

@@ -27,10 +27,10 @@ _COLOURS = LinearSegmentedColormap.from_list('share', ['#ffffff', '#c6dbef', '#4
 def ambiguous_pairs(diagnosis: Diagnosis) -> list[tuple[tuple[str, str], tuple[str, str]]]:
     """Return each cause with each of its rivals, as (effect, joint)."""
     pairs = []
-    for cause in diagnosis.causes:
+    for cause in diagnosis.terms:
         for rival in cause.rivals:
             effect, _, joint = rival.partition('@')
-            pairs.append(((cause.effect, cause.joint), (effect, joint or cause.joint)))
+            pairs.append((cause.key, (effect, joint or cause.joint)))
     return pairs
 
 
@@ -55,7 +55,7 @@ def confusability_map(diagnosis: Diagnosis) -> Figure:
     found = diagnosis.confusability
     assert found is not None
     pairs = ambiguous_pairs(diagnosis)
-    named = {(cause.effect, cause.joint) for cause in diagnosis.causes}
+    named = {cause.key for cause in diagnosis.terms}
     order = shown(found, named | {key for pair in pairs for key in pair})
     keys = [(found.effects[k], found.joints[k]) for k in order]
     m = len(keys)

@@ -61,12 +61,12 @@ def write_diagnosis(
     step: Callable[[str], None] = lambda text: None,
 ) -> None:
     """
-    Write diagnosis.json, report.html, and the extended model where a cause is in it.
+    Write diagnosis.json, report.html, and the extended model where a term is in it.
 
     :raises ConfigurationError: if the folder cannot be written.
     """
     with written_together(folder, KIND) as workshop:
-        if any(cause.in_model for cause in diagnosis.causes):
+        if any(term.in_model for term in diagnosis.terms):
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
         (workshop / 'report.html').write_text(render_diagnosis(diagnosis), encoding='utf-8')

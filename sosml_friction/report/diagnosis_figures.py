@@ -187,7 +187,7 @@ def ranking_bars(diagnosis: Diagnosis) -> Figure:
     entries = list(diagnosis.ranking[:_BARS])[::-1]
     figure = new_figure(10.0, 0.6 + 0.32 * len(entries))
     ax = figure.subplots()
-    named = {(cause.effect, cause.joint) for cause in diagnosis.causes}
+    named = {cause.key for cause in diagnosis.terms}
     place = np.arange(len(entries))
     ax.barh(
         place,
@@ -207,7 +207,7 @@ def ranking_bars(diagnosis: Diagnosis) -> Figure:
         for entry in entries
     ]
     ax.set_yticks(place, labels, fontsize=FONT)
-    floor = [cause.evidence.get('floor') for cause in diagnosis.causes]
+    floor = [cause.evidence.get('floor') for cause in diagnosis.terms]
     known = [f for f in floor if f is not None]
     if known:
         ax.axvline(100.0 * known[0], color='black', linestyle=':', linewidth=1.2)

@@ -78,12 +78,14 @@ def _notes(diagnosis: Diagnosis) -> str:
 
 
 def _causes(diagnosis: Diagnosis) -> str:
-    if not diagnosis.causes:
+    if not diagnosis.terms:
         return ''
     rows = []
-    for cause in diagnosis.causes:
+    for cause in diagnosis.terms:
         for k, (name, p) in enumerate(cause.parameters.items()):
             what = f'{cause.effect.replace("_", " ")}, {cause.joint}' if k == 0 else ''
+            if k == 0 and cause.tolerated:
+                what += ' (within the tolerance)'
             rivals = ', '.join(r.replace('_', ' ') for r in cause.rivals) if k == 0 else ''
             error = format_number(p.std_error, p.std_error) if np.isfinite(p.std_error) else ''
             value = format_number(p.value, p.std_error)

@@ -8,7 +8,6 @@ from html import escape
 
 import numpy as np
 
-from sosml_friction.diagnosis.cause import joint_name
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.report.html_page import table
 from sosml_friction.report.number_text import format_number
@@ -102,14 +101,13 @@ def controls(diagnosis: Diagnosis) -> str:
     if selection is None or laboratory is None:
         return ''
     settings = laboratory.settings
-    tolerated = {(cause.effect, cause.joint) for cause in diagnosis.tolerated}
+    tolerated = {cause.key for cause in diagnosis.tolerated}
     tried = [(finding, 'named') for finding in selection.accepted]
     if selection.rejected is not None:
         tried.append((selection.rejected, 'not named'))
     rows = []
     for finding, verdict in tried:
-        effect = finding.effect.identifier
-        joint = joint_name(finding.effect, finding.joint, diagnosis.names)
+        effect, joint = finding.reported(diagnosis.names)
         if verdict == 'named' and (effect, joint) in tolerated:
             verdict = 'off within the tolerance'
         rows.append(

@@ -75,7 +75,8 @@ def _check_model(folder: Path, document: dict[str, Any]) -> None:
 
     :raises RuntimeError: if there is none though a cause is in it, or it cannot be used.
     """
-    if (folder / 'model.yaml').exists() != any(x['in_model'] for x in document['causes']):
+    terms = [*document['causes'], *document['tolerated']]
+    if (folder / 'model.yaml').exists() != any(x['in_model'] for x in terms):
         raise RuntimeError('an extended model without a cause in it, or such a cause without one')
     if (folder / 'model.yaml').exists():
         try:

@@ -245,13 +245,14 @@ def test_the_true_model_leaves_the_noise_through_the_true_inertia_and_scale():
 
 
 def test_an_answer_whose_model_does_not_fit_it_fails_its_trial(tmp_path):
-    named = {'causes': [{'in_model': True}]}
+    named = {'causes': [{'in_model': True}], 'tolerated': []}
     with pytest.raises(RuntimeError, match='without'):
         _check_model(tmp_path, named)
     blind_trial.nominal_model().write(tmp_path)
     _check_model(tmp_path, named)
     with pytest.raises(RuntimeError, match='without'):
-        _check_model(tmp_path, {'causes': [{'in_model': False}]})
+        _check_model(tmp_path, {'causes': [{'in_model': False}], 'tolerated': []})
+    _check_model(tmp_path, {'causes': [], 'tolerated': [{'in_model': True}]})
     file = tmp_path / 'model.yaml'
     file.write_text(file.read_text() + 'effects:\n  - {effect: nothing, joint: elbow}\n')
     with pytest.raises(RuntimeError, match='of no use'):

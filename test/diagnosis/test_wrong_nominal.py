@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from blind_trial import Spec, build, nominal_model
@@ -13,7 +16,6 @@ from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.effect import ALL_JOINTS
-from sosml_friction.diagnosis.extension import extended_model
 from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -22,6 +24,9 @@ from sosml_friction.model.model_folder import (
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.report.diagnosis_document import write_diagnosis
+
+SCHEMA = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
 
 #: The floor needs the largest of some nulls, not a quantile: fewer make these tests shorter, and
 #: the effects here are many times the floor.
@@ -56,25 +61,58 @@ def test_a_wrong_nominal_is_named_as_such_and_not_as_friction(motion, fault, joi
     assert first.joint == joint
 
 
-def test_a_torque_constant_that_is_off_within_the_tolerance_is_refitted_and_no_cause(motion):
-    """3 %, beside nothing and beside a spring: that alone is named, and both are in the model."""
+@pytest.mark.parametrize(
+    ('more', 'verdict', 'named'),
+    [
+        ('nothing', 'nothing_above_floor', None),
+        ('spring', 'named', ('spring', 'elbow')),
+        # While it moves a constant is friction that differs by direction as well.
+        ('bias', 'ambiguous', ('effort_bias', 'elbow')),
+        ('friction by the next joint', 'unknown_structure', None),
+    ],
+)
+def test_a_torque_constant_that_is_off_within_the_tolerance_is_refitted_and_no_cause(
+    motion, tmp_path, more, verdict, named
+):
+    """3 %: what acts besides is found as it is without, and the model has both."""
     model, t, q, tau = motion
-    tau = tau * np.array([1.03, 1.0])
-    spring = np.column_stack([np.zeros(len(t)), 0.4 * (q[:, 1] - 0.3)])
-    for effort, verdict, named in (
-        (tau, 'nothing_above_floor', []),
-        (tau + spring, 'named', [('spring', 'elbow')]),
-    ):
-        found = diagnosed(model, t, q, effort, SETTINGS)
-        assert found.verdict == verdict
-        assert [(cause.effect, cause.joint) for cause in found.causes] == named
-        (scale,) = found.tolerated
-        assert (scale.effect, scale.joint) == ('effort_scale', 'shoulder')
-        # Gravity may be off too, and takes a part.
-        assert scale.parameters['error'].value == pytest.approx(0.03, abs=0.01)
-        assert 'Off within the tolerance, and refitted: shoulder: effort scale' in found.sentence
-        terms = {(term.effect, term.joint) for term in extended_model(model, found, {}).effects}
-        assert terms == {('effort_scale', 'shoulder'), *named}
+    v = np.gradient(q, t, axis=0)
+    effort = tau * np.array([1.03, 1.0])
+    if more == 'spring':
+        effort[:, 1] += 0.4 * (q[:, 1] - 0.3)
+    elif more == 'bias':
+        effort[:, 1] += 0.15
+    elif more == 'friction by the next joint':
+        effort[:, 0] += 0.02 * np.tanh(v[:, 0] / 5e-3) * (q[:, 1] - q[:, 1].mean())
+    found = diagnosed(model, t, q, effort, SETTINGS)
+    assert found.verdict == verdict
+    (scale,) = found.tolerated
+    assert scale.key == ('effort_scale', 'shoulder')
+    # Gravity may be off too, and takes a part.
+    assert scale.parameters['error'].value == pytest.approx(0.03, abs=0.01)
+    assert 'Off within the tolerance, and refitted: shoulder: effort scale' in found.sentence
+    assert 'is not extended' not in found.sentence
+    if named is None:
+        assert not found.causes
+    else:
+        assert [named] == [
+            (named[0], cause.joint) for cause in found.causes if named[0] in _set_of(cause)
+        ]
+    if verdict == 'ambiguous':
+        assert found.recommendation.joint == named[1]
+    write_diagnosis(tmp_path / 'out', found, model, {})
+    document = json.loads((tmp_path / 'out/diagnosis.json').read_text())
+    jsonschema.validate(document, json.loads(SCHEMA.read_text()))
+    assert [x['effect'] for x in document['tolerated']] == ['effort_scale']
+    terms = {(term.effect, term.joint) for term in read_model(tmp_path / 'out').effects}
+    assert ('effort_scale', 'shoulder') in terms
+    report = (tmp_path / 'out/report.html').read_text()
+    assert 'effort scale, shoulder (within the tolerance)' in report
+    assert 'off within the tolerance' in report
+
+
+def _set_of(cause):
+    return {cause.effect, *cause.rivals}
 
 
 @pytest.mark.parametrize(('seed', 'scale'), [(5, 0.45), (7, 0.3)])
