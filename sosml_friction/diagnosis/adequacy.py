@@ -50,6 +50,8 @@ _BY_SPEED = ('coulomb', 'viscous', 'stribeck')
 #: That power has to explain more by the first, beside the price of the parameters; in the place of
 #: one cause, as simple as it is, also by the second as a share: columns are not known any better.
 _MORE, _MORE_SHARE = 10.0, 0.005
+#: Causes are clearly more than what noise of position feigns from so many times as much on.
+_CLEARLY = 2.0
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,8 @@ def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Left
 
     Friction that turns around in another way at reversals is taken out of both sides first. The
     floor is ``axis_margin`` times the largest gain over simulated recordings that hold the
-    accepted causes and nothing else.
+    accepted causes and nothing else; beside causes that are clearly more than that also what noise
+    of position feigns, which these recordings do not hold.
     """
     probes = _probes(laboratory, accepted)
     if not probes:
@@ -179,9 +182,12 @@ def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Left
         named = sum(max(f.score.gain, 0.0) for f in probe.causes)
         share = s.gain / max(named + s.gain, 1e-300)
         floor = settings.axis_margin * float(most)
+        feigned = laboratory.feigned * float(laboratory.known[probe.joint])
         if probe.few:
             k = int((s.amplitude != 0.0).sum())
             floor = max(floor, k * _price(laboratory) + settings.least_bic)
+        elif named > _CLEARLY * feigned:
+            floor += feigned
         result.append(
             Leftover(
                 probe.axis, probe.joint, s.gain, s.energy, floor, share, probe.least,

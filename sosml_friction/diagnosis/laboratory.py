@@ -370,6 +370,15 @@ class Laboratory:
             parts.append(smooth[signals.band.first :: signals.band.factor][: len(y)][ORDER:])
         return np.concatenate(parts)[:rows]
 
+    @property
+    def feigned(self) -> float:
+        """
+        Return the largest share of a joint's noise that noise of position makes look like a cause.
+
+        Simulated recordings hold none: it is known from the motion alone.
+        """
+        return max(signals.feigned for signals in self.signals)
+
     def unwhitened(self) -> tuple[FloatArray, FloatArray]:
         """
         Return residual (rows, n) and nominal columns (rows, n, p).

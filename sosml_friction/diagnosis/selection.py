@@ -488,7 +488,8 @@ class Selector:
         """Return the impossible candidate that explains the same as a finding, and more."""
         for other in impossible:
             # Noise of position, twice differentiated, looks like a gear: of any sign, also alone.
-            feigned = self._feigned() * float(self.laboratory.known[other.columns.rows].sum())
+            rows = float(self.laboratory.known[other.columns.rows].sum())
+            feigned = self.laboratory.feigned * rows
             if other.score.gain - feigned <= _MASKED * finding.score.gain:
                 continue
             beside = system.extended([other.columns])
@@ -538,21 +539,13 @@ class Selector:
                 structure[i] = max(structure[i], s.cv_gain)
         # What may choose among more points has to explain more.
         choice = {(name, joint): 1.0 + np.log(its.C.shape[2]) for name, joint, its in wanted}
-        feigned = self._feigned()
+        feigned = self.laboratory.feigned
         floor = {
             key: max(settings.floor * float(choice[key]), settings.floor_margin * value, feigned)
             for key, value in largest.items()
         }
         chance = settings.floor_margin * np.maximum(structure, feigned)
         return floor, np.maximum(settings.structure_floor, chance)
-
-    def _feigned(self) -> float:
-        """
-        Return the largest share of a joint's noise that noise of position makes look like a cause.
-
-        The simulated recordings hold none: it is known from the motion alone.
-        """
-        return max(signals.feigned for signals in self.laboratory.signals)
 
     def gates(self, finding: Finding, known: bool = False) -> list[str]:
         """

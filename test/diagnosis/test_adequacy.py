@@ -99,6 +99,25 @@ def offset_and_hysteresis():
     return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=8))
 
 
+@pytest.mark.parametrize(
+    ('spec', 'names'),
+    [
+        (Spec('x', 'single', 21602635, 'cogging', 0, level='middle'), {'cogging'}),
+        (
+            Spec('x', 'twin', 842150323, 'asymmetric_level', 1, level='high', motion='multisine',
+                 moving=True),
+            {'asymmetric_friction', 'effort_bias'},
+        ),
+    ],
+)  # fmt: skip
+def test_what_the_steps_of_the_encoder_feign_is_no_structure_beside_a_cause(spec, names):
+    """A free curve of the next joint's position explains a little more than of its nulls."""
+    found = diagnose([build(spec).log], nominal_model())
+    (cause,) = found.causes
+    assert {cause.effect, *cause.rivals} == names
+    assert found.verdict == ('named' if len(names) == 1 else 'ambiguous')
+
+
 @pytest.mark.parametrize('seed', [1401796880, 197713137])
 def test_friction_that_follows_the_next_joint_is_not_called_coulomb(seed):
     """In these phases of it a constant explains 99 %; an earlier version named that."""

@@ -71,7 +71,7 @@ class Masking(Selector):
 
     def __init__(self, feigned):
         self.laboratory = SimpleNamespace(
-            known=np.array([1000.0, 1000.0]), y=None, signals=[SimpleNamespace(feigned=feigned)]
+            known=np.array([1000.0, 1000.0]), y=None, feigned=feigned
         )
 
 
