@@ -55,4 +55,6 @@ class Spring(Effect):
             return ''
         q = fit.signals.q[:, fit.joint]
         middle, span = 0.5 * float(q.min() + q.max()), float(np.ptp(q))
-        return '' if k > 0.0 and abs(-offset / k - middle) < _REACH * span else 'effort_bias'
+        # A stiffer one within the standard error relaxes nearer.
+        near = abs(k * middle + offset) < (k + fit.error[0]) * _REACH * span
+        return '' if k > 0.0 and near else 'effort_bias'
