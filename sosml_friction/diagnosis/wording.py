@@ -52,23 +52,9 @@ def sentence_of(
     tolerated: Sequence[Cause] = (),
 ) -> str:
     """Return the verdict with its numbers, for a person."""
-    text = _verdict(verdict, causes, gain, selection, names, units, tolerated)
-    if tolerated:
-        text += f' Off within the tolerance, and refitted: {_told(tolerated)}.'
-    return text
-
-
-def _verdict(
-    verdict: str,
-    causes: Sequence[Cause],
-    gain: Gain,
-    selection: Selection,
-    names: tuple[str, ...],
-    units: tuple[str, ...],
-    tolerated: Sequence[Cause],
-) -> str:
+    end = f' Off within the tolerance, and refitted: {_told(tolerated)}.' if tolerated else ''
     if verdict == 'nothing_above_floor':
-        return _nothing(selection)
+        return _nothing(selection) + end
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
@@ -77,12 +63,12 @@ def _verdict(
         text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
-        return f'{text}. {_where_unknown(selection, names)}{gains}'
+        return f'{text}. {_where_unknown(selection, names)}{gains}{end}'
     if all(cause.effect in DATA_CAUSES for cause in causes):
         rest = _rest(selection, names).lstrip() or _nothing(selection)
-        return f'Named, of the data: {_told(causes)}. {rest}'
+        return f'Named, of the data: {_told(causes)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
-    return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}'
+    return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}{end}'
 
 
 def _outside(causes: Sequence[Cause]) -> str:
