@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.bounded import bounded_least_squares
-from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.diagnosis.cause import joint_name
 from sosml_friction.diagnosis.evidence import CandidateColumns
 from sosml_friction.diagnosis.laboratory import Laboratory
 from sosml_friction.diagnosis.selection import Finding
@@ -104,7 +104,7 @@ def confusability(
     efforts: list[tuple[CandidateColumns, FloatArray]] = []
     for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):
         effects.append(candidate.effect.identifier)
-        joints.append(ALL_JOINTS if candidate.effect.of_robot else names[candidate.joint])
+        joints.append(joint_name(candidate.effect, candidate.joint, names))
         finding = found.get((candidate.effect.identifier, candidate.joint))
         if finding is not None and finding.score.amplitude.any():
             its = finding.columns

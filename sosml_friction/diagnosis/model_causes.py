@@ -39,21 +39,20 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
                 old, parameters={**old.parameters, **more}, terms=old.terms + term
             )
             continue
+        effect, joint = finding.reported(names)
+        rivals = _rivals(laboratory, finding)
+        # What another cause explains as well may be that, beyond its own tolerance.
+        alone = all(rival.partition('@')[0] == effect for rival in rivals)
         causes[finding.key] = Cause(
-            *finding.reported(names),
+            effect,
+            joint,
             parameters,
             _evidence(finding),
-            _rivals(laboratory, finding),
+            rivals,
             term,
-            _tolerated(finding, fit, laboratory.settings.tolerance),
+            alone and finding.effect.tolerated(fit, laboratory.settings.tolerance),
         )
     return list(causes.values())
-
-
-def _tolerated(finding: Finding, fit: Fitted, tolerance: float) -> bool:
-    """Tell whether a finding is a nominal parameter within its tolerance, and nothing else."""
-    alone = {finding.effect.identifier} >= {rival.effect.identifier for rival in finding.rivals}
-    return alone and finding.effect.tolerated(fit, tolerance)
 
 
 def _evidence(finding: Finding) -> dict[str, float | None]:

@@ -37,8 +37,8 @@ def null_recordings(
     rng = np.random.default_rng(seed)
     bound = laboratory.nominal.bound
     bounded = np.flatnonzero(np.isfinite(bound))
+    x = np.array(x)
     while True:
-        x = np.array(x)
         x[bounded] = rng.uniform(-_OFF, _OFF, len(bounded)) * bound[bounded]
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
         y += _credible(laboratory, laboratory.friction_variants(rng), beside)

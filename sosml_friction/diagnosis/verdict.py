@@ -21,11 +21,10 @@ _REST = 0.5
 
 def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     """Return one of :data:`VERDICTS`; that data are bad is found before there is a selection."""
-    # What a fault of the data leaves nothing of cannot be what is left.
-    of_model = any(cause.effect not in FAULTS for cause in causes)
-    if (of_model or selection.accepted) and _causes_are_not_all(selection):
+    if _causes_are_not_all(selection):
         return 'unknown_structure'
-    if of_model:
+    # What a fault of the data leaves nothing of cannot be what is left.
+    if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     over = selection.structure_gain > selection.structure_floor
     if over.any() or _an_impossible_one_explains_more(selection):

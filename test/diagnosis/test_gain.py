@@ -51,6 +51,8 @@ def test_what_is_not_known_is_no_number_and_no_chance():
     assert np.isnan([perfect.forward_ratio[0], perfect.forward_error[0]]).all()
     for gain in (nothing, one, away, perfect):
         assert not gain.forward_by_chance.any()
+        told = gain.to_dict(('elbow',), ('Nm',))['elbow']['forward']
+        assert told['ratio'] == pytest.approx(gain.forward_ratio[0], nan_ok=True)
 
 
 def test_a_change_within_its_standard_errors_is_chance():

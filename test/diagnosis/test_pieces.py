@@ -154,7 +154,7 @@ def test_short_pieces_of_noise_make_no_unstable_filter():
     Noise that is seen in 30 pieces of 40 rows, strongly coloured: what it predicts stays white.
 
     Of 1200 rows a variance is known to 4 %; the six coefficients take a little of it. Products
-    counted by lag, in Yule and Walker's equations, are no covariance, and their filter no limit.
+    counted by lag, in Yule and Walker's equations, are no covariance of short pieces.
     """
     rng = np.random.default_rng(3)
     poles = np.repeat([0.97, 0.9], 2) * np.exp(1j * np.array([0.4, -0.4, 1.6, -1.6]))

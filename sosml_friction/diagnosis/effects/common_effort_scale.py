@@ -10,7 +10,6 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import FloatArray, Inner
 from sosml_friction.diagnosis.effects.effort_scale import EffortScale
-from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import ReportTerm
@@ -30,10 +29,6 @@ class CommonEffortScale(EffortScale):
     def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
         """Return the nominal effort of all joints."""
         return np.array(signals.torque[:, :, None])
-
-    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
-        """Return False: masses and frictions off alike take up what is within their tolerance."""
-        return False
 
     def term(self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray) -> ReportTerm:
         """Return a report of another scale."""
