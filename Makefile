@@ -73,13 +73,13 @@ validate: $(STAMP)
 	export SOSML_FRICTION_SEEDS=40 SOSML_FRICTION_STUDY=full SOSML_FRICTION_TRAJECTORIES=full
 	export SOSML_FRICTION_BLIND_TRIALS=60
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
-	  test/identification/test_identifiability.py test/simulation/test_study_targets.py \
+	  test/identification/test_identifiability.py test/study/test_targets.py \
 	  test/identification/test_emulated_quantisation.py \
-	  test/identification/test_emulated_trajectories.py test/diagnosis/test_blind_campaign.py
+	  test/identification/test_emulated_trajectories.py test/validation/test_campaign.py
 
 .PHONY: campaign
 campaign: $(STAMP)
-	@$(BIN)/python test/diagnosis/blind_campaign.py $(ARGS)
+	@$(BIN)/python -m validation.campaign $(ARGS)
 
 .PHONY: benchmark
 benchmark: $(STAMP)

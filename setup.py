@@ -103,7 +103,7 @@ setup(
             f'identifier_node = {PACKAGE}.nodes.identifier_node:main',
             f'observer_node = {PACKAGE}.nodes.observer_node:main',
             f'replay_node = {PACKAGE}.nodes.replay_node:main',
-            f'sosml = {PACKAGE}.cli:main',
+            f'sosml = {PACKAGE}.cli.main:main',
         ],
     },
 )

@@ -32,8 +32,6 @@ from rich.table import Table
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.bag_roles import BagRole
-from sosml_friction.identification.consolidation import consolidate
 from sosml_friction.identification.friction_fit import (
     WEAK_FORM,
     FitSettings,
@@ -42,24 +40,26 @@ from sosml_friction.identification.friction_fit import (
     fit_friction,
 )
 from sosml_friction.identification.inverse_model import InverseSettings, fit_inverse_model
-from sosml_friction.identification.output_error_fits import first_guess
-from sosml_friction.identification.output_error_windows import fit_windows
-from sosml_friction.identification.trajectories import build_trajectory
+from sosml_friction.identification.output_error.fits import first_guess
+from sosml_friction.identification.output_error.windows import fit_windows
+from sosml_friction.identification.several.bag_roles import BagRole
+from sosml_friction.identification.several.consolidation import consolidate
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.log_conditions import measure_conditions
 from sosml_friction.observers.recipe import gains_for_conditions
-from sosml_friction.report.labels import observer_label
-from sosml_friction.simulation.mismatched_robot import MismatchedRobot
-from sosml_friction.simulation.parallel import available_cores, run_all, workers
-from sosml_friction.simulation.study_condition import read_by_encoder
-from sosml_friction.simulation.study_motion import POSTURE, Reference
-from sosml_friction.simulation.study_plant import (
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.study.condition import read_by_encoder
+from sosml_friction.study.mismatched_robot import MismatchedRobot
+from sosml_friction.study.motion import POSTURE, Reference
+from sosml_friction.study.parallel import available_cores, run_all, workers
+from sosml_friction.study.plant import (
     ARMATURE,
     JOINTS,
     SMOOTHING_VELOCITY,

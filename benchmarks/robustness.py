@@ -26,10 +26,10 @@ from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.recipe import gains_for_conditions
-from sosml_friction.report.labels import observer_label
-from sosml_friction.simulation.study_condition import encoder_noise, observe
-from sosml_friction.simulation.study_motion import POSTURE, Reference, reversal, slow
-from sosml_friction.simulation.study_plant import (
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.study.condition import encoder_noise, observe
+from sosml_friction.study.motion import POSTURE, Reference, reversal, slow
+from sosml_friction.study.plant import (
     PERIOD,
     SMOOTHING_VELOCITY,
     TRUTH,

@@ -25,20 +25,20 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.actuators.clock import MonotonicClock
-from sosml_friction.actuators.cycle_thread import CycleThread
-from sosml_friction.actuators.driver import DriverState, JointDriver, JointSample
-from sosml_friction.actuators.emulator import EmulatorOptions
-from sosml_friction.actuators.emulator_thread import EmulatorThread
-from sosml_friction.actuators.joint_trajectory import JointTrajectory
-from sosml_friction.actuators.lockstep import (
+from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.open_bus import open_bus
+from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
+from sosml_friction.actuators.driver.cycle_thread import CycleThread
+from sosml_friction.actuators.driver.driver import DriverState, JointDriver, JointSample
+from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
+from sosml_friction.actuators.emulator.lockstep import (
     default_configuration,
     emulated_exoskeleton,
     nominal_robot,
 )
-from sosml_friction.actuators.open_bus import open_bus
-from sosml_friction.actuators.slcan_server import SlcanServerBus
 from sosml_friction.exceptions import SosmlFrictionError
+from sosml_friction.motion.joint_trajectory import JointTrajectory
 
 # Nobody wears the emulated arm: a machine that stops for half a second does not end the soak.
 PATIENCE_S = 0.5

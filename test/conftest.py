@@ -14,10 +14,10 @@ import pytest
 from hypothesis import settings
 from scipy.io import loadmat
 
-from sosml_friction import cli
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.cli.main import main as cli
 from sosml_friction.model.robot import Robot
-from sosml_friction.simulation.study_run import Study, StudySettings, run_study
+from sosml_friction.study.run import Study, StudySettings, run_study
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 CACHES = REPOSITORY / '.numba_cache'
@@ -39,9 +39,9 @@ if not WORKER:
 settings.register_profile('no_clock', deadline=None)
 settings.load_profile('no_clock')
 
-# Files of one name here are one worker's: nodes run in real time, and would rob each other of it;
+# Files of one value here are one worker's: nodes run in real time, and would rob each other of it;
 # a study is run once for all who look at it.
-TOGETHER = {'test_study_run.py': 'study', 'test_study_report.py': 'study'}
+TOGETHER = {'study/test_run.py': 'study', 'study/test_report.py': 'study'}
 
 
 def is_of_nodes(path: Path) -> bool:
@@ -74,7 +74,11 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class Together(LoadFileScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = Path(super()._split_scope(nodeid))
-            return 'nodes' if is_of_nodes(file) else TOGETHER.get(file.name, str(file))
+            return (
+                'nodes'
+                if is_of_nodes(file)
+                else TOGETHER.get('/'.join(file.parts[-2:]), str(file))
+            )
 
     # In the order of collection, not by the number of tests in a file.
     config.option.loadscopereorder = False

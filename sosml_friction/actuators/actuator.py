@@ -10,9 +10,9 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from sosml_friction.actuators.configuration import JointConfiguration
-from sosml_friction.actuators.frame import Frame
-from sosml_friction.actuators.start_up import Request, Step
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.driver.start_up import Request, Step
 from sosml_friction.model.robot import JointLimits
 
 

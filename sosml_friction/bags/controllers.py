@@ -8,10 +8,10 @@ latched topic ``controller_configuration``, where ``ros2 bag record`` made it. `
 else is in an entry:
 
 - ``cascade`` (or none): ``kp``, ``kv``, ``scale`` and ``limit``, a position loop about a velocity
-  loop (:class:`~sosml_friction.identification.output_error.CascadeController`).
+  loop (:class:`~sosml_friction.identification.output_error.controlled.CascadeController`).
 - ``pd``: ``kp`` [Nm/rad or N/m], ``kd`` [Nm s/rad or N s/m], ``limit`` [Nm or N], ``rate_limit``
   [Nm/s or N/s], ``rate`` [Hz], ``velocity_window`` [samples]: what
-  :class:`~sosml_friction.actuators.controller.JointController` commands, the inverse dynamics of
+  :class:`~sosml_friction.motion.controller.JointController` commands, the inverse dynamics of
   the driver's model at the reference plus kp (q_r - q) + kd (q_r' - q').
 - ``actuator``: the loop is the actuator's own and not known; ``reason`` says so.
 """

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.signals import Signals, even_stretches
 from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.regression.signals import Signals, even_stretches
 
 FloatArray = NDArray[np.float64]
 

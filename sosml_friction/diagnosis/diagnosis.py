@@ -12,28 +12,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.adequacy import leftovers
-from sosml_friction.diagnosis.cause import Cause
-from sosml_friction.diagnosis.confusability import Confusability, confusability
-from sosml_friction.diagnosis.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, check_log, velocity_lag
-from sosml_friction.diagnosis.effort_error import error_on_folds, error_on_recording, stages
-from sosml_friction.diagnosis.experiment import recommend
-from sosml_friction.diagnosis.forward_gain import HORIZON_S, ForwardGain
-from sosml_friction.diagnosis.forward_gate import forward_gate, was_taken_back
-from sosml_friction.diagnosis.gain import Gain, make_gain
-from sosml_friction.diagnosis.laboratory import Laboratory
+from sosml_friction.diagnosis.decision.adequacy import leftovers
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
+from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
+from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
+from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
+from sosml_friction.diagnosis.decision.model_causes import model_causes, standard_errors
+from sosml_friction.diagnosis.decision.selection import Finding, Selection, Selector
+from sosml_friction.diagnosis.decision.verdict import verdict_of
+from sosml_friction.diagnosis.extended_model.effort_error import (
+    error_on_folds,
+    error_on_recording,
+    stages,
+)
+from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
-from sosml_friction.diagnosis.model_causes import model_causes, standard_errors
 from sosml_friction.diagnosis.model_effects import known_effects, with_known
-from sosml_friction.diagnosis.recommendation import Recommendation
-from sosml_friction.diagnosis.selection import Finding, Selection, Selector
-from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.signals import Signals, prepare
-from sosml_friction.diagnosis.verdict import verdict_of
+from sosml_friction.diagnosis.next_experiment.experiment import recommend
+from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import Signals, prepare
 
 FloatArray = NDArray[np.float64]
 

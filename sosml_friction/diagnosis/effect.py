@@ -11,10 +11,10 @@ from typing import ClassVar
 import numpy as np
 
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.signals import FloatArray, Signals
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.signals import FloatArray, Signals
 from sosml_friction.simulation.forward_term import ForwardTerm
 
 Inner = Mapping[str, float]

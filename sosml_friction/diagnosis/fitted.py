@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sosml_friction.diagnosis.signals import FloatArray, Signals
+from sosml_friction.regression.signals import FloatArray, Signals
 
 
 @dataclass(frozen=True)

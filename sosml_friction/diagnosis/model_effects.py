@@ -11,10 +11,10 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, FloatArray, Inner
 from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS, EVERYWHERE
-from sosml_friction.diagnosis.signals import Signals, nominal_friction
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.signals import Signals, nominal_friction
 from sosml_friction.simulation.forward_friction import ForwardFriction
 from sosml_friction.simulation.forward_term import ForwardTerm
 

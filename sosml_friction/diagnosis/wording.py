@@ -8,15 +8,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.adequacy import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
-from sosml_friction.diagnosis.cause import Cause
-from sosml_friction.diagnosis.data_causes import FAULTS
+from sosml_friction.diagnosis.decision.adequacy import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.data_causes import FAULTS
+from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.verdict import more_along_axis
 from sosml_friction.diagnosis.effect import ALL_JOINTS
-from sosml_friction.diagnosis.forward_gate import FORWARD_WORSE, was_taken_back
-from sosml_friction.diagnosis.gain import Gain
+from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.library import DATA_CAUSES
-from sosml_friction.diagnosis.selection import Selection
-from sosml_friction.diagnosis.verdict import more_along_axis
 
 #: Numbers that a sentence does without: a switch between forms, and what a data check looks at.
 _NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')

@@ -33,8 +33,8 @@ from sosml_friction.identification.friction_fit import (
     fit_friction,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
-from sosml_friction.identification.output_error import OutputErrorFit
-from sosml_friction.identification.output_error_fits import (
+from sosml_friction.identification.output_error.controlled import OutputErrorFit
+from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
     ControlledJoint,
     OutputErrorFits,
@@ -44,7 +44,7 @@ from sosml_friction.identification.output_error_fits import (
     is_alone,
     recorded_controllers,
 )
-from sosml_friction.identification.output_error_windows import fit_windows
+from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import CORRECTED, EffortCorrection
 from sosml_friction.model.friction_laws import FRICTION_LAWS

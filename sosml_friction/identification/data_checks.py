@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law_fit import jackknife_errors
+from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import SegmentSettings
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 FloatArray = NDArray[np.float64]
 #: From information (..., 5, 5) to what is minimised (...).
@@ -90,7 +90,7 @@ class ExperimentPlan:
     """
     Hold a ladder and what it can give.
 
-    ``speeds``: plateau speeds of :func:`~sosml_friction.identification.speed_ladder.speed_ladder`,
+    ``speeds``: plateau speeds of :func:`~.speed_ladder.speed_ladder`,
     rising, one as often as it is to be listed. ``std_errors``: the Cramer-Rao bound of every
     parameter; ``wanted`` those asked for. ``needed_s``: how long the ladder lasts that reaches all
     wanted errors, an extrapolation where that is more than an hour.
@@ -203,7 +203,7 @@ def information(
 
 def ladder_duration(speeds: Sequence[float], settings: PlanSettings) -> float:
     """
-    Return how long :func:`~sosml_friction.identification.speed_ladder.speed_ladder` lasts [s].
+    Return how long :func:`~.speed_ladder.speed_ladder` lasts [s].
 
     For one joint that starts at the centre, with the top speed that the ladder has by default.
     """

@@ -14,9 +14,9 @@ from scipy.signal import lfilter
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.law_fit import LawFit
-from sosml_friction.identification.law_form import LawForm
-from sosml_friction.identification.law_rows import LawRows
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import (
     Segment,
     SegmentSettings,
@@ -63,7 +63,7 @@ class FitSettings:
       measurement. Where the method so chosen finds too little, the other;
     * ``weak``: the same as ``auto``;
     * ``output_error``: as ``auto``, and beside it forward simulation until the joint moves as it
-      was measured, by :mod:`~sosml_friction.identification.output_error_fits`.
+      was measured, by :mod:`~sosml_friction.identification.output_error.fits`.
 
     ``refit_inertia``: whether inertia is fitted too, by the weak form where it is asked for and by
     :mod:`~sosml_friction.identification.inverse_model` in any case.

@@ -15,9 +15,9 @@ from scipy.sparse import csr_array
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.law_fit import LawFit
-from sosml_friction.identification.law_form import LawForm
-from sosml_friction.identification.law_rows import LawRows
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
@@ -173,7 +173,7 @@ class WeakForm:
 
     def fit(self, i: int, smoothing_velocity: float | None = None) -> WeakFit:
         """
-        Fit the law to joint ``i``; see :func:`~sosml_friction.identification.law_fit.fit_law`.
+        Fit the law to joint ``i``; see :func:`~sosml_friction.identification.law.law_fit.fit_law`.
 
         A test function takes part if it touches no speed below v0, ``zero_band`` and five times
         the noise of velocity, and no reversal: there the sign is so steep that noise and

@@ -31,15 +31,15 @@ from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.run import make_executor
-from sosml_friction.report.output import to_json
-from sosml_friction.report.progress import progress
-from sosml_friction.report.results import (
+from sosml_friction.report.common.output import to_json
+from sosml_friction.report.common.progress import progress
+from sosml_friction.report.common.tables import parameter_table, print_table
+from sosml_friction.report.fit.results import (
     FILES,
     check_destination,
     fit_document,
     write_results,
 )
-from sosml_friction.report.tables import parameter_table, print_table
 from sosml_friction.share import share_directory
 
 #: What the chain writes into the demo's folder, and so may replace.

@@ -22,8 +22,9 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from sosml_friction.actuators.clock import MonotonicClock
-from sosml_friction.actuators.configuration import (
+from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.open_bus import open_bus
+from sosml_friction.actuators.driver.configuration import (
     AT_END,
     LOST_TURNS,
     MODES,
@@ -32,13 +33,15 @@ from sosml_friction.actuators.configuration import (
     TORQUE_MODE,
     DriverConfiguration,
 )
-from sosml_friction.actuators.controller_entries import controller_entries
-from sosml_friction.actuators.cycle_thread import CycleThread
-from sosml_friction.actuators.driver import DriverReport, DriverState, JointDriver, JointSample
-from sosml_friction.actuators.joint_trajectory import JointTrajectory
-from sosml_friction.actuators.open_bus import open_bus
-from sosml_friction.actuators.sample_relay import SampleRelay
-from sosml_friction.actuators.velocity import lag
+from sosml_friction.actuators.driver.controller_entries import controller_entries
+from sosml_friction.actuators.driver.cycle_thread import CycleThread
+from sosml_friction.actuators.driver.driver import (
+    DriverReport,
+    DriverState,
+    JointDriver,
+    JointSample,
+)
+from sosml_friction.actuators.driver.sample_relay import SampleRelay
 from sosml_friction.bags.controllers import CONTROLLER_TOPIC
 from sosml_friction.exceptions import (
     ConfigurationError,
@@ -46,6 +49,8 @@ from sosml_friction.exceptions import (
     TrajectoryError,
 )
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.velocity import lag
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
 from sosml_friction.nodes.node_help import NodeHelp

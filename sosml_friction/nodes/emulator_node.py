@@ -15,16 +15,16 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
 
-from sosml_friction.actuators.configuration import mounts_from_parameters
-from sosml_friction.actuators.emulated_rmd_x import EmulatedRmdX
-from sosml_friction.actuators.emulator import (
+from sosml_friction.actuators.bus.open_bus import SLCAN_SERVER, open_bus
+from sosml_friction.actuators.driver.configuration import mounts_from_parameters
+from sosml_friction.actuators.emulator.emulator import (
     EmulatorOptions,
     ExoskeletonEmulator,
     hanging_position,
 )
-from sosml_friction.actuators.emulator_thread import EmulatorThread
-from sosml_friction.actuators.fault import FAULTS, parse_faults
-from sosml_friction.actuators.open_bus import SLCAN_SERVER, open_bus
+from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
+from sosml_friction.actuators.emulator.fault import FAULTS, parse_faults
+from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status

@@ -14,7 +14,7 @@ import yaml
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
-from sosml_friction.report.results import write_results
+from sosml_friction.report.fit.results import write_results
 
 if TYPE_CHECKING:
     from sosml_friction.diagnosis.diagnosis import Diagnosis
@@ -102,8 +102,8 @@ class FitJob:
     def _find_causes(self) -> None:
         # numba and the catalogue take a second to load: only for those who asked.
         from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
-        from sosml_friction.report.diagnosis_document import KIND, write_diagnosis
-        from sosml_friction.report.output import check_output_folder
+        from sosml_friction.report.common.output import check_output_folder
+        from sosml_friction.report.diagnosis.document import KIND, write_diagnosis
 
         try:
             self._begin('beginning the diagnosis')

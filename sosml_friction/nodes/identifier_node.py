@@ -54,17 +54,17 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
-from sosml_friction.identification.motion import check_limits
-from sosml_friction.identification.trajectories import (
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.robot import Robot
+from sosml_friction.motion.building_blocks import check_limits
+from sosml_friction.motion.trajectories import (
     COMMON,
     TRAJECTORIES,
     build_trajectory,
     find_kind,
 )
-from sosml_friction.identification.trajectory_option import TrajectoryOption
-from sosml_friction.model.model_folder import read_model
-from sosml_friction.model.robot import Robot
-from sosml_friction.model.trajectory import Trajectory
+from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_option import TrajectoryOption
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.fit_job import FitJob
 from sosml_friction.nodes.node_help import NodeHelp

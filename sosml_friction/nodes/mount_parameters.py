@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from sosml_friction.actuators.configuration import DRIVERS
+from sosml_friction.actuators.driver.configuration import DRIVERS
 from sosml_friction.nodes.parameters import ParameterSpec
 
 MOUNT_PARAMETERS = (

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.simulation.dahl import dahl_step
+from sosml_friction.model.dahl import dahl_step
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.forward_start import Start

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.simulation.dahl import dahl_path, dahl_step
+from sosml_friction.model.dahl import dahl_path, dahl_step
 from sosml_friction.simulation.forward_term import Body, FloatArray, ForwardTerm, Gear, Motion
 
 

@@ -10,15 +10,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sosml_friction.actuators.configuration import DriverConfiguration
-from sosml_friction.actuators.emulator import EmulatorOptions
-from sosml_friction.actuators.frame import Frame
-from sosml_friction.actuators.joint_trajectory import JointTrajectory
-from sosml_friction.actuators.lockstep import (
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.driver.configuration import DriverConfiguration
+from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.emulator.lockstep import (
     Lockstep,
     default_configuration,
     emulated_exoskeleton,
 )
+from sosml_friction.motion.joint_trajectory import JointTrajectory
 
 
 class Recorded(Lockstep):

@@ -12,7 +12,7 @@ import pytest
 
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import EFFECTS
-from sosml_friction.diagnosis.signals import Scales, Signals
+from sosml_friction.regression.signals import Scales, Signals
 
 TURNS, SLIDES = 0, 1
 

@@ -9,7 +9,7 @@ import pytest
 from known_robots import recording, slider_model
 
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.diagnosis.extension import extended_model
+from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
 from sosml_friction.model.parameter import Parameter
 

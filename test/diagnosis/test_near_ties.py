@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sosml_friction.diagnosis.evidence import CandidateColumns, Score
+from sosml_friction.diagnosis.decision.selection import Finding, Selector
 from sosml_friction.diagnosis.library import EFFECTS
-from sosml_friction.diagnosis.selection import Finding, Selector
+from sosml_friction.regression.evidence import CandidateColumns, Score
 
 EMPTY = np.zeros((1, 1, 1, 1))
 COLUMNS = CandidateColumns(np.array([0]), EMPTY, EMPTY, EMPTY)
@@ -85,7 +85,7 @@ def test_what_noise_of_position_feigns_in_its_own_joint_masks_nothing(
     for name in ('Target', 'fit_baseline', 'score'):
         nothing = SimpleNamespace(make=lambda *_: SimpleNamespace(y=None))
         monkeypatch.setattr(
-            f'sosml_friction.diagnosis.selection.{name}',
+            f'sosml_friction.diagnosis.decision.selection.{name}',
             nothing if name == 'Target' else lambda *_: replace(SCORE, gain=0.0),
         )
     columns = SimpleNamespace(

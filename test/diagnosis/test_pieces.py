@@ -14,21 +14,26 @@ from known_robots import arm_model, arm_motion, recording, rigid_effort
 from scipy.signal import lfilter
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.adequacy import AXES, NEIGHBOUR_FRICTION, NEIGHBOURS, POSITION
-from sosml_friction.diagnosis.band import Band, first_derivative, second_derivative
-from sosml_friction.diagnosis.bursts import find_bursts, find_impacts
-from sosml_friction.diagnosis.curves.position_curve import PositionCurve
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
+from sosml_friction.diagnosis.decision.adequacy import (
+    AXES,
+    NEIGHBOUR_FRICTION,
+    NEIGHBOURS,
+    POSITION,
+)
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import EFFECTS, make_library
-from sosml_friction.diagnosis.noise_model import ORDER, fit_noise
-from sosml_friction.diagnosis.nominal import effort_slope, make_nominal
-from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.signals import even_stretches, prepare
-from sosml_friction.diagnosis.structure import Structure
-from sosml_friction.diagnosis.two_mass import deflection
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.simulation.dahl import dahl_path
+from sosml_friction.model.dahl import dahl_path
+from sosml_friction.regression.band import Band, first_derivative, second_derivative
+from sosml_friction.regression.bursts import find_bursts, find_impacts
+from sosml_friction.regression.curves.position_curve import PositionCurve
+from sosml_friction.regression.noise_model import ORDER, fit_noise
+from sosml_friction.regression.nominal import effort_slope, make_nominal
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import even_stretches, prepare
+from sosml_friction.regression.structure import Structure
+from sosml_friction.regression.two_mass import deflection
 
 #: Those of design.md section 4 that the library holds; the other three are faults of data.
 DESIGN = [

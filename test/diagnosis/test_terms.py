@@ -15,14 +15,14 @@ from sosml_friction.diagnosis.effect import ALL_JOINTS
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
-from sosml_friction.diagnosis.resimulation import simulate_windows
-from sosml_friction.diagnosis.settings import DiagnosisSettings
-from sosml_friction.diagnosis.signals import nominal_friction, prepare
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.simulation.dahl import dahl_path
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import nominal_friction, prepare
 from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.recorded.resimulation import simulate_windows
 
 JOINTS = ('shoulder', 'elbow')
 COULOMB, VISCOUS = (0.8, 0.15), (0.35, 0.06)

@@ -11,20 +11,20 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from blind_trial import Spec, build, nominal_model
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.effect import ALL_JOINTS
 from sosml_friction.diagnosis.model_effects import known_effects, with_known
-from sosml_friction.diagnosis.settings import DiagnosisSettings
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import (
     EffectTerm,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.diagnosis_document import write_diagnosis
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.report.diagnosis.document import write_diagnosis
+from validation.trial import Spec, build, nominal_model
 
 SCHEMA = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
 

@@ -13,9 +13,9 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.identification.bag_analysis import analyse_bag, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import FrictionParameters, read_model
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
 COULOMB, VISCOUS, V0 = 20.0, 200.0, 0.002

@@ -14,9 +14,9 @@ from sosml_friction.bags.importer import import_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import NOTE, SHORTEST_S, check_data
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.report.output import to_json
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+from sosml_friction.report.common.output import to_json
 from sosml_friction.share import share_directory
 
 PERIOD = 0.004

@@ -19,13 +19,17 @@ import numpy as np
 import pytest
 from shipped_observers import settings_of, shipped_estimator
 
-from sosml_friction.actuators.joint_trajectory import JointTrajectory
-from sosml_friction.actuators.lockstep import Lockstep, emulated_exoskeleton, nominal_robot
+from sosml_friction.actuators.emulator.lockstep import (
+    Lockstep,
+    emulated_exoskeleton,
+    nominal_robot,
+)
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
-from sosml_friction.identification.slow_ladder import slow_ladder
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
 FULL = 'SOSML_FRICTION_SEEDS' in os.environ

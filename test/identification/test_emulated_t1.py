@@ -17,10 +17,14 @@ import pytest
 from scipy.stats import binom
 from shipped_observers import settings_of, shipped_estimator
 
-from sosml_friction.actuators.lockstep import emulated_exoskeleton, nominal_robot, run_lockstep
+from sosml_friction.actuators.emulator.lockstep import (
+    emulated_exoskeleton,
+    nominal_robot,
+    run_lockstep,
+)
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '10'))

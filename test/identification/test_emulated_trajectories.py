@@ -17,15 +17,19 @@ import numpy as np
 import pytest
 from shipped_observers import shipped_estimator
 
-from sosml_friction.actuators.lockstep import emulated_exoskeleton, nominal_robot, run_lockstep
+from sosml_friction.actuators.emulator.lockstep import (
+    emulated_exoskeleton,
+    nominal_robot,
+    run_lockstep,
+)
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_checks import NOTE, check_data
 from sosml_friction.identification.friction_fit import FitSettings, FrictionFit, fit_friction
-from sosml_friction.identification.motion import check_limits
-from sosml_friction.identification.trajectories import TRAJECTORIES, build_trajectory
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
-from sosml_friction.model.trajectory import Trajectory
+from sosml_friction.motion.building_blocks import check_limits
+from sosml_friction.motion.trajectories import TRAJECTORIES, build_trajectory
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory
 
 FULL = os.environ.get('SOSML_FRICTION_TRAJECTORIES') == 'full'

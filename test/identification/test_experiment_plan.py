@@ -19,8 +19,8 @@ from sosml_friction.identification.experiment_plan import (
     ladder_duration,
     plan_experiment,
 )
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 TRUTH = {
     'coulomb': 0.8,

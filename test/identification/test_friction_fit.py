@@ -15,9 +15,9 @@ from scipy.interpolate import CubicSpline
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS, configuration_for

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.identification.identifiability import DataReach, reason_for
-from sosml_friction.identification.law_fit import STRIBECK_AT_SLOWEST, fit_law
-from sosml_friction.identification.law_form import LawForm
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, fit_law
+from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.friction_laws import make_friction_law
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 

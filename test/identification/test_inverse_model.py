@@ -16,7 +16,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.inverse_model import InverseSettings, fit_inverse_model
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.study_plant import study_robot
+from sosml_friction.study.plant import study_robot
 
 MASS, VISCOUS, COULOMB, BIAS = 80.0, 150.0, 15.0, -2.0
 

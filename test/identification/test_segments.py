@@ -14,7 +14,7 @@ from sosml_friction.identification.segments import (
     segment_levels,
     unsure_sign,
 )
-from sosml_friction.identification.speed_ladder import speed_ladder
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 #: RMD-X position, 0.01 degree.
 QUANTUM = float(np.deg2rad(0.01))

@@ -17,15 +17,15 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.identifiability import DataReach, expected_reasons
 from sosml_friction.identification.segments import SegmentSettings, find_segments
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.mismatched_robot import MismatchedRobot
-from sosml_friction.simulation.study_condition import read_by_encoder
-from sosml_friction.simulation.study_motion import POSTURE, Reference
-from sosml_friction.simulation.study_plant import (
+from sosml_friction.study.condition import read_by_encoder
+from sosml_friction.study.mismatched_robot import MismatchedRobot
+from sosml_friction.study.motion import POSTURE, Reference
+from sosml_friction.study.plant import (
     ARMATURE,
     SMOOTHING_VELOCITY,
     TRUTH,

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from sosml_friction.actuators.lockstep import emulated_exoskeleton
+from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.observers.configuration import CAUSAL, make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator

@@ -21,15 +21,15 @@ from trajectory_msgs.msg import JointTrajectory
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.bags.serialization import deserialize
-from sosml_friction.diagnosis.loop_start import find_reference
-from sosml_friction.diagnosis.recorded_loop import RecordedLoop, recorded_loop
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import WEAK_FORM
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.nodes.demo import run_chain
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.recorded.loop_start import find_reference
+from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recorded_loop
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')

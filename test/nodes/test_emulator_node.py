@@ -13,10 +13,10 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from sosml_friction.actuators import rmd_x
-from sosml_friction.actuators.frame import Frame
-from sosml_friction.actuators.open_bus import open_bus
-from sosml_friction.actuators.servo_dbc import Mode, ServoCommand, ServoDbc
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.bus.open_bus import open_bus
+from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoDbc
 from sosml_friction.share import share_directory
 
 CONFIG = share_directory() / 'config'

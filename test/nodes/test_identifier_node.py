@@ -23,9 +23,9 @@ from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.model.trajectory import Trajectory
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.report.results import fit_document
+from sosml_friction.report.fit.results import fit_document
 from sosml_friction.share import share_directory
 
 NAMES = ['shoulder', 'elbow']

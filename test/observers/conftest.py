@@ -18,8 +18,8 @@ from sosml_friction.observers.first_order import FirstOrder
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
-from sosml_friction.simulation.study_motion import reversal, slow
-from sosml_friction.simulation.study_plant import simulate, study_robot
+from sosml_friction.study.motion import reversal, slow
+from sosml_friction.study.plant import simulate, study_robot
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 ENCODER_STEP = 2.0 * np.pi / 65536

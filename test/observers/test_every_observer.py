@@ -20,7 +20,7 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.observers.configuration import OBSERVERS, make_observer, refuse_offline
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.report.labels import observer_label
+from sosml_friction.report.common.labels import observer_label
 
 ENCODER_NOISE = 5e-5
 H_NS = 1_000_000

@@ -15,8 +15,8 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
-from sosml_friction.identification.speed_ladder import speed_ladder
 from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
 

@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from sosml_friction.diagnosis.effect import FloatArray, Inner
-from sosml_friction.diagnosis.signals import Signals
-from sosml_friction.diagnosis.two_mass import (
+from sosml_friction.model.robot import Robot
+from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.two_mass import (
     Transmission,
     gear_term,
     resonances,
     transmission_column,
 )
-from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_terms import GearTerm
 
 

@@ -9,9 +9,9 @@ from typing import ClassVar
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.nominal import effort_slope
-from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.nominal import effort_slope
+from sosml_friction.regression.signals import Signals
 from sosml_friction.simulation.forward_terms import ReportTerm
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.signals import Signals
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.signals import Signals
 from sosml_friction.simulation.forward_term import Motion
 from sosml_friction.simulation.forward_terms import LoadTerm
 

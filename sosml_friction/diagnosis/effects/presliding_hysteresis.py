@@ -11,9 +11,9 @@ import numpy as np
 
 from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.signals import Signals
+from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.robot import Robot
-from sosml_friction.simulation.dahl import dahl_path
+from sosml_friction.regression.signals import Signals
 from sosml_friction.simulation.forward_terms import BuildUpTerm
 
 #: F as a share of Coulomb friction; it is more only where friction still grows as the joint moves

@@ -1,0 +1,70 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The driver's start-up on a bus, read-only, for a person to look at."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import can
+
+from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.cycle import BusCycle
+from sosml_friction.actuators.bus.open_bus import open_bus
+from sosml_friction.actuators.driver.configuration import DriverConfiguration
+from sosml_friction.actuators.driver.driver import bus_load, check_limits, make_actuators
+from sosml_friction.actuators.driver.start_up import Check
+from sosml_friction.actuators.driver.start_up_run import run_start_ups
+from sosml_friction.exceptions import ActuatorError, ConfigurationError
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.share import share_directory
+
+BUS = 'bus'
+_LISTEN_NS = 100_000_000
+
+
+def check_bus(
+    values: Mapping[str, Any], interface: str, channel: str, bitrate: int
+) -> tuple[Check, ...]:
+    """
+    Return what every step of the start-up found, and whether the cycle fits the bit rate.
+
+    Nothing is written to an actuator and no motor is commanded; a servo bridge, which answers
+    nothing else, is told "off".
+
+    :param values: the parameters of driver_node, flat.
+    :raises ConfigurationError: if they do not fit each other or the model.
+    :raises ActuatorError: if the bus cannot be opened or fails, or another host is driving.
+    """
+    config = share_directory() / 'config'
+    configuration = DriverConfiguration.from_parameters(
+        {**values, 'can_bitrate': bitrate}, config / 'elbow_servo.dbc'
+    )
+    robot = read_model(Path(values.get('model') or config / 'exoskeleton')).make_robot()
+    if robot.names != configuration.names:
+        raise ConfigurationError(
+            f'the model has the joints {", ".join(robot.names)}, the parameters '
+            f'{", ".join(configuration.names)}: name the same, in the same order'
+        )
+    check_limits(robot)
+    actuators = make_actuators(configuration, robot.limits)
+    worst, load = bus_load(actuators, configuration)
+    fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')
+    bus = open_bus(interface, channel, bitrate)
+    clock = MonotonicClock()
+    cycle = BusCycle(bus, clock, actuators)
+    try:
+        cycle.listen(clock.now_ns() + _LISTEN_NS)
+        if cycle.counters.intruders:
+            raise ActuatorError(
+                'another host commands these actuators: stop it first, or they answer two and a '
+                'servo that it drives is switched off'
+            )
+        return fits, *run_start_ups(cycle, clock, actuators, read_only=True)
+    finally:
+        # What was found stands, whether the adapter says goodbye or not.
+        with contextlib.suppress(can.CanError, OSError):
+            bus.shutdown()

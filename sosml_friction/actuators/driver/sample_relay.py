@@ -1,0 +1,74 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Take samples from the cycle and hand them on in a thread of its own, which may hang."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from sosml_friction.actuators.driver.driver import JointSample
+
+
+class SampleRelay(threading.Thread):
+    """
+    Call ``on_sample`` with each sample, in order, outside the cycle's thread.
+
+    The cycle only appends to a queue of ``capacity`` samples and never waits. If ``on_sample``
+    raises, or hangs until the queue is full, ``on_failure`` is called once with the reason; what
+    does not fit is counted in ``dropped``.
+    """
+
+    def __init__(
+        self,
+        on_sample: Callable[[JointSample], None],
+        on_failure: Callable[[str], None],
+        capacity: int,
+    ) -> None:
+        super().__init__(name='samples', daemon=True)
+        self._on_sample = on_sample
+        self._on_failure = on_failure
+        self._capacity = capacity
+        self._queue: deque[JointSample] = deque()
+        self._wake = threading.Event()
+        self._ended = False
+        self._failed = False
+        self.dropped = 0
+        self.error: BaseException | None = None
+
+    def put(self, sample: JointSample) -> None:
+        """Take one sample; returns at once."""
+        if len(self._queue) >= self._capacity or self.error is not None:
+            self.dropped += 1
+            self._fail(f'{len(self._queue)} samples wait to be published: the publisher hangs')
+            return
+        self._queue.append(sample)
+        self._wake.set()
+
+    def _fail(self, reason: str) -> None:
+        if not self._failed:
+            self._failed = True
+            self._on_failure(reason)
+
+    def run(self) -> None:
+        """Hand samples on until :meth:`stop`; an exception is kept in ``error``."""
+        try:
+            while True:
+                self._wake.wait()
+                self._wake.clear()
+                while self._queue:
+                    self._on_sample(self._queue.popleft())
+                if self._ended:
+                    return
+        except BaseException as error:
+            self.error = error
+            self._fail(f'samples cannot be published: {error!r}')
+
+    def stop(self, patience: float = 1.0) -> bool:
+        """End when the queue is empty; return False if it hangs longer than ``patience`` [s]."""
+        self._ended = True
+        self._wake.set()
+        if self.is_alive() and threading.current_thread() is not self:
+            self.join(patience)
+        return not self.is_alive()

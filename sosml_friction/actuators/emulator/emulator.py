@@ -1,0 +1,328 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated exoskeleton: a plant with friction behind emulated actuators."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.driver.configuration import RMD_X, ActuatorMount
+from sosml_friction.actuators.emulator.emulated_actuator import CURRENT_LOOP, EmulatedActuator
+from sosml_friction.actuators.emulator.fault import Fault, FaultPlace, parse_faults
+from sosml_friction.actuators.emulator.frame_faults import FRAME_NS, FrameFaults, TimedFrame
+from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
+from sosml_friction.actuators.servo.dbc import ServoDbc
+from sosml_friction.actuators.servo.emulated import EmulatedServo
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.simulation.plant import Plant
+
+FloatArray = NDArray[np.float64]
+
+# Friction as steep as 1.3 Nm over 5 mrad/s on a light forearm needs steps below 0.3 ms.
+STEP_NS = 250_000
+
+
+@dataclass(frozen=True)
+class EmulatorOptions:
+    """
+    Say how good the emulated hardware is; noises are standard deviations of white noise.
+
+    ``rmd_current_noise`` and ``servo_current_noise`` [A], ``rmd_encoder_noise`` [rad] before the
+    0.01 degree rounding, ``servo_encoder_noise`` [rad], ``latency`` from request to reply [s] plus
+    half-normal ``latency_jitter`` [s], ``comm_timeout`` of the motors and ``servo_watchdog`` [s],
+    0 for none in the motor, ``timeout_echo``: whether a motor that timed out only echoes the next
+    request; ``rmd_current_limit`` and ``servo_current_limit`` [A] are the hardware's own;
+    ``servo_kp`` [A/rad] and ``servo_kd`` [A s/rad] of the servo's position loop;
+    ``rmd_gear_ratio``: motor turns per turn of the output, ``rmd_encoder_counts`` of 0x60 per turn
+    of the output, ``rmd_firmware`` of 0xB2 and ``rmd_model`` of 0xB5.
+    """
+
+    rmd_current_noise: float = 0.03
+    rmd_encoder_noise: float = 2e-5
+    rmd_current_limit: float = 7.2
+    servo_current_noise: float = 0.005
+    servo_encoder_noise: float = 5e-5
+    servo_current_limit: float = 5.0
+    servo_current_available: bool = True
+    servo_kp: float = 240.0
+    servo_kd: float = 6.0
+    servo_watchdog: float = 0.05
+    comm_timeout: float = 0.05
+    timeout_echo: bool = True
+    rmd_gear_ratio: float = 8.0
+    rmd_firmware: int = 20220206
+    rmd_model: str = 'X6-8'
+    rmd_encoder_counts: int = 131072
+    latency: float = 3e-4
+    latency_jitter: float = 5e-5
+
+
+class ExoskeletonEmulator:
+    """
+    Answer CAN frames as the hardware would, in emulated time that starts at 0.
+
+    The plant is M q'' + C q' + g = tau - tau_f of the truth model, integrated in steps of 0.25 ms
+    on a fixed grid, whatever the times of the frames: a command takes effect at the grid point
+    after its arrival, a measurement is extrapolated from the one before. So the same frames at the
+    same times give the same answers, bit for bit, for one seed.
+
+    :meth:`inject` lets faults of :data:`~.fault.FAULTS` begin at the
+    present time. What ``bus_off``, ``tx_full`` and ``adapter_gone`` look like to the host is the
+    bus object's matter; here no frame passes meanwhile.
+
+    Not modelled: bus arbitration, error counters and load; joint end stops, sticking (a static
+    smooth friction creeps), backlash, joint elasticity, the wearer, temperature-dependent
+    friction; and what :class:`EmulatedRmdX` and :class:`EmulatedServo` say of themselves.
+
+    :param model: the truth: rigid body, armature and friction of each joint.
+    :param mounts: the actuator of each joint: type, identifier, direction, zero offset and, where
+        ``torque_constants`` does not say otherwise, torque constant.
+    :param position: where the joints rest at the start (n,) [rad or m].
+    :param torque_constants: of the hardware that is really there, by joint [Nm/A or N/A].
+    :raises ConfigurationError: if joints or numbers do not fit.
+    """
+
+    def __init__(
+        self,
+        model: RobotModelFile,
+        mounts: Sequence[ActuatorMount],
+        position: Sequence[float],
+        *,
+        options: EmulatorOptions | None = None,
+        torque_constants: Mapping[str, float] | None = None,
+        seed: int = 0,
+    ) -> None:
+        names = tuple(mount.name for mount in mounts)
+        if model.joint_names != names or len(position) != len(model.joint_names):
+            raise ConfigurationError(
+                f'the emulated model has the joints {", ".join(model.joint_names)}, the actuators '
+                f'{", ".join(names)} and the start position {len(position)} values: '
+                'make them the same'
+            )
+        self.names = model.joint_names
+        self.options = options or EmulatorOptions()
+        self.plant = Plant(
+            model.make_robot(),
+            model.friction_laws(),
+            np.array(position, dtype=float),
+            np.zeros(len(position)),
+        )
+        seeds = np.random.SeedSequence(seed).spawn(len(self.names) + 1)
+        self.actuators = tuple(
+            self._make(mount, dict(torque_constants or {}), own_seed)
+            for mount, own_seed in zip(mounts, seeds[:-1], strict=True)
+        )
+        self._by_id = {actuator.request_id: i for i, actuator in enumerate(self.actuators)}
+        self._latency_rng = np.random.default_rng(seeds[-1])
+        self._last_reply_ns = [0] * len(self.actuators)
+        self._grid_ns = 0
+        self.foreign_frames = 0
+        self._frame_faults = FrameFaults(np.random.SeedSequence((seed, 1)))
+        self._faults: tuple[Fault, ...] = ()
+        self._wanted: tuple[Fault, ...] = ()
+        # Requests that arrive late, and replies nobody waits for: time, order, joint, frame.
+        self._late: list[tuple[int, int, int, Frame]] = []
+        self._sent: list[TimedFrame] = []
+        self._count = 0
+
+    def _make(
+        self,
+        joint: ActuatorMount,
+        torque_constants: Mapping[str, float],
+        seed: np.random.SeedSequence,
+    ) -> EmulatedActuator:
+        options = self.options
+        constant = torque_constants.get(joint.name, joint.torque_constant)
+        if joint.driver == RMD_X:
+            return EmulatedRmdX(
+                joint.name,
+                can_id=joint.can_id,
+                torque_constant=constant,
+                direction=joint.direction,
+                zero_offset=joint.zero_offset,
+                current_limit=options.rmd_current_limit,
+                current_noise=options.rmd_current_noise,
+                encoder_noise=options.rmd_encoder_noise,
+                comm_timeout_ns=round(options.comm_timeout * 1e9),
+                timeout_echo=options.timeout_echo,
+                gear_ratio=options.rmd_gear_ratio,
+                firmware=options.rmd_firmware,
+                model=options.rmd_model,
+                encoder_counts=options.rmd_encoder_counts,
+                seed=seed,
+            )
+        return EmulatedServo(
+            joint.name,
+            dbc=ServoDbc(joint.dbc, joint.dbc_map),
+            torque_constant=constant,
+            direction=joint.direction,
+            zero_offset=joint.zero_offset,
+            current_limit=options.servo_current_limit,
+            kp=options.servo_kp,
+            kd=options.servo_kd,
+            current_noise=options.servo_current_noise,
+            current_available=options.servo_current_available,
+            encoder_noise=options.servo_encoder_noise,
+            watchdog_ns=round(options.servo_watchdog * 1e9),
+            seed=seed,
+        )
+
+    @property
+    def time_ns(self) -> int:
+        """Return the emulated time the plant has reached [ns]."""
+        return self._grid_ns
+
+    @property
+    def q(self) -> FloatArray:
+        """Return the true position (n,) [rad or m]."""
+        return self.plant.q.copy()
+
+    @property
+    def v(self) -> FloatArray:
+        """Return the true velocity (n,) [rad/s or m/s]."""
+        return self.plant.v.copy()
+
+    @property
+    def effort(self) -> FloatArray:
+        """Return the true effort of the actuators (n,) [Nm or N]."""
+        return np.array([actuator.effort for actuator in self.actuators])
+
+    def actuator(self, name: str) -> EmulatedActuator:
+        """Return the emulated actuator of joint ``name``."""
+        return self.actuators[self.names.index(name)]
+
+    def advance(self, t_ns: int) -> None:
+        """Integrate up to the last point of the grid that is not after ``t_ns`` [ns]."""
+        plant, actuators = self.plant, self.actuators
+        h = STEP_NS * 1e-9
+        share = -math.expm1(-h / CURRENT_LOOP)
+        effort = np.empty(len(actuators))
+        while self._grid_ns + STEP_NS <= t_ns:
+            while self._late and self._late[0][0] <= self._grid_ns:
+                late_ns, _, i, frame = heapq.heappop(self._late)
+                self._sent += self._answer(i, frame, max(late_ns, self._grid_ns))
+            # Plain floats: arithmetic on NumPy's scalars costs several times as much.
+            states = zip(actuators, plant.q.tolist(), plant.v.tolist(), strict=True)
+            for i, (actuator, q, v) in enumerate(states):
+                actuator.run(self._grid_ns, q, v)
+                actuator.advance(share)
+                effort[i] = actuator.effort
+                for frame in actuator.take_unsolicited():
+                    self._sent += self._frame_faults.replies(
+                        actuator.name, [(self._grid_ns, frame)], self._faults
+                    )
+            plant.step(effort, h)
+            self._grid_ns += STEP_NS
+
+    def handle(self, frame: Frame, t_ns: int) -> list[tuple[int, Frame]]:
+        """
+        Take a frame that arrived at ``t_ns`` and return its replies with the times they leave.
+
+        Times must not decrease from call to call.
+        """
+        i = self._by_id.get(frame.can_id)
+        if i is None:
+            self.foreign_frames += 1
+            return []
+        self.advance(t_ns)
+        if self.bus_fault() is not None:
+            return []
+        name = self.names[i]
+        replies: list[TimedFrame] = []
+        for arrival_ns, heard in self._frame_faults.requests(name, frame, t_ns, self._faults):
+            if arrival_ns > t_ns:
+                self._count += 1
+                heapq.heappush(self._late, (arrival_ns, self._count, i, heard))
+            else:
+                replies += self._answer(i, heard, t_ns)
+        return replies
+
+    def _answer(self, i: int, frame: Frame, t_ns: int) -> list[TimedFrame]:
+        ahead = (t_ns - self._grid_ns) * 1e-9
+        v = float(self.plant.v[i])
+        reply = self.actuators[i].take(frame, t_ns, float(self.plant.q[i]) + ahead * v, v)
+        if reply is None:
+            return []
+        options = self.options
+        delay = options.latency + options.latency_jitter * abs(
+            float(self._latency_rng.standard_normal())
+        )
+        t_reply = max(t_ns + round(delay * 1e9), self._last_reply_ns[i] + FRAME_NS)
+        self._last_reply_ns[i] = t_reply
+        t_reply += self.actuators[i].reply_delay_ns(frame)
+        return self._frame_faults.replies(self.names[i], [(t_reply, reply)], self._faults)
+
+    def take_sent(self) -> list[tuple[int, Frame]]:
+        """
+        Return the frames that left without :meth:`handle` returning them, with their times.
+
+        What an actuator says unasked, and answers to requests that arrived late. They are there
+        once :meth:`advance` has passed their time.
+        """
+        if self.bus_fault() is not None:
+            self._sent.clear()
+        sent, self._sent = self._sent, []
+        return sent
+
+    # ---- faults
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Return the faults that stand now."""
+        return self._faults
+
+    def bus_fault(self) -> Fault | None:
+        """Return the fault of the bus as a whole, or None."""
+        return next((own for own in self._faults if own.kind.place is FaultPlace.BUS), None)
+
+    def inject(self, faults: str) -> None:
+        """
+        Let faults begin, besides those that stand: ``drop joint=shoulder; delay seconds=0.01``.
+
+        :raises ConfigurationError: if one of them does not exist; then none begins.
+        """
+        for fault in parse_faults(faults, self.names):
+            self._set((*self._faults, *(() if fault.kind.event else (fault,))))
+            if fault.kind.place is FaultPlace.ACTUATOR:
+                for actuator in self._met_by(fault):
+                    actuator.happen(fault, self._grid_ns)
+
+    def clear(self, name: str = '') -> None:
+        """End the faults called ``name``, all if it is empty."""
+        self._set(tuple(own for own in self._faults if name and own.name != name))
+
+    def set_faults(self, faults: str) -> None:
+        """
+        Have these faults and no others: those that stand already go on, the others begin.
+
+        :raises ConfigurationError: if one of them does not exist; then nothing changes.
+        """
+        wanted = parse_faults(faults, self.names)
+        before, self._wanted = self._wanted, wanted
+        self._set(tuple(own for own in self._faults if own in wanted))
+        self.inject('; '.join(str(fault) for fault in wanted if fault not in before))
+
+    def _set(self, faults: tuple[Fault, ...]) -> None:
+        self._faults = faults
+        self._frame_faults.forget()
+        for actuator, q in zip(self.actuators, self.plant.q.tolist(), strict=True):
+            own = (fault for fault in faults if fault.kind.place is FaultPlace.ACTUATOR)
+            actuator.set_faults(
+                tuple(fault for fault in own if fault.joint in ('', actuator.name)), q
+            )
+
+    def _met_by(self, fault: Fault) -> list[EmulatedActuator]:
+        return [actuator for actuator in self.actuators if fault.joint in ('', actuator.name)]
+
+
+def hanging_position(count: int) -> tuple[float, ...]:
+    """Return where an arm of ``count`` joints hangs straight: -pi/2 and zeros, at rest."""
+    return (-0.5 * math.pi, *([0.0] * (count - 1)))

@@ -1,0 +1,282 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The firmware of an RMD-X motor, emulated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.exceptions import CanProtocolError
+
+SUPPLY = 48.0
+AMBIENT = 25.0
+# Rise of the winding at steady current [K/A^2] and how long it takes [s].
+THERMAL_RISE = 1.0
+THERMAL_TIME = 600.0
+# How often a motor repeats that its communication timeout has passed.
+TELL_PERIOD_NS = 1_000_000_000
+# An answer to the brake commands takes 50 to 150 ms.
+BRAKE_NS = 80_000_000
+# 0x76: measured on the real motor.
+REBOOT_NS = 1_100_000_000
+# The motor's own loops, tuned for an arm of 0.3 kg m2: current per error of speed [A s/rad] and
+# of its integral [A/rad], speed per error of angle [1/s].
+SPEED_KP = 12.0
+SPEED_KI = 180.0
+POSITION_KP = 15.0
+
+
+class EmulatedRmdX(EmulatedActuator):
+    """
+    Answer the motor's commands as the manual says.
+
+    Current, speed and position mode; stop, shutdown, brake, reset; status, motion, angles,
+    encoder, phase currents, mode, uptime, version, model; timeout (0xB3). iq is reported with
+    noise and rounded to 0.01 A, the angle with encoder noise and rounded to 0.01 degree, speed and
+    coarse angle rounded to whole degrees. Without a frame for ``comm_timeout_ns`` the output goes
+    off, the motor says 0xF1 then and every second, and the next request is only echoed
+    (``timeout_echo``); 0 leaves the last command running for ever, as the factory setting does.
+    ``errors`` and ``temperature`` may be set from outside; while an error bit is set the output is
+    off.
+
+    Not modelled: motion mode (0x400), gains, accelerations and limits set over CAN, active replies
+    (0xB6), a brake that holds, torque ripple, backlash, voltage sag and saturation.
+
+    :param firmware: the number 0xB2 gives; it decides on the layouts.
+    :param model: what 0xB5 gives.
+    :param encoder_counts: of 0x60, per turn of the output.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        can_id: int,
+        torque_constant: float,
+        direction: int,
+        zero_offset: float,
+        current_limit: float,
+        current_noise: float,
+        encoder_noise: float,
+        comm_timeout_ns: int,
+        timeout_echo: bool,
+        gear_ratio: float,
+        firmware: int,
+        model: str,
+        encoder_counts: int,
+        seed: np.random.SeedSequence,
+    ) -> None:
+        super().__init__(name, torque_constant, direction, zero_offset, current_limit, seed)
+        self._id = can_id
+        self._current_noise = current_noise
+        self._encoder_noise = encoder_noise
+        self._timeout_ns = comm_timeout_ns
+        self._timeout_echo = timeout_echo
+        self._gear_ratio = gear_ratio
+        self._firmware = firmware
+        self._protocol = Protocol.of_version(firmware)
+        self._model = model
+        self._encoder_counts = encoder_counts
+        self._last_frame_ns: int | None = None
+        self._tripped = False
+        self._told_ns = 0
+        self._start_ns = 0
+        self._thermal_ns = 0
+        self._control_ns = 0
+        self._mode = rmd_x.ControlMode.CURRENT
+        self._speed_target = 0.0
+        self._angle_target: float | None = None
+        self._integral = 0.0
+        self._output_on = False
+        self._released = True
+        self.temperature = AMBIENT
+        self.errors = rmd_x.ErrorFlag(0)
+        self.shutdowns = 0
+
+    @property
+    def request_id(self) -> int:
+        """Return 0x140 + id."""
+        return rmd_x.REQUEST_BASE + self._id
+
+    @property
+    def reported_errors(self) -> rmd_x.ErrorFlag:
+        """Return the bits of 0x9A: set from outside, or by a fault."""
+        return self.errors | rmd_x.ErrorFlag(self._fault_bits())
+
+    def restart(self, t_ns: int) -> None:
+        """Start anew: output off, uptime from 0, nothing heard yet."""
+        self._switch_off()
+        self._mode = rmd_x.ControlMode.CURRENT
+        self._released = True
+        self._tripped = False
+        self._last_frame_ns = None
+        self._start_ns = t_ns + self.clock_ahead_ns
+
+    def trip(self, t_ns: int) -> None:
+        """Turn the output off, say 0xF1, and take the next request for a wake-up only."""
+        self.watchdog_trips += self._output_on and self._commanded != 0.0
+        self._switch_off()
+        self._tripped = True
+        self._tell(t_ns)
+
+    def reply_delay_ns(self, frame: Frame) -> int:
+        """Return how much longer than others the answer takes: the brake is slow."""
+        slow = (rmd_x.Command.BRAKE_RELEASE, rmd_x.Command.BRAKE_LOCK)
+        return BRAKE_NS if frame.data[:1] in (bytes([command]) for command in slow) else 0
+
+    def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
+        """Take a request; one that cannot be decoded is not answered."""
+        self.frames += 1
+        self._last_frame_ns = t_ns
+        tripped, self._tripped = self._tripped, False
+        if tripped and self._timeout_echo:
+            return Frame(rmd_x.REPLY_BASE + self._id, frame.data)
+        try:
+            _, request = rmd_x.decode_request(frame, self._protocol)
+            reply = self._act(request, q, v) or self._answer(request, t_ns, q, v)
+            return None if reply is None else rmd_x.encode_reply(self._id, reply, self._protocol)
+        except CanProtocolError:
+            self.undecodable += 1
+            return None
+        finally:
+            if frame.data[:1] == bytes([rmd_x.Command.RESET]):
+                self._dark_until_ns = t_ns + REBOOT_NS
+                self.restart(self._dark_until_ns)
+
+    def _act(self, request: rmd_x.Request, q: float, v: float) -> rmd_x.Reply | None:
+        """Do what is asked, and return the reply to it, or None if it asks only."""
+        if isinstance(request, rmd_x.SetCurrent):
+            self._drive(rmd_x.ControlMode.CURRENT)
+            self._commanded = self._clamped(request.current) if self._output_on else 0.0
+        elif isinstance(request, rmd_x.SetSpeed):
+            self._drive(rmd_x.ControlMode.SPEED)
+            self._speed_target = request.speed
+        elif isinstance(request, rmd_x.SetPosition):
+            self._drive(rmd_x.ControlMode.POSITION)
+            start = self._angle(q) if isinstance(request, rmd_x.SetIncrement) else 0.0
+            self._angle_target = start + request.angle
+            self._speed_target = request.max_speed
+        elif isinstance(request, rmd_x.Stop):
+            if self._output_on:
+                self._drive(rmd_x.ControlMode.SPEED)
+            self._speed_target = 0.0
+            return request
+        elif isinstance(request, rmd_x.Shutdown):
+            self._switch_off()
+            self.shutdowns += 1
+            return request
+        elif isinstance(request, rmd_x.ReleaseBrake | rmd_x.LockBrake):
+            self._released = isinstance(request, rmd_x.ReleaseBrake)
+            if not self._released:
+                self._switch_off()
+            return request
+        elif isinstance(request, rmd_x.SetTimeout):
+            self._timeout_ns = request.milliseconds * 1_000_000
+            return request
+        elif isinstance(request, rmd_x.Function):
+            return request
+        else:
+            return None
+        return self._motion(type(request).command, q, v)
+
+    def _answer(self, request: rmd_x.Request, t_ns: int, q: float, v: float) -> rmd_x.Reply | None:
+        """Return the reply to a question, None if the motor has none."""
+        angle = self._angle(q)
+        answers: dict[type, Callable[[], rmd_x.Reply]] = {
+            rmd_x.ReadAngle: lambda: rmd_x.Angle(self._sensed_angle(q)),
+            rmd_x.ReadEncoder: lambda: rmd_x.Encoder(
+                round(self._sensed_angle(q) / math.tau * self._encoder_counts)
+            ),
+            rmd_x.ReadSingleTurnAngle: lambda: rmd_x.SingleTurnAngle(-angle % math.tau),
+            rmd_x.ReadStatus: lambda: rmd_x.Status(
+                round(self.temperature), self._released, SUPPLY, self.reported_errors
+            ),
+            rmd_x.ReadMotion: lambda: self._motion(rmd_x.Command.MOTION, q, v),
+            rmd_x.ReadPhaseCurrents: lambda: rmd_x.PhaseCurrents(
+                round(self.temperature),
+                *(self.current * math.cos(k * math.tau / 3.0) for k in range(3)),
+            ),
+            rmd_x.ReadMode: lambda: rmd_x.Mode(self._mode),
+            rmd_x.ReadPower: lambda: rmd_x.Power(abs(self.effort * v)),
+            rmd_x.ReadUptime: lambda: rmd_x.Uptime(
+                (t_ns + self.clock_ahead_ns - self._start_ns) // 1_000_000
+            ),
+            rmd_x.ReadVersion: lambda: rmd_x.Version(self._firmware),
+        }
+        if isinstance(request, rmd_x.ReadModel):
+            if self._protocol is not Protocol.V4_4:
+                return rmd_x.Model(self._model[:7])
+            part = self._model[5 * (request.block - 1) : 5 * request.block]
+            return rmd_x.ModelBlock(request.block, part)
+        answer = answers.get(type(request))
+        return None if answer is None else answer()
+
+    def _motion(self, of: rmd_x.Command, q: float, v: float) -> rmd_x.Motion:
+        return rmd_x.Motion(
+            round(self.temperature),
+            self.current + self._normal(self._current_noise),
+            self.direction * v,
+            self._angle(q),
+            of,
+        )
+
+    def _drive(self, mode: rmd_x.ControlMode) -> None:
+        if mode is not self._mode or not self._output_on:
+            self._integral = self._commanded
+        self._mode = mode
+        self._angle_target = None
+        self._output_on = self._released and not self.reported_errors
+
+    def _switch_off(self) -> None:
+        self._output_on = False
+        self._commanded = 0.0
+
+    def _tell(self, t_ns: int) -> None:
+        self._told_ns = t_ns
+        self._unsolicited.append(
+            rmd_x.encode_reply(self._id, rmd_x.TimeoutExpired(), self._protocol)
+        )
+
+    def _angle(self, q: float) -> float:
+        """Return where the motor takes itself to be: wrong by whole motor turns after some."""
+        turns = sum(fault.number('turns') for fault in self._faults if fault.name == 'power_cycle')
+        return self._position(q) + turns * math.tau / self._gear_ratio
+
+    def _sensed_angle(self, q: float) -> float:
+        return self._angle(q) + self._encoder_noise_of(self._encoder_noise)
+
+    def control(self, t_ns: int, q: float, v: float) -> None:
+        """Run speed and position loop, watch errors and timeout, and warm the winding."""
+        last = self._last_frame_ns
+        if self.reported_errors:
+            self._switch_off()
+        if self._timeout_ns and last is not None and t_ns - last > self._timeout_ns:
+            if not self._tripped:
+                self.trip(t_ns)
+            elif t_ns - self._told_ns >= TELL_PERIOD_NS:
+                self._tell(t_ns)
+        if self._output_on and self._mode is not rmd_x.ControlMode.CURRENT:
+            self._run_loops((t_ns - self._control_ns) * 1e-9, q, v)
+        self._control_ns = t_ns
+        if t_ns - self._thermal_ns >= 100_000_000:
+            h = (t_ns - self._thermal_ns) * 1e-9
+            self._thermal_ns = t_ns
+            target = AMBIENT + THERMAL_RISE * self.current * self.current
+            self.temperature += -math.expm1(-h / THERMAL_TIME) * (target - self.temperature)
+
+    def _run_loops(self, h: float, q: float, v: float) -> None:
+        speed = self._speed_target
+        if self._angle_target is not None:
+            most = abs(self._speed_target)
+            speed = POSITION_KP * (self._angle_target - self._angle(q))
+            speed = min(max(speed, -most), most)
+        error = speed - self.direction * v
+        self._integral = self._clamped(self._integral + SPEED_KI * h * error)
+        self._commanded = self._clamped(self._integral + SPEED_KP * error)

@@ -1,0 +1,195 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the values of an RMD-X message lie in its 8 bytes, and how each stands there."""
+
+from __future__ import annotations
+
+import math
+import re
+import struct
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any
+
+from sosml_friction.actuators.rmd_x.commands import Command, ControlMode, ErrorFlag
+from sosml_friction.exceptions import CanProtocolError
+
+ANGLE_RESOLUTION = math.radians(0.01)
+CURRENT_RESOLUTION = 0.01
+DEGREE = math.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Coding:
+    """
+    Say how one value stands on the wire.
+
+    ``encode`` takes the value and the range of its place, ``decode`` what stands there; both raise
+    CanProtocolError where there is no such value.
+    """
+
+    encode: Callable[[Any, range], Any]
+    decode: Callable[[Any], Any]
+
+
+class Layout:
+    """
+    Say where the values of a message lie.
+
+    :param places: all 8 bytes in the codes of :mod:`struct`, little endian, byte 0 first; ``x`` is
+        a byte that is not used.
+    :param codings: the values by name, in the order of their places. One fewer than there are
+        places: byte 0 is then the message's own command.
+    """
+
+    def __init__(self, places: str, **codings: Coding) -> None:
+        self._struct = struct.Struct(f'<{places}')
+        found = re.findall(r'(\d*)([a-zA-Z])', places.replace('x', ' '))
+        # Seven characters are one value, seven bytes are seven.
+        codes = ''.join(code if code == 's' else int(n or 1) * code for n, code in found)
+        self._fixed = len(codes) == len(codings) + 1
+        own = codes[1:] if self._fixed else codes
+        self._values = [
+            (name, coding, _range(code))
+            for (name, coding), code in zip(codings.items(), own, strict=True)
+        ]
+
+    def pack(self, message: Any, command: int) -> bytes:
+        """Return the 8 bytes of a message that has the values as attributes."""
+        places = [command] if self._fixed else []
+        places += [c.encode(getattr(message, name), span) for name, c, span in self._values]
+        return self._struct.pack(*places)
+
+    def unpack(self, data: bytes) -> dict[str, Any]:
+        """Return the values by name."""
+        places = self._struct.unpack(data)[self._fixed :]
+        return {
+            name: coding.decode(place)
+            for (name, coding, _), place in zip(self._values, places, strict=True)
+        }
+
+
+def _range(code: str) -> range:
+    """Return what a place holds; nothing where it is no integer."""
+    if code in 'fs':
+        return range(0)
+    bits = 8 * struct.calcsize(f'<{code}')
+    return range(-(1 << (bits - 1)), 1 << (bits - 1)) if code.islower() else range(1 << bits)
+
+
+def counts(value: float, resolution: float, span: range) -> int:
+    """Return the nearest count, saturated to what the place holds."""
+    number = value / resolution
+    if not math.isfinite(number):
+        raise CanProtocolError(f'the value {value} cannot be sent: it is not finite')
+    return min(max(round(number), span[0]), span[-1])
+
+
+def integer(what: str, value: int, span: range) -> int:
+    """Return ``value``; one that does not fit is a mistake, not something to saturate."""
+    if value != value or not span[0] <= value <= span[-1] or int(value) != value:
+        raise CanProtocolError(
+            f'{what} {value} cannot be sent: it must be {span[0]} to {span[-1]}'
+        )
+    return int(value)
+
+
+def scaled(resolution: float, decode: Callable[[int], Any]) -> Coding:
+    """Return the coding of a quantity in counts of ``resolution``, rounded and saturated."""
+    return Coding(lambda value, span: counts(value, resolution, span), decode)
+
+
+def whole(what: str) -> Coding:
+    """Return the coding of an integer that is refused where it does not fit."""
+    return Coding(lambda value, span: integer(what, value, span), int)
+
+
+def answered_command(commands: Collection[Command], what: str) -> Coding:
+    """Return the coding of byte 0 of a reply to several commands."""
+
+    def encode(command: int, _: range) -> int:
+        if command not in commands:
+            raise CanProtocolError(f'command {command:#04x} is not answered with {what}')
+        return command
+
+    return Coding(encode, Command)
+
+
+def characters(length: int) -> Coding:
+    """Return the coding of up to ``length`` printable ASCII characters."""
+
+    def encode(text: str, _: range) -> bytes:
+        if len(text) > length or not all(' ' <= character <= '~' for character in text):
+            raise CanProtocolError(
+                f'the model {text!r} cannot be sent: {length} ASCII characters fit'
+            )
+        return text.encode('ascii')
+
+    return Coding(encode, _text)
+
+
+def _text(data: bytes) -> str:
+    text = data.split(b'\0')[0].rstrip(b' ')
+    if not all(0x20 <= byte < 0x7F for byte in text):
+        raise CanProtocolError(f'the model {text.hex(" ").upper()} is no text')
+    return text.decode('ascii')
+
+
+def _max_speed(speed: float, span: range) -> int:
+    """Return [degrees/s]; 0 would mean "no limit", which nobody asks for by a small number."""
+    if not speed > 0.0:
+        raise CanProtocolError(f'the speed limit {speed} cannot be sent: it must be positive')
+    return max(1, counts(speed, DEGREE, span))
+
+
+def _angle(count: int) -> float:
+    return math.radians(count / 100.0)
+
+
+def _angle_in_turn(count: int) -> float:
+    if count > 35999:
+        raise CanProtocolError(f'0xA6 asks for {count} hundredths of a degree within a turn')
+    return _angle(count)
+
+
+def _bitrate(bitrate: int, _: range) -> int:
+    if bitrate not in (500_000, 1_000_000):
+        raise CanProtocolError(
+            f'bit rate {bitrate} cannot be set: an RMD-X has 500000 and 1000000 bit/s'
+        )
+    return int(bitrate == 1_000_000)
+
+
+def _bitrate_of(count: int) -> int:
+    if count > 1:
+        raise CanProtocolError(f'0xB4 has the unknown bit rate {count}')
+    return 1_000_000 if count else 500_000
+
+
+def _mode_of(count: int) -> ControlMode:
+    if count not in list(ControlMode):
+        raise CanProtocolError(f'the motor is in the unknown mode {count}')
+    return ControlMode(count)
+
+
+def _float32(value: float, _: range) -> float:
+    if not math.isfinite(value) or abs(value) > 3.4e38:
+        raise CanProtocolError(f'the gain {value} cannot be sent: it is no float32')
+    return value
+
+
+ANGLE = scaled(ANGLE_RESOLUTION, _angle)
+ANGLE_IN_TURN = Coding(lambda x, span: min(ANGLE.encode(x, span), 35999), _angle_in_turn)
+CURRENT = scaled(CURRENT_RESOLUTION, lambda count: count / 100.0)
+DEGREES = scaled(DEGREE, lambda count: count * DEGREE)
+PERIOD = scaled(0.01, lambda count: count / 100.0)
+TEMPERATURE = scaled(1.0, int)
+TENTHS = scaled(0.1, lambda count: count / 10.0)
+# To the motor 0 is no limit.
+MAX_SPEED = Coding(_max_speed, lambda count: count * DEGREE if count else math.inf)
+SWITCH = Coding(lambda on, _: int(on), lambda count: count != 0)
+INVERSE_SWITCH = Coding(lambda on, _: int(not on), lambda count: count == 0)
+ERRORS = Coding(lambda errors, _: int(errors) & 0xFFFF, ErrorFlag)
+MODE = Coding(lambda mode, _: int(mode), _mode_of)
+BITRATE = Coding(_bitrate, _bitrate_of)
+FLOAT32 = Coding(_float32, float)

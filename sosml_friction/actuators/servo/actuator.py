@@ -1,0 +1,174 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A position servo behind a CAN bridge as a joint's actuator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable
+
+from sosml_friction.actuators.actuator import Actuator, Setpoint
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.driver.start_up import Check, Request, Step
+from sosml_friction.actuators.servo.dbc import (
+    SERVO_FAULTS,
+    Mode,
+    ServoCommand,
+    ServoDbc,
+    ServoFlag,
+)
+from sosml_friction.exceptions import CanProtocolError
+from sosml_friction.model.robot import JointLimits
+
+
+class ServoActuator(Actuator):
+    """
+    Drive one servo in position mode: one command and one state per cycle.
+
+    A free joint is commanded mode off. The target stays within the URDF's limits and moves no
+    faster than the URDF's velocity. Effort is direction * torque_constant * measured current, NaN
+    where the bridge measures none. The servo limits its own current.
+    """
+
+    def __init__(
+        self,
+        configuration: JointConfiguration,
+        limits: JointLimits,
+        rate: float,
+        *,
+        margin: float = 0.0,
+    ) -> None:
+        super().__init__(configuration, limits)
+        self._dbc = ServoDbc(configuration.dbc, configuration.dbc_map)
+        self._margin = margin
+        self._step = limits.velocity / rate
+        self._sequence = 0
+        self._target: float | None = None
+        self._status = ServoFlag(0)
+
+    @property
+    def reply_id(self) -> int:
+        """Return the identifier of ``servo_state``."""
+        return self._dbc.state_id
+
+    @property
+    def command_id(self) -> int:
+        """Return the identifier of ``servo_command``."""
+        return self._dbc.command_id
+
+    @property
+    def request_ids(self) -> frozenset[int]:
+        """Return the identifier of ``servo_command``."""
+        return frozenset({self.command_id})
+
+    @property
+    def frames_per_cycle(self) -> float:
+        """Return 2: command and state."""
+        return 2.0
+
+    def _request(self, mode: Mode, target: float = 0.0) -> Request:
+        self._sequence = (self._sequence + 1) % self._dbc.sequence_count
+        frame = self._dbc.encode_command(ServoCommand(mode, self._sequence, target))
+        return Request(frame, (self.reply_id, self._sequence))
+
+    def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
+        """Return state and position; the question is a command off."""
+        return [
+            Step('status', self.probe, self._check_status, lambda: self._silent('status')),
+            Step('position', list, self._check_position, lambda: self._silent('position')),
+        ]
+
+    def _silent(self, step: str) -> Check:
+        return Check(self.name, step, 'no answer', problem=self.silence())
+
+    def _check_status(self) -> Check:
+        current = self.measurement.current
+        text = f'flags: {self.flags()}, current '
+        text += 'not available' if math.isnan(current) else f'{current:.3f} A'
+        return Check(self.name, 'status', text, self.fault(), self.warning())
+
+    def warning(self) -> str:
+        """Return that there is no current to be measured."""
+        if not math.isnan(self.measurement.current):
+            return ''
+        return (
+            f'joint {self.name}: the bridge measures no current: its effort, and with it the '
+            'friction of this joint, is not available'
+        )
+
+    def _check_position(self) -> Check:
+        problem = self.out_of_band(self._margin)
+        where = 'outside' if problem else 'inside its limits'
+        return Check(self.name, 'position', f'{self.measurement.q:.4f}, {where}', problem)
+
+    def probe(self) -> list[Request]:
+        """Ask by commanding off: the bridge answers nothing else."""
+        return [self._request(Mode.OFF)]
+
+    def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
+        """Command the servo's position."""
+        position = setpoint.position
+        if not math.isfinite(position):
+            raise CanProtocolError(f'joint {self.name}: the position {position} is not finite')
+        start = self.measurement.q if self._target is None else self._target
+        target = min(max(position, start - self._step), start + self._step)
+        target = min(max(target, self.limits.lower), self.limits.upper)
+        self._target = target
+        return [self._position_request(target)]
+
+    def _position_request(self, target: float) -> Request:
+        configuration = self.configuration
+        return self._request(
+            Mode.POSITION, configuration.direction * (target - configuration.zero_offset)
+        )
+
+    def observe(self, now_ns: int) -> list[Request]:
+        """Command the last target again: the bridge answers nothing else."""
+        if self._target is None:
+            return self.release(now_ns)
+        return [self._position_request(self._target)]
+
+    def release(self, now_ns: int) -> list[Request]:
+        """Command off."""
+        self._target = None
+        return [self._request(Mode.OFF)]
+
+    def shut_down(self) -> list[Request]:
+        """Command off."""
+        return self.release(0)
+
+    def key(self, frame: Frame) -> Hashable:
+        """Return (identifier, sequence echo)."""
+        return frame.can_id, self._dbc.decode_state(frame).sequence_echo
+
+    def accept(self, frame: Frame, stamp_ns: int) -> None:
+        """Take position and effort from the state."""
+        state = self._dbc.decode_state(frame)
+        configuration, measurement = self.configuration, self.measurement
+        measurement.q = configuration.direction * state.position + configuration.zero_offset
+        measurement.current = state.current
+        measurement.tau = configuration.direction * configuration.torque_constant * state.current
+        measurement.position_raw = state.position / self._dbc.position_resolution()
+        measurement.speed = configuration.direction * state.velocity
+        measurement.stamp_ns = stamp_ns
+        self._status = state.status
+
+    def flags(self) -> str:
+        """Return the bridge's status bits as words."""
+        return _names(self._status)
+
+    def fault(self) -> str:
+        """Return the bridge's fault bits as a sentence."""
+        faults = self._status & SERVO_FAULTS
+        # The watchdog's bit counts while a target is out: then the bridge has dropped the joint.
+        if self._target is not None:
+            faults |= self._status & ServoFlag.WATCHDOG
+        if not faults:
+            return ''
+        return f'joint {self.name}: the servo bridge reports {_names(faults)}'
+
+
+def _names(status: ServoFlag) -> str:
+    names = [flag.name.lower() for flag in ServoFlag if status & flag and flag.name]
+    return ', '.join(names) or 'none'

@@ -1,0 +1,170 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A position servo behind its CAN bridge, emulated."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.servo.dbc import Mode, ServoDbc, ServoFlag, ServoState
+from sosml_friction.exceptions import CanProtocolError
+
+LOOP_PERIOD_NS = 1_000_000
+# The filter of the servo's own velocity [s].
+VELOCITY_FILTER = 5e-3
+
+
+class EmulatedServo(EmulatedActuator):
+    """
+    Follow position targets with a 1 kHz proportional-derivative loop that gives a current.
+
+    The loop reads its own noisy sensor; the state reports position, velocity and current with the
+    DBC's resolution, the current with sensor noise or as "not available". The current is the mean
+    since the last state, as the ADC of a bridge averages: a single sample would always meet the
+    same phase of the target's staircase, an error proportional to speed that looks like viscous
+    friction. Without a command for
+    ``watchdog_ns`` the output goes off, which the status says until the next command.
+
+    While a bit of ``status`` is set from outside the output stays off.
+
+    Not modelled: hobby-servo dead band, PWM resolution, gear backlash, potentiometer nonlinearity.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        dbc: ServoDbc,
+        torque_constant: float,
+        direction: int,
+        zero_offset: float,
+        current_limit: float,
+        kp: float,
+        kd: float,
+        current_noise: float,
+        current_available: bool,
+        encoder_noise: float,
+        watchdog_ns: int,
+        seed: np.random.SeedSequence,
+    ) -> None:
+        """Make the servo; ``kp`` [A/rad], ``kd`` [A s/rad]."""
+        super().__init__(name, torque_constant, direction, zero_offset, current_limit, seed)
+        self._dbc = dbc
+        self._kp = kp
+        self._kd = kd
+        self._current_noise = current_noise
+        self._current_available = current_available
+        self._encoder_noise = encoder_noise
+        self._watchdog_ns = watchdog_ns
+        self._last_frame_ns = 0
+        self._loop_due_ns = 0
+        self._mode = Mode.OFF
+        self._target = 0.0
+        self._sensor = math.nan
+        self._velocity = 0.0
+        self._tripped = False
+        # Of the current since the last state: sum and number of steps of the grid of time.
+        self._current_sum = 0.0
+        self._steps = 0.0
+        self._step_from_ns = 0
+        self._step_ns = 1
+        self.status = ServoFlag(0)
+
+    @property
+    def request_id(self) -> int:
+        """Return the identifier of ``servo_command``."""
+        return self._dbc.command_id
+
+    @property
+    def mode(self) -> Mode:
+        """Return what the bridge does now."""
+        return self._mode
+
+    def restart(self, t_ns: int) -> None:
+        """Forget the command and the watchdog's bit."""
+        self._mode = Mode.OFF
+        self._commanded = 0.0
+        self._tripped = False
+        self._sensor = math.nan
+        self._velocity = 0.0
+        self._loop_due_ns = t_ns
+        self._last_frame_ns = t_ns
+
+    def trip(self, t_ns: int) -> None:
+        """Turn the servo off and say so in the next state."""
+        self._mode = Mode.OFF
+        self._commanded = 0.0
+        self._tripped = True
+        self.watchdog_trips += 1
+
+    def handle(self, frame: Frame, t_ns: int, q: float, v: float) -> Frame | None:
+        """Take a command; one that cannot be decoded is not answered."""
+        self.frames += 1
+        try:
+            command = self._dbc.decode_command(frame)
+        except CanProtocolError:
+            self.undecodable += 1
+            return None
+        self._last_frame_ns = t_ns
+        tripped, self._tripped = self._tripped, False
+        faults = self.status | ServoFlag(self._fault_bits())
+        self._mode = Mode.OFF if faults else command.mode
+        self._target = command.target
+        if self._mode is Mode.OFF:
+            self._commanded = 0.0
+        elif self._mode is Mode.CURRENT:
+            self._commanded = self._clamped(command.target)
+        status = faults
+        if self._mode is not Mode.OFF:
+            status |= ServoFlag.OUTPUT_ON
+        if tripped:
+            status |= ServoFlag.WATCHDOG
+        current = math.nan
+        if self._current_available:
+            # The part of a step since the grid's last point counts now and not again later.
+            part = max(0.0, (t_ns - self._step_from_ns) / self._step_ns - 1.0)
+            steps = self._steps + part
+            mean = (self._current_sum + part * self.current) / steps if steps else self.current
+            current = mean + self._normal(self._current_noise)
+            self._current_sum, self._steps = -part * self.current, -part
+        state = ServoState(
+            position=self._position(q) + self._encoder_noise_of(self._encoder_noise),
+            velocity=self._velocity,
+            current=current,
+            status=status,
+            sequence_echo=command.sequence,
+        )
+        return self._dbc.encode_state(state)
+
+    def advance(self, share: float) -> None:
+        """Let the current follow its command, and add it to the mean."""
+        super().advance(share)
+        self._current_sum += self.current
+        self._steps += 1.0
+
+    def control(self, t_ns: int, q: float, v: float) -> None:
+        """Run the position loop each millisecond, and the watchdog."""
+        self._step_ns = max(1, t_ns - self._step_from_ns)
+        self._step_from_ns = t_ns
+        if t_ns < self._loop_due_ns:
+            return
+        self._loop_due_ns = t_ns + LOOP_PERIOD_NS
+        before = self._sensor
+        self._sensor = self._position(q) + self._encoder_noise_of(self._encoder_noise)
+        if not math.isnan(before):
+            h = LOOP_PERIOD_NS * 1e-9
+            rate = (self._sensor - before) / h
+            self._velocity += -math.expm1(-h / VELOCITY_FILTER) * (rate - self._velocity)
+        if self._mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
+            self.trip(t_ns)
+        if self._mode is not Mode.OFF and (self.status or self._fault_bits()):
+            self._mode = Mode.OFF
+            self._commanded = 0.0
+        if self._mode is Mode.POSITION:
+            self._commanded = self._clamped(
+                self._kp * (self._target - self._sensor) - self._kd * self._velocity
+            )

@@ -1,0 +1,93 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml diagnose``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sosml_friction.cli.options import (
+    BagsArgument,
+    NamespaceOption,
+    folder_option,
+    json_option,
+    out_option,
+)
+
+
+def diagnose(
+    bags: BagsArgument,
+    model: Annotated[
+        Path | None,
+        folder_option(
+            "Model folder that is put to the test, with its own URDF; default: the bag's own "
+            'model and robot_description.'
+        ),
+    ] = None,
+    holdout: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='BAG',
+            help='Another recording, on which the gain is measured; default: stretches of the '
+            'bags that are left out in turn.',
+        ),
+    ] = None,
+    out: Annotated[Path | None, out_option('<name of the first bag>_diagnosis')] = None,
+    without: Annotated[
+        str | None,
+        typer.Option(metavar='EFFECT,...', help='Causes not to look for.'),
+    ] = None,
+    urdf: Annotated[
+        Path | None, typer.Option(help='URDF file instead of that of the model.')
+    ] = None,
+    namespace: NamespaceOption = None,
+    json: Annotated[bool, json_option('sentences')] = False,
+) -> None:
+    """
+    Say what a model gets wrong about recordings, name the cause, and measure the gain.
+
+    Checks the data, refits the nominal parameters within 3.5 %, and looks in what is left for the
+    causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
+    it would predict recordings simulated without it, is physically possible, and does not make the
+    forward simulation worse; causes that the data cannot separate come as a set, with the
+    experiment that would separate them. Where free curves without physics still predict more than
+    the causes do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
+    diagnosis.json, report.html and, with a cause that a model can have, the extended model.
+    docs/diagnosis.md has the effects and the gates.
+
+    Exit code 1 if the data are too bad to tell.
+
+    Example: sosml diagnose recording --model config/exoskeleton --out why
+    """
+    from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
+    from sosml_friction.identification.several.bags_analysis import bag_name
+    from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
+    from sosml_friction.report.common.progress import progress
+    from sosml_friction.report.diagnosis.document import (
+        KIND,
+        diagnosis_document,
+        diagnosis_lines,
+        write_diagnosis,
+    )
+
+    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), KIND)
+    require_writable(folder)
+    leave = tuple(x.strip() for x in without.split(',')) if without else ()
+    with progress(f'reading {bags[0]}') as step:
+        found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
+        diagnosis, provenance = found.diagnosis, found.provenance
+        write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
+    if json:
+        document = diagnosis_document(diagnosis, provenance)
+        typer.echo(to_json({**document, 'output': str(folder)}))
+    else:
+        for line in diagnosis_lines(diagnosis):
+            typer.echo(line)
+        typer.echo(f'diagnosis.json and report.html are in {folder}')
+    if diagnosis.verdict == 'bad_data':
+        print(f'sosml: {" ".join(diagnosis.sentence.split())}', file=sys.stderr)
+        raise typer.Exit(1)

@@ -1,0 +1,228 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether a named cause is the whole of what acts along its own axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.decision.null_recordings import null_recordings
+from sosml_friction.diagnosis.effect import Effect
+from sosml_friction.regression.curves.neighbour_curve import NeighbourCurve
+from sosml_friction.regression.curves.neighbour_friction import NeighbourFriction
+from sosml_friction.regression.curves.position_curve import PositionCurve
+from sosml_friction.regression.curves.reversal import Reversal
+from sosml_friction.regression.curves.speed_curve import SpeedCurve
+from sosml_friction.regression.curves.speed_power import SpeedPower
+from sosml_friction.regression.evidence import Score, Target, fit_baseline, score
+from sosml_friction.regression.laboratory import Laboratory
+
+if TYPE_CHECKING:
+    from sosml_friction.diagnosis.decision.selection import Finding
+
+FloatArray = NDArray[np.float64]
+
+#: Axis along which each effect says how effort depends on it.
+AXES: Mapping[str, str] = {
+    'coulomb': 'speed',
+    'viscous': 'speed',
+    'stribeck': 'speed',
+    'presliding_hysteresis': 'speed',
+    'thermal_drift': 'speed',
+}
+#: Axes that no cause has.
+NEIGHBOURS = 'the position of the next joint'
+NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
+#: The axis of a curve of position that repeats nowhere, the causes that it could make up, and the
+#: share of what it and they explain from which on they are not the whole.
+POSITION = 'position'
+_BY_POSITION = ('spring', 'gravity', 'encoder_eccentricity')
+_POSITION_SHARE = 0.1
+#: Causes by speed that a single other power of it could stand for.
+_BY_SPEED = ('coulomb', 'viscous', 'stribeck')
+#: That power has to explain more by the first, beside the price of the parameters; in the place of
+#: one cause, as simple as it is, also by the second as a share: columns are not known any better.
+_MORE, _MORE_SHARE = 10.0, 0.005
+#: Causes are clearly more than what noise of position feigns from so many times as much on.
+_CLEARLY = 2.0
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """
+    Hold what a free curve along an axis of a joint still predicts beside the named causes.
+
+    ``gain``: whitened energy it removes, ``energy``: on data left out; ``floor``: what ``gain``
+    has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
+    that the causes of this axis and the curve explain together. ``instead``: it is one power of
+    speed that explains more than all the named causes by speed, in their stead. ``foreign``: the
+    curve is one that no cause of the catalogue has. ``least``: the share from which on the causes
+    are not the whole.
+    """
+
+    axis: str
+    joint: int
+    gain: float
+    energy: float
+    floor: float
+    share: float
+    least: float
+    instead: bool = False
+    foreign: bool = False
+
+    @property
+    def significant(self) -> bool:
+        """Tell whether it is beyond chance, and too much for the causes to be the whole."""
+        return self.gain > self.floor and self.energy > 0.0 and self.share > self.least
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """
+    Hold a free curve to try in one joint, and the causes that it could make up.
+
+    ``least`` and ``foreign`` as in :class:`Leftover`. ``beside_speed``: beside any friction by
+    speed, of which what is left within its own share would show here; and beside a joint that
+    hardly moves, what follows it is a constant. ``few``: its columns are so few that the largest
+    of some nulls says little, and it needs the evidence of a cause.
+    """
+
+    axis: str
+    joint: int
+    effect: Effect
+    causes: Sequence[Finding]
+    least: float
+    beside_speed: bool = False
+    foreign: bool = False
+    few: bool = False
+
+
+def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]:
+    """Return the free curves to try beside the causes of each joint."""
+    accepted = [f for f in accepted if not f.effect.of_robot]
+    if not accepted:
+        return []
+    settings, stretches = laboratory.settings, laboratory.signals
+    share = settings.axis_share
+    # Causes that follow the nominal's load are off by its tolerance: in energy, by the square.
+    square = settings.tolerance**2
+    position, neighbour = PositionCurve(stretches), NeighbourCurve(stretches)
+    probes = []
+    for i in range(laboratory.robot.n):
+        mine = [f for f in accepted if f.joint == i]
+        if by_speed := [f for f in mine if f.effect.identifier in AXES]:
+            probes.append(_Probe('speed', i, SpeedCurve(), by_speed, share))
+        if by_position := [f for f in mine if f.effect.identifier in _BY_POSITION]:
+            probes.append(
+                _Probe(POSITION, i, position, by_position, _POSITION_SHARE, foreign=True)
+            )
+        if mine and laboratory.robot.n > 1:
+            of_next = partial(_Probe, joint=i, causes=mine, beside_speed=True, foreign=True)
+            probes.append(of_next(NEIGHBOURS, effect=neighbour, least=share))
+            friction = NeighbourFriction()
+            probes.append(of_next(NEIGHBOUR_FRICTION, effect=friction, least=square, few=True))
+    return probes
+
+
+def _price(laboratory: Laboratory) -> float:
+    """Return what a parameter costs in evidence."""
+    return float(np.log(laboratory.y.shape[0]))
+
+
+def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Leftover, ...]:
+    """
+    Return what a free curve still predicts beside the causes of each joint with such an axis.
+
+    Friction that turns around in another way at reversals is taken out of both sides first. The
+    floor is ``axis_margin`` times the largest gain over simulated recordings that hold the
+    accepted causes and nothing else; beside causes that are clearly more than that also what noise
+    of position feigns, which these recordings do not hold.
+    """
+    probes = _probes(laboratory, accepted)
+    if not probes:
+        return ()
+    joints = sorted({probe.joint for probe in probes})
+    turns = [laboratory.single(Reversal(), i, {}) for i in joints]
+    system = laboratory.system.extended([*(f.columns for f in accepted), *turns])
+    free = system.extended([laboratory.single(SpeedCurve(), i, {}) for i in joints])
+    curves = [
+        laboratory.single(probe.effect, probe.joint, {}).beside(
+            free if probe.beside_speed else system
+        )
+        for probe in probes
+    ]
+
+    def scored(y: FloatArray) -> tuple[list[Score], FloatArray]:
+        """Return the score of each curve, and the parameters of ``system`` without it."""
+        fits = []
+        for its in (system, free):
+            target = Target.make(its, y)
+            fits.append((its, target, fit_baseline(its, target)))
+        result = []
+        for probe, curve in zip(probes, curves, strict=True):
+            its, target, base = fits[probe.beside_speed]
+            result.append(score(its, target, base, curve, curve.products(its, y)))
+        return result, fits[0][2].x
+
+    found, x = scored(laboratory.y)
+    settings = laboratory.settings
+    largest = np.zeros(len(probes))
+    seed = [settings.seed, 1000 + len(accepted)]
+    for y in islice(null_recordings(laboratory, system, x, system, seed), settings.axis_nulls):
+        largest = np.maximum(largest, [s.gain for s in scored(y)[0]])
+    result = []
+    for probe, s, most in zip(probes, found, largest, strict=True):
+        named = sum(max(f.score.gain, 0.0) for f in probe.causes)
+        share = s.gain / max(named + s.gain, 1e-300)
+        floor = settings.axis_margin * float(most)
+        feigned = laboratory.feigned * float(laboratory.known[probe.joint])
+        if probe.few:
+            k = int((s.amplitude != 0.0).sum())
+            floor = max(floor, k * _price(laboratory) + settings.least_bic)
+        elif named > _CLEARLY * feigned:
+            floor += feigned
+        result.append(
+            Leftover(
+                probe.axis, probe.joint, s.gain, s.energy, floor, share, probe.least,
+                foreign=probe.foreign,
+            )
+        )  # fmt: skip
+    instead = _instead(laboratory, accepted)
+    where = {(x.axis, x.joint) for x in instead}
+    return (*(x for x in result if (x.axis, x.joint) not in where), *instead)
+
+
+def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftover]:
+    """Return where one power of speed explains more than the causes by speed of a joint."""
+    result = []
+    power = SpeedPower()
+    for i in range(laboratory.robot.n):
+        mine = [f for f in accepted if f.joint == i and f.effect.identifier in _BY_SPEED]
+        if not mine:
+            continue
+        others = [f.columns for f in accepted if f not in mine]
+        system = laboratory.system.extended(others)
+        target = Target.make(system, laboratory.y)
+        base = fit_baseline(system, target)
+        whole = system.extended([f.columns for f in mine])
+        named = base.cost - fit_baseline(whole, Target.make(whole, laboratory.y)).cost
+        k = sum(1 + len(f.effect.refined) for f in mine)
+        best: Score | None = None
+        for inner in power.grid(laboratory.signals[0], i):
+            its = laboratory.single(power, i, inner).beside(system)
+            found = score(system, target, base, its, its.products(system, laboratory.y))
+            if best is None or found.gain > best.gain:
+                best = found
+        assert best is not None
+        more = _MORE if len(mine) > 1 else max(_MORE, _MORE_SHARE * named)
+        floor = named + (2 - k) * _price(laboratory) + more
+        if best.gain > floor:
+            result.append(Leftover('speed', i, best.gain, best.energy, floor, 1.0, 0.0, True))
+    return result

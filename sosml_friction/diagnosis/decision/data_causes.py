@@ -1,0 +1,111 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Causes that the data show by themselves: faults of data, impacts of teeth, contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sosml_friction.diagnosis.data_checks import Check
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.regression.bursts import Impacts
+from sosml_friction.regression.laboratory import Laboratory
+
+#: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
+#: they leave nothing in the residual.
+FAULTS = ('velocity_lag', 'dropped_samples')
+#: Share of the residual's energy that a burst's episodes hold at least to be a cause.
+_BURST = 0.02
+#: Episodes whose begin and end are reported.
+_MOST_EPISODES = 20
+_NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(
+    ('delta_bic', 'p_adjusted', 'cv_gain', 'cv_gain_se', 'folds_improved')
+)
+
+
+def data_causes(
+    checks: Sequence[Check],
+    laboratory: Laboratory,
+    without: tuple[str, ...],
+    selection: Selection,
+) -> list[Cause]:
+    """Return the causes that no column of a candidate shows, but for those of ``without``."""
+    impacts = () if 'backlash' in without else laboratory.bursts.impacts
+    causes = [
+        *_faults(checks),
+        *(_backlash(laboratory, selection, x, without) for x in impacts),
+        *_contacts(laboratory),
+    ]
+    return [cause for cause in causes if cause.effect not in without]
+
+
+def _faults(checks: Sequence[Check]) -> list[Cause]:
+    causes = []
+    for check in checks:
+        if check.severity == 'warning' and check.kind in FAULTS:
+            parameters = {
+                name: Parameter(value, 's' if name.endswith('_s') else '1')
+                for name, value in check.values.items()
+            }
+            causes.append(Cause(check.kind, check.joint, parameters, _NO_EVIDENCE))
+    return causes
+
+
+def _backlash(
+    laboratory: Laboratory, selection: Selection, impacts: Impacts, without: tuple[str, ...]
+) -> Cause:
+    parameters = {
+        **_gap(laboratory, selection, impacts.joint),
+        'load_changes': Parameter(float(impacts.changes), '1'),
+        'impact_share': Parameter(impacts.share, '1'),
+        'impact_ratio': Parameter(impacts.ratio, '1'),
+    }
+    rivals = () if 'joint_elasticity' in without else ('joint_elasticity',)
+    name = laboratory.robot.names[impacts.joint]
+    return Cause('backlash', name, parameters, _NO_EVIDENCE, rivals)
+
+
+def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, Parameter]:
+    """
+    Return gap and stiffness of the gear that leaves least of the impacts.
+
+    Their waveform is hardly predicted, so that both are rough, have no standard errors, and are
+    not for the model: a simulation with them goes more astray than one without.
+    """
+    effect, first = EFFECTS['backlash'](), laboratory.signals[0]
+    y, Z = laboratory.unwhitened()
+    left = y - Z @ selection.after.x[: Z.shape[2]]
+    rows = laboratory.bursts.mask[:, joint]
+    size = np.maximum(np.std(left[~rows], axis=0), 1e-300)
+    grid = effect.grid(first, joint)
+    energies = [
+        float(
+            (((left - laboratory.own_columns(effect, joint, inner)[:, :, 0])[rows] / size) ** 2)
+            .sum()
+        )
+        for inner in grid
+    ]  # fmt: skip
+    inner = grid[int(np.argmin(energies))]
+    units = effect.units(first, joint)
+    return {name: Parameter(float(inner[name]), units[name]) for name in effect.inner}
+
+
+def _contacts(laboratory: Laboratory) -> list[Cause]:
+    causes = []
+    for i, name in enumerate(laboratory.robot.names):
+        episodes = [e for e in laboratory.bursts.episodes if e.joint == i]
+        # Whitened noise has variance 1: as many samples are the energy of noise.
+        share = sum(e.energy for e in episodes) / laboratory.known[i]
+        if not episodes or share < _BURST:
+            continue
+        parameters = {'episodes': Parameter(float(len(episodes)), '1')}
+        for k, e in enumerate(episodes[:_MOST_EPISODES], 1):
+            parameters[f'start_{k}'] = Parameter(e.start_s, 's')
+            parameters[f'end_{k}'] = Parameter(e.end_s, 's')
+        causes.append(Cause('external_contact', name, parameters, _NO_EVIDENCE))
+    return causes

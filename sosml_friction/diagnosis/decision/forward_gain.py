@@ -1,0 +1,224 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the simulation of data left out of the fit goes astray, refitted and with causes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.decision.selection import Finding
+from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
+from sosml_friction.diagnosis.model_effects import known_effects, model_friction
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.nominal import LATE, TURNS
+from sosml_friction.regression.signals import Signals
+from sosml_friction.simulation.forward_friction import ForwardFriction
+from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.forward_term import Body, ForwardTerm, Motion
+from sosml_friction.simulation.forward_terms import BodyTerm, BuildUpTerm, LoadTerm
+from sosml_friction.simulation.recorded.resimulation import simulate_windows
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
+
+#: A simulation starts afresh from the measured state after so long [s].
+HORIZON_S = 0.3
+#: Windows of each block of the folds, and of another recording, at most: they do not overlap, as
+#: their errors would not be independent.
+_PER_BLOCK, _PER_RECORDING = 10, 140
+_FRICTION = tuple(field.name for field in fields(ForwardFriction))
+
+
+@dataclass(frozen=True)
+class WindowSet:
+    """Hold windows of one stretch that a fit did not see; ``fold`` None: no fit saw them."""
+
+    signals: Signals
+    at: IndexArray
+    samples: int
+    fold: int | None
+
+
+class ForwardGain:
+    """
+    Simulate windows of data left out of a fit, from the measured state by the measured effort.
+
+    :param model: the nominal, with the effects in its list.
+    :param others: signals of another recording to simulate, in the place of folds left out.
+    """
+
+    def __init__(
+        self,
+        laboratory: Laboratory,
+        model: RobotModelFile,
+        others: Sequence[Signals] | None = None,
+    ) -> None:
+        self._laboratory = laboratory
+        self._friction = model_friction(model)
+        self._terms = [found.term(laboratory.robot) for found in known_effects(model)]
+        self._windows = _of_folds(laboratory) if others is None else _of_recording(others)
+
+    def squares(
+        self, findings: Sequence[Finding], x: FloatArray, fold_x: FloatArray
+    ) -> FloatArray:
+        """
+        Return the mean square of the error of position in each window, (W, n) [rad2 or m2].
+
+        Infinite where the simulation runs away or is impossible; (0, n) where no window fits in.
+
+        :param x: deviations of the nominal, then the amplitudes of the findings (p + k,).
+        :param fold_x: the same without each fold (folds, p + k).
+        """
+        n = self._laboratory.robot.n
+        result = [np.zeros((0, n))]
+        for windows in self._windows:
+            own = x if windows.fold is None else fold_x[windows.fold]
+            try:
+                model = self._model(windows.signals, findings, own)
+                with np.errstate(all='ignore'):
+                    run = simulate_windows(model, windows.signals, windows.at, windows.samples)
+            except ConfigurationError:
+                # No inertia left, or too stiff for any step: it is no model of anything.
+                result.append(np.full((len(windows.at), n), np.inf))
+                continue
+            rows = windows.at[:, None] + np.arange(windows.samples)
+            error = run.q - windows.signals.q[rows]
+            result.append(np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf))
+        return np.concatenate(result)
+
+    def _model(self, signals: Signals, findings: Sequence[Finding], x: FloatArray) -> ForwardModel:
+        """Return the nominal with deviations and causes."""
+        nominal, robot = self._laboratory.nominal, self._laboratory.robot
+        friction = {name: getattr(self._friction, name).copy() for name in _FRICTION}
+        inertias, rotors = np.zeros((robot.n, 10)), np.zeros(robot.n)
+        delay, terms = 0.0, [*self._terms]
+        displacement = signals.scales.displacement
+        for name, value in zip(nominal.names, x, strict=False):
+            joint, _, what = name.partition(' ')
+            i = robot.names.index(joint) if joint in robot.names else -1
+            if i >= 0 and what in friction:
+                friction[what][i] += value
+            elif i >= 0 and what.startswith('body '):
+                inertias[i, int(what.removeprefix('body '))] += value
+            elif i >= 0 and what == 'armature':
+                rotors[i] += value
+            elif i >= 0 and what.startswith('reversal '):
+                turn = what.removeprefix('reversal ')
+                # Before its state friction cannot turn around in a simulation; with and without
+                # the causes it does not.
+                if turn != LATE:
+                    terms.append(reversal_term(i, turn, float(value), float(displacement[i])))
+            elif name == 'effort hold':
+                delay += float(value)
+            else:
+                raise ValueError(f'the simulation does not know the parameter {name!r}')
+
+        def refit(body: Body) -> None:
+            body.inertias += inertias
+            body.rotors += rotors
+
+        terms.append(BodyTerm(refit))
+        first = len(nominal.names)
+        for finding in findings:
+            last = first + finding.columns.C.shape[3]
+            terms.append(finding.effect.term(robot, finding.joint, finding.inner, x[first:last]))
+            first = last
+        return ForwardModel(robot, ForwardFriction(**friction), displacement, terms, delay)
+
+
+def reversal_term(joint: int, turn: str, size: float, displacement: float) -> ForwardTerm:
+    """
+    Return friction that turns around at a reversal otherwise than the sign s does.
+
+    size (z - s) of a state z that changes ``sooner`` or ``later``, or, its ``shape``, size s (1 -
+    s^2): what a nominal whose friction builds up in another way is refitted with.
+    """
+    if turn == 'shape':
+
+        def load(motion: Motion) -> FloatArray:
+            s = motion.sign[:, joint]
+            return np.asarray(size * s * (1.0 - s * s))
+
+        return LoadTerm(joint, load, size)
+    return BuildUpTerm(joint, size, TURNS[turn] * displacement)
+
+
+def _of_folds(laboratory: Laboratory) -> list[WindowSet]:
+    """Return windows inside of the blocks, evenly spread, those of one fold together."""
+    blocks = laboratory.blocks
+    found: dict[tuple[int, int], list[int]] = {}
+    counts = [len(x) for x in laboratory.split(laboratory.y)]
+    ends = np.cumsum(counts)
+    samples = 0
+    for b, (first, last) in enumerate(itertools.pairwise(blocks.edges)):
+        for s, signals in enumerate(laboratory.signals):
+            begin = int(ends[s] - counts[s])
+            low, high = max(int(first), begin), min(int(last), int(ends[s]))
+            samples = _samples(signals)
+            # The row of a sample, and back.
+            band = signals.band
+            start = band.first + (low - begin + ORDER) * band.factor
+            stop = band.first + (high - 1 - begin + ORDER) * band.factor - samples
+            if high <= low or stop < start:
+                continue
+            at = _spread(start, stop, samples, _PER_BLOCK)
+            found.setdefault((s, int(blocks.fold[b])), []).extend(at.tolist())
+    return [
+        WindowSet(laboratory.signals[s], np.array(at), samples, fold)
+        for (s, fold), at in found.items()
+    ]
+
+
+def _of_recording(others: Sequence[Signals]) -> list[WindowSet]:
+    """Return windows evenly spread over another recording, in proportion to its stretches."""
+    whole = sum(len(s.q) for s in others)
+    result = []
+    for s in others:
+        samples = _samples(s)
+        room = len(s.q) - 2 * s.band.half - samples
+        count = round(_PER_RECORDING * len(s.q) / whole)
+        if room > 0 and count > 0:
+            at = _spread(s.band.half, s.band.half + room, samples, count)
+            result.append(WindowSet(s, at, samples, None))
+    return result
+
+
+def _spread(first: int, last: int, samples: int, most: int) -> IndexArray:
+    """Return evenly spread begins of windows, ``first`` to ``last``, so many that none overlap."""
+    count = min(most, (last - first) // samples + 1)
+    if count < 2:
+        return np.array([(first + last) // 2], dtype=np.int64)
+    return np.linspace(first, last, count).astype(np.int64)
+
+
+def _samples(signals: Signals) -> int:
+    return max(2, round(HORIZON_S / signals.band.step)) + 1
+
+
+def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
+    """
+    Tell whether the errors of windows (W, n) got larger, beyond chance, in the joints ``rows``.
+
+    Each joint counts alike; the mean of the differences between the same windows is put beside its
+    standard error: most of what both have is the noise of the measured effort.
+    """
+    before, after = before[:, rows], after[:, rows]
+    if (np.isinf(after) & ~np.isinf(before)).any():
+        return True
+    # What runs away with and without says nothing.
+    both = np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1)
+    if not both.any():
+        return False
+    before, after = before[both], after[both]
+    size = np.maximum(before.mean(axis=0), 1e-300)
+    change = ((after - before) / size).mean(axis=1)
+    error = float(np.std(change)) / np.sqrt(len(change))
+    return bool(change.mean() > BEYOND_CHANCE * error)

@@ -1,0 +1,54 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The last gate: no cause makes the simulation of data left out worse."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
+from sosml_friction.diagnosis.decision.selection import Finding, Selection
+from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.regression.laboratory import Laboratory
+
+FloatArray = NDArray[np.float64]
+
+#: What is said of a cause that the forward simulation does not bear out.
+FORWARD_WORSE = 'the forward simulation of data left out gets worse'
+
+
+def forward_gate(
+    forward: ForwardGain, laboratory: Laboratory, selection: Selection
+) -> tuple[FloatArray, FloatArray]:
+    """
+    Take back the last causes while they make the simulation of data left out worse.
+
+    Worse than that of the refitted nominal, or than without the last one. Returns the mean squares
+    of the windows (W, n), refitted and with the causes that stay.
+    """
+    before = forward.squares((), selection.before.x, selection.before.fold_x)
+    if not selection.accepted:
+        return before, before
+    after = forward.squares(selection.accepted, selection.after.x, selection.after.fold_x)
+    while selection.accepted:
+        *fewer, last = selection.accepted
+        system = laboratory.system.extended([f.columns for f in fewer])
+        target = Target.make(system, laboratory.y)
+        refit = fit_baseline(system, target)
+        without = forward.squares(fewer, refit.x, refit.fold_x) if fewer else before
+        rows = last.columns.rows
+        if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
+            break
+        selection.accepted = fewer
+        selection.rejected = replace(last, failed=(FORWARD_WORSE,))
+        selection.system, selection.target, selection.after = system, target, refit
+        after = without
+    return before, after
+
+
+def was_taken_back(finding: Finding | None) -> bool:
+    """Tell whether a finding was accepted, and then refused by :func:`forward_gate`."""
+    return finding is not None and finding.failed == (FORWARD_WORSE,)

@@ -1,0 +1,155 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The model with what was found: another rigid body, refitted friction, and other causes as terms.
+
+What a cause is says where it lives. Gravity, inertia, payload, a tilted base and the refitted
+base parameters are the rigid body: ``robot.urdf`` and ``armature``. Coulomb and viscous friction
+are parameters of the joint's law. The rest are terms in ``effects``. Nothing is in two places.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.diagnosis.extended_model.rigid_changes import (
+    RIGID,
+    cause_change,
+    change_name,
+    refit_change,
+    tilted,
+    with_changes,
+)
+from sosml_friction.model.model_folder import (
+    EffectTerm,
+    FrictionParameters,
+    JointModel,
+    RobotModelFile,
+)
+from sosml_friction.model.parameter import Parameter
+
+#: Causes that are a parameter of the friction law.
+OF_LAW = ('coulomb', 'viscous')
+#: Law of a joint whose friction the model did not know.
+_PLAIN = ('coulomb', 'viscous', 'bias')
+
+
+def extended_model(
+    model: RobotModelFile, diagnosis: Diagnosis, provenance: Mapping[str, Any]
+) -> RobotModelFile:
+    """
+    Return ``model`` with its parameters refitted within the tolerance, and the causes.
+
+    A change of the rigid body that no bodies of positive mass can have stays a term in
+    ``effects``; provenance ``rigid_body`` says which and why. A joint without friction gets the
+    Coulomb-viscous law that was refitted in its place. Provenance has all causes with their
+    evidence (``causes``) and all deviations (``refit``, and ``tolerated`` where they are terms).
+
+    :raises ConfigurationError: if the model has no URDF.
+    """
+    terms = [
+        EffectTerm(cause.effect, cause.joint, cause.parameters)
+        for cause in diagnosis.terms
+        if cause.in_model
+    ]
+    result, terms, rigid = _with_rigid_body(model, diagnosis, terms)
+    result, terms = _with_friction(result, diagnosis, terms)
+    return replace(
+        result,
+        effects=(*model.effects, *terms),
+        provenance={
+            **provenance,
+            'causes': [_plain(cause.to_dict()) for cause in diagnosis.causes],
+            'tolerated': [_plain(cause.to_dict()) for cause in diagnosis.tolerated],
+            'rigid_body': rigid,
+            'refit': _plain(diagnosis.refit),
+        },
+    )
+
+
+def _with_rigid_body(
+    model: RobotModelFile, diagnosis: Diagnosis, terms: list[EffectTerm]
+) -> tuple[RobotModelFile, list[EffectTerm], dict[str, Any]]:
+    """Return the model, the terms that are not in it, and what was done, for the provenance."""
+    # What an earlier diagnosis wrote is in the URDF still, and keeps it before the robot's own.
+    earlier = model.provenance['rigid_body'] if model.is_rigid_body_identified else {}
+    written = list(earlier.get('written', ()))
+    if diagnosis.laboratory is None:
+        return model, terms, {'written': written, 'refused': {}}
+    result, left = model, []
+    changes = [refit_change(diagnosis.laboratory.robot, diagnosis.refit)]
+    for term in terms:
+        if term.effect == 'gravity_tilt':
+            result = tilted(result, term)
+            written.append(change_name(term))
+        elif term.effect in RIGID:
+            changes.append(cause_change(diagnosis.laboratory.signals[0], term))
+        else:
+            left.append(term)
+    found = with_changes(result, changes)
+    left += [term for term in terms if change_name(term) in found.refused]
+    left.sort(key=terms.index)
+    return found.model, left, {
+        'written': list(dict.fromkeys([*written, *found.written])),
+        'refused': dict(found.refused),
+    }  # fmt: skip
+
+
+def _with_friction(
+    model: RobotModelFile, diagnosis: Diagnosis, terms: list[EffectTerm]
+) -> tuple[RobotModelFile, list[EffectTerm]]:
+    """Return the model with refitted friction, and the terms that are not in it."""
+    joints, left = {}, list(terms)
+    for name, joint in model.joints.items():
+        if joint.friction is None:
+            joints[name] = replace(joint, friction=_plain_law(name, joint, diagnosis.refit))
+            continue
+        parameters = {}
+        for key, old in joint.friction.parameters.items():
+            value = old.value + diagnosis.refit.get(f'{name} {key}', 0.0)
+            error = float('nan')
+            term = next((t for t in left if (t.effect, t.joint) == (key, name)), None)
+            if term is not None and key in OF_LAW and value + _change(term) >= 0.0:
+                left.remove(term)
+                value += _change(term)
+                error = term.parameters['change'].std_error
+            parameters[key] = Parameter(value, old.unit, error)
+        joints[name] = replace(joint, friction=replace(joint.friction, parameters=parameters))
+    return replace(model, joints=joints), left
+
+
+def _plain(value: Any) -> Any:
+    """Return the same as YAML takes it: without NumPy's own numbers, unknown ones as None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _change(term: EffectTerm) -> float:
+    return term.parameters['change'].value
+
+
+def _plain_law(
+    name: str, joint: JointModel, refit: Mapping[str, float]
+) -> FrictionParameters | None:
+    """Return the friction that was fitted where the model has none; None if it is none."""
+    values = [refit.get(f'{name} {key}', np.nan) for key in _PLAIN]
+    if not np.isfinite(values).all() or values[0] < 0.0 or values[1] < 0.0:
+        return None
+    effort, length = ('Nm', 'rad') if joint.armature.unit == 'kg m2' else ('N', 'm')
+    units = (effort, f'{effort} s/{length}', effort)
+    parameters = {
+        key: Parameter(float(value), unit)
+        for key, value, unit in zip(_PLAIN, values, units, strict=True)
+    }
+    return FrictionParameters('coulomb_viscous', 0.0, parameters)

@@ -1,0 +1,162 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a diagnosis changes in the rigid body, as a URDF and rotors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.effects.gravity import Gravity
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.consistent_inertias import consistent_inertias
+from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.urdf_bodies import with_bodies, with_turned_base
+from sosml_friction.regression.signals import Signals
+
+FloatArray = NDArray[np.float64]
+
+#: Causes that are the rigid body itself.
+RIGID = ('gravity', 'gravity_tilt', 'inertia', 'payload')
+#: What the refit of base parameters is called among the changes.
+REFIT = 'refit'
+
+
+@dataclass(frozen=True)
+class Change:
+    """Hold additions to ten numbers per body (n, 10) and to the rotors (n,), and their name."""
+
+    name: str
+    bodies: FloatArray
+    rotors: FloatArray
+
+    def __bool__(self) -> bool:
+        """Tell whether anything changes."""
+        return bool(self.bodies.any() or self.rotors.any())
+
+
+@dataclass(frozen=True)
+class RigidResult:
+    """
+    Hold the model with another rigid body.
+
+    ``written``: names of the changes that it has; ``refused``: by name, why one is not in it.
+    """
+
+    model: RobotModelFile
+    written: tuple[str, ...] = ()
+    refused: Mapping[str, str] = field(default_factory=dict)
+
+
+def change_name(term: EffectTerm) -> str:
+    """Return how a cause is called among the changes, ``gravity@shoulder``."""
+    return f'{term.effect}@{term.joint}'
+
+
+def refit_change(robot: Robot, refit: Mapping[str, float]) -> Change:
+    """Return the refitted deviations of base parameters, named as in :func:`make_nominal`."""
+    bodies, rotors = np.zeros((robot.n, 10)), np.zeros(robot.n)
+    for i, joint in enumerate(robot.names):
+        rotors[i] = refit.get(f'{joint} armature', 0.0)
+        for k in range(10):
+            bodies[i, k] = refit.get(f'{joint} body {k}', 0.0)
+    return Change(REFIT, bodies, rotors)
+
+
+def cause_change(signals: Signals, term: EffectTerm) -> Change:
+    """
+    Return what a cause adds: its columns times its amplitudes, as parameters of bodies and rotors.
+
+    :param signals: those the cause was found in.
+    """
+    robot = signals.robot
+    bodies, rotors = np.zeros((robot.n, 10)), np.zeros(robot.n)
+    values = {name: parameter.value for name, parameter in term.parameters.items()}
+    if term.effect == 'payload':
+        own = robot.inertial_parameters()[-1]
+        r = own[1:4] / np.linalg.norm(own[1:4]) * values['distance']
+        tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
+        point = [1.0, *r, *tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]]
+        bodies[-1] = values['mass'] * np.array(point)
+        return Change(change_name(term), bodies, rotors)
+    joint = robot.names.index(term.joint)
+    if term.effect == 'inertia':
+        rotors[joint] = values['change']
+    else:
+        columns = Gravity().columns(signals, joint, {})
+        for m, name in enumerate(Gravity.amplitudes):
+            k = _column_of(signals, joint, columns[:, :, m])
+            bodies[joint, k] = values[name]
+    return Change(change_name(term), bodies, rotors)
+
+
+def _column_of(signals: Signals, joint: int, column: FloatArray) -> int:
+    """Return which of the ten numbers of a joint's body has this column of the regressor."""
+    block = signals.regressor[:, :, 10 * joint : 10 * joint + 10]
+    return next(k for k in range(1, 10) if np.array_equal(block[:, :, k], column))
+
+
+def with_changes(model: RobotModelFile, changes: Sequence[Change]) -> RigidResult:
+    """
+    Return the model whose URDF and rotors have the changes.
+
+    All of them where bodies can have them together; else one after another those that can be
+    had with those before, the refit first.
+
+    :raises ConfigurationError: if the model has no URDF.
+    """
+    changes = [change for change in changes if change]
+    if not changes:
+        return RigidResult(model)
+    robot = model.make_robot()
+    try:
+        return RigidResult(_applied(model, robot, changes), tuple(c.name for c in changes))
+    except ConfigurationError as error:
+        reason = str(error)
+    result, kept = model, list[Change]()
+    refused = {}
+    for change in changes:
+        try:
+            result = _applied(model, robot, [*kept, change])
+            kept.append(change)
+        except ConfigurationError as error:
+            reason = str(error)
+            refused[change.name] = reason
+    return RigidResult(result, tuple(c.name for c in kept), refused)
+
+
+def _applied(model: RobotModelFile, robot: Robot, changes: Sequence[Change]) -> RobotModelFile:
+    """
+    Return the model with the changes.
+
+    :raises ConfigurationError: if no bodies are so.
+    """
+    own = robot.inertial_parameters()
+    rotors = np.array(robot.armature) + sum(c.rotors for c in changes)
+    bodies, rotors = consistent_inertias(robot, own + sum(c.bodies for c in changes), rotors)
+    names = model.joint_names
+    changed = {name: bodies[i] for i, name in enumerate(names) if (bodies[i] != own[i]).any()}
+    assert model.urdf is not None
+    joints = {}
+    for i, (name, joint) in enumerate(model.joints.items()):
+        armature = joint.armature
+        if rotors[i] != armature.value:
+            armature = Parameter(float(rotors[i]), armature.unit)
+        joints[name] = replace(joint, armature=armature)
+    return replace(model, joints=joints, urdf=with_bodies(model.urdf, changed))
+
+
+def tilted(model: RobotModelFile, term: EffectTerm) -> RobotModelFile:
+    """
+    Return the model whose base is turned by ``rotation_x`` and ``rotation_y`` [rad].
+
+    A rotation by their vector: the effect's columns are its first order.
+    """
+    assert model.urdf is not None
+    vector = [term.parameters[f'rotation_{axis}'].value for axis in 'xy']
+    return replace(model, urdf=with_turned_base(model.urdf, np.array([*vector, 0.0])))

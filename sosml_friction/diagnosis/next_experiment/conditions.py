@@ -1,0 +1,141 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What to change besides the motion: it tells causes apart that no trajectory does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from sosml_friction.diagnosis.next_experiment.separation import Stretch
+from sosml_friction.regression.signals import Signals
+
+#: A hold lasts so long; a repetition that is warm comes so long after the cold one [s].
+HOLD_S, WARM_S = 20.0, 1800.0
+#: The known payload has this share of the last body's first moment, at so many times its distance.
+_MOMENT, _DISTANCE = 0.5, 1.5
+#: Less than this share of it is no payload.
+_LEAST = 0.2
+#: A robot hangs free where gravity asks less than this share of the usual effort.
+_LOAD = 1e-4
+#: Effects of what is worn or hangs on the robot.
+WORN = frozenset({'spring', 'external_contact'})
+
+
+@dataclass(frozen=True)
+class Condition:
+    """
+    Hold one change: ``name``, what to do, and the stretches of data that it adds.
+
+    ``stretches`` are those that are recorded besides.
+    """
+
+    name: str
+    instruction: str
+    stretches: tuple[Stretch, ...]
+
+
+def conditions(signals: tuple[Signals, ...]) -> Mapping[str, Condition]:
+    """
+    Return the changes that can be made here, by name.
+
+    The motion of ``signals`` is repeated, but for the hold. With the motors off a joint that hangs
+    free has no torque: what effort is measured is its bias. A payload that is known is part of the
+    model, so that loads and efforts change and nothing is unknown of it.
+    """
+    result = {
+        'not_worn': Condition(
+            'not_worn',
+            'repeat the recording without person or cable (not worn): a spring goes, '
+            'the rest stays',
+            tuple(Stretch(replace(s, cache={}), absent=WORN) for s in signals),
+        ),
+    }
+    hold = _hold(signals[0])
+    if hold:
+        result['free_hanging_hold'] = Condition(
+            'free_hanging_hold',
+            'hold the joint where gravity asks nothing of it, free of load and at rest, motors '
+            f'off, for {HOLD_S:g} s: a bias of effort stays, everything else goes',
+            hold,
+        )
+    if all(s.temperature is None for s in signals):
+        result['warm_up_repeat'] = Condition(
+            'warm_up_repeat',
+            f'repeat the recording after {WARM_S / 60.0:g} min of motion: what warms up has '
+            'changed, a wrong number has not',
+            tuple(Stretch(replace(s, time=s.time + WARM_S, cache={})) for s in signals),
+        )
+    mass, stretches = _payload(signals)
+    if stretches:
+        result['known_payload'] = Condition(
+            'known_payload',
+            f'repeat the recording with a known payload, such as {mass:.2g} kg on the last body, '
+            'that the model has: what follows the load grows, what follows posture does not',
+            stretches,
+        )
+    return result
+
+
+def _hold(signals: Signals) -> tuple[Stretch, ...]:
+    """Return a rest where the robot hangs by itself; none where it does not."""
+    robot, n = signals.robot, signals.robot.n
+    still = np.zeros(n)
+    found = minimize(
+        robot.energy, signals.q.mean(axis=0), args=(still,), jac=lambda q, _: robot.gravity(q)
+    )
+    q = np.asarray(found.x)
+    if np.abs(robot.gravity(q)).max() > _LOAD * float(signals.scales.effort.max()):
+        return ()
+    count = max(2, round(HOLD_S / signals.band.step))
+    nothing = np.zeros((count, n))
+    rest = replace(
+        signals,
+        time=signals.time[0] + signals.band.step * np.arange(count),
+        q=np.tile(q, (count, 1)),
+        v=nothing,
+        a=nothing,
+        tau=nothing,
+        sign=nothing,
+        rigid=nothing,
+        friction=nothing,
+        regressor=np.tile(robot.torque_regressor(q, still, still), (count, 1, 1)),
+        temperature=None
+        if signals.temperature is None
+        else np.tile(signals.temperature[:1], (count, 1)),
+        rests=(),
+        cache={},
+    )
+    return (Stretch(rest, only=frozenset({'effort_bias'})),)
+
+
+def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
+    """Return a mass [kg] and the motion repeated with it; none where there is nowhere for it."""
+    robot = signals[0].robot
+    body = robot.inertial_parameters()[-1]
+    moment = float(np.linalg.norm(body[1:4]))
+    if body[0] <= 0.0 or moment <= 1e-6 * body[0]:
+        return 0.0, ()
+    r = _DISTANCE * body[1:4] / body[0]
+    mass = _MOMENT * moment / float(np.linalg.norm(r))
+    tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
+    entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    point = mass * np.concatenate([[1.0], r, entries])
+    # As much of it as the actuators carry: beyond what the motion takes without it.
+    limit = np.array([x.effort if x.effort > 0.0 else np.inf for x in robot.limits])
+    share = 1.0
+    for s in signals:
+        most = np.abs(s.torque).max(axis=0)
+        added = np.abs(s.regressor[:, :, -10:] @ point).max(axis=0)
+        # A limit that the motion itself exceeds is not the actuator's.
+        room = np.where(most < limit, limit - most, np.inf) / np.maximum(added, 1e-300)
+        share = min(share, float(room.min()))
+    if share < _LEAST:
+        return 0.0, ()
+    return share * mass, tuple(
+        Stretch(replace(s, rigid=s.rigid + s.regressor[:, :, -10:] @ (share * point), cache={}))
+        for s in signals
+    )

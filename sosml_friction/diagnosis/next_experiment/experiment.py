@@ -1,0 +1,222 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The experiment that would separate causes that these data cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.selection import Finding, Selection
+from sosml_friction.diagnosis.effect import Inner
+from sosml_friction.diagnosis.next_experiment.conditions import conditions
+from sosml_friction.diagnosis.next_experiment.pair_conditions import PAIR_CONDITIONS, PairCondition
+from sosml_friction.diagnosis.next_experiment.recommendation import Option, Recommendation
+from sosml_friction.diagnosis.next_experiment.separation import Stretch, Supposed, separation
+from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.motion.building_blocks import begin_motion
+from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
+from sosml_friction.motion.trajectory_kinds.rich import rich
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
+from sosml_friction.regression.evidence import CandidateColumns
+from sosml_friction.regression.laboratory import Candidate, Laboratory
+from sosml_friction.regression.signals import Signals, make_signals
+
+FloatArray = NDArray[np.float64]
+
+#: Log-likelihood by which the right cause has to lead.
+NEEDED = 10.0
+#: What overlaps as much as this does not separate two causes, however large they are.
+_HOPELESS = 0.995
+#: Grids with more points than this are not tried over again along a planned motion.
+_MOST_POINTS = 12
+
+
+def recommend(
+    laboratory: Laboratory, selection: Selection, causes: Sequence[Cause]
+) -> Recommendation | None:
+    """
+    Return the experiment for the first ambiguous of the causes and its closest rival.
+
+    The margin in these data is half the distance of their evidence. Each trajectory of the menu
+    and each change of condition is then supposed to be recorded besides
+    (:func:`~.separation.separation`). The trajectory with the largest
+    margin is recommended if that suffices; else, and where the equations of the two are the same
+    along any motion, the change of condition that is known for the pair or has the largest margin.
+    """
+    names = laboratory.robot.names
+    unsure = {cause.key for cause in causes if cause.rivals}
+    finding = next((f for f in selection.accepted if f.reported(names) in unsure), None)
+    if finding is None:
+        return _of_impacts(laboratory)
+    inseparable = laboratory.inseparable(finding.effect)
+    own = finding.effect.identifier
+    closest = _closest(finding)
+    other = inseparable[0] if closest is None else closest.effect.identifier
+    margin = 0.0
+    if closest is not None:
+        margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
+    pair = (own, other)
+    _, where = finding.reported(names)
+    known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
+    if closest is None or other in inseparable:
+        # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
+        return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
+    cause, rival = supposed(laboratory, finding), supposed(laboratory, closest)
+    here, _ = separation(laboratory, cause, rival, ())
+    options = weigh(laboratory, cause, rival)
+    runs = [option for option in options if option.kind == 'trajectory']
+    changes = [option for option in options if option.kind == 'condition']
+    best = next(
+        (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
+    )
+    twins = other in finding.effect.twins or own in closest.effect.twins
+    if best is not None and not twins:
+        return Recommendation(
+            pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,
+            best.margin, options=options,
+        )  # fmt: skip
+    change = next((option for option in changes if option.name == known), None)
+    if change is None and not said and changes and changes[0].margin > NEEDED:
+        change = changes[0]
+    if change is None:
+        return Recommendation(pair, where, here, margin, NEEDED, condition=said, options=options)
+    return Recommendation(
+        pair, where, here, margin, NEEDED, None, change.duration_s, change.overlap, change.margin,
+        said or change.instruction, options,
+    )  # fmt: skip
+
+
+def _closest(finding: Finding) -> Finding | None:
+    """Return the rival that another condition is known to tell apart, else the first; or none."""
+    own = finding.effect.identifier
+    for rival in finding.rivals:
+        if frozenset({own, rival.effect.identifier}) in PAIR_CONDITIONS:
+            return rival
+    return finding.rivals[0] if finding.rivals else None
+
+
+def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
+    """Return what tells a gap from a spring, where impacts alone show one of them."""
+    if not laboratory.bursts.impacts:
+        return None
+    pair = ('backlash', 'joint_elasticity')
+    where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
+    said = PAIR_CONDITIONS[frozenset(pair)].instruction
+    return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=said)
+
+
+def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Option, ...]:
+    """Return every trajectory of the menu and change of condition, largest margin first."""
+    first = laboratory.signals[0]
+    options = []
+    for name, make in _menu(first).items():
+        try:
+            planned = _planned(first, make())
+        except TrajectoryError:
+            continue
+        stretch = Stretch(laboratory.seen_alike([planned])[0])
+        share, margin = separation(laboratory, cause, rival, (stretch,))
+        options.append(Option(name, 'trajectory', stretch.duration, share, margin, ''))
+    for name, condition in conditions(laboratory.signals).items():
+        share, margin = separation(laboratory, cause, rival, condition.stretches)
+        duration = sum(stretch.duration for stretch in condition.stretches)
+        options.append(Option(name, 'condition', duration, share, margin, condition.instruction))
+    return tuple(sorted(options, key=lambda option: -option.margin))
+
+
+def supposed(laboratory: Laboratory, finding: Finding) -> Supposed:
+    """Return a finding as a cause that is supposed; its grid too, where that is small."""
+    p = len(laboratory.nominal.bound)
+    columns = finding.columns
+    points: list[Inner] = [dict(finding.inner)]
+    C, A, B = columns.C[:, :, :1], columns.A[:, :1], columns.B[:, :1, :p]
+    grid = _small_grid(laboratory, finding)
+    if grid is not None:
+        candidate, own = grid
+        points += list(candidate.grid)
+        C = np.concatenate([C, own.C], axis=2)
+        A = np.concatenate([A, own.A], axis=1)
+        B = np.concatenate([B, own.B[:, :, :p]], axis=1)
+    return Supposed(
+        finding.effect,
+        finding.joint,
+        points,
+        CandidateColumns(columns.rows, C, A, B),
+        finding.score.amplitude,
+        finding.score.x[:p],
+    )
+
+
+def _small_grid(
+    laboratory: Laboratory, finding: Finding
+) -> tuple[Candidate, CandidateColumns] | None:
+    """Return the candidate that a finding is a point of, with its columns, where it is small."""
+    for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):
+        if (
+            candidate.effect.identifier == finding.effect.identifier
+            and candidate.joint == finding.joint
+            and len(candidate.grid) <= _MOST_POINTS
+            and np.array_equal(columns.rows, finding.columns.rows)
+        ):
+            return candidate, columns
+    return None
+
+
+def _menu(signals: Signals) -> dict[str, Callable[[], Trajectory]]:
+    """Return trajectories within the motion that was measured."""
+    names = signals.robot.names
+    low, high = signals.q.min(axis=0), signals.q.max(axis=0)
+    centre = dict(zip(names, (0.5 * (low + high)).tolist(), strict=True))
+    span = np.maximum(high - low, 1e-9)
+    speed = signals.scales.speed
+    scale = (span / span.max()).tolist()
+    top = float(speed.max())
+    half = 0.5 * float(span.max())
+    rungs = [top * share for share in (0.03, 0.1, 0.3, 0.8)]
+    plateau = min(0.8, half / max(rungs[-1], 1e-9))
+
+    def ladder() -> Trajectory:
+        return speed_ladder(centre, centre, rungs[:3], 1.0, 0.3, top, scale)
+
+    def sines() -> Trajectory:
+        settings = MultisineSettings(
+            amplitude=half, peak_speed=top, peak_acceleration=6.0 * top, periods=2
+        )
+        motion, _, factor = begin_motion('the multisine', centre, centre, scale)
+        return add_multisine(motion, settings, factor).build()
+
+    def everything() -> Trajectory:
+        settings = MultisineSettings(
+            amplitude=0.6 * half, peak_speed=top, peak_acceleration=6.0 * top
+        )
+        return rich(
+            centre, centre, [-0.3 * float(x) for x in span], rungs, plateau, 0.3, 0.3 * half,
+            0.4, 8.0, 0.05, settings, top, scale,
+        )  # fmt: skip
+
+    def reversals() -> Trajectory:
+        return symmetric_reversals(centre, centre, rungs[:3], 0.65, 0.3, 3, top, scale)
+
+    return {
+        'slow_ladder': ladder,
+        'symmetric_reversals': reversals,
+        'multisine': sines,
+        'rich': everything,
+    }
+
+
+def _planned(signals: Signals, trajectory: Trajectory) -> Signals:
+    """Return the signals of a trajectory that is followed exactly."""
+    step = signals.band.step
+    t = np.arange(0.0, trajectory.duration, step)
+    q = trajectory.spline()(t)
+    empty = np.zeros_like(q)
+    log = JointLog(signals.robot.names, np.rint(t * 1e9).astype(np.int64), q, empty, empty)
+    return make_signals(log, signals.robot, signals.scales, signals.band, 0.0)

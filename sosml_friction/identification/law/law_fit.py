@@ -1,0 +1,966 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fit a friction law to pairs of velocity and friction, with honest uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares, lsq_linear
+from scipy.stats import f as f_distribution
+from scipy.stats import t as t_distribution
+
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.identifiability import (
+    SPREAD,
+    DataReach,
+    experiment_for,
+    reason_for,
+)
+from sosml_friction.identification.law.law_checks import (
+    LawCheck,
+    dissipation_check,
+    odd_even_check,
+)
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.smooth_sign import smooth_sign
+
+FloatArray = NDArray[np.float64]
+
+#: What a fit says beside the parameters of the law, by name in ``LawFit.derived``.
+STRIBECK_AT_SLOWEST = 'stribeck_at_slowest'
+DERIVED = {
+    STRIBECK_AT_SLOWEST: 'extra friction S exp(-w / v_s) at the slowest speed w of the data',
+    'coulomb_positive': 'Coulomb friction forwards, C + bias',
+    'coulomb_negative': 'Coulomb friction backwards, C - bias',
+    'viscous_positive': 'viscous friction forwards, B + its asymmetry',
+    'viscous_negative': 'viscous friction backwards, B - its asymmetry',
+    'stribeck_positive': 'extra friction near standstill forwards, S + its asymmetry',
+    'stribeck_negative': 'extra friction near standstill backwards, S - its asymmetry',
+}
+#: Share of the friction level that is no S.
+_NOTHING = 1e-9
+#: Share of the sum of squares that is a rounding error.
+_ROUNDING = 1e-20
+_HUBER = 1.345  # 95 % efficient on normal noise
+_LEVEL = 0.95
+#: Huber's weights are solved for until none changes by more than this, or so many times.
+_SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
+#: Speeds of the profile, of the coarse search over v_s, and of that over v0.
+_GRID, _COARSE, _SIGNS = 36, 12, 5
+#: Points of the profile about the best fit, and of it that other parameters are followed along.
+_NEAR, _ALONG = 13, 5
+#: That v_s is known is asked of an interval so many times as wide as that of 95 %.
+_SURE = 1.5
+#: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
+_BELOW, _HIDDEN = 8.0, 3.0
+#: v0 is searched between these multiples of the slowest speed.
+_LEAST_V0, _LARGEST_V0 = 0.08, 2.0
+_NO_COULOMB = (
+    'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
+    'tell one from the other'
+)
+_NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
+
+
+@dataclass(frozen=True)
+class LawFit:
+    """
+    Hold a fitted law.
+
+    ``law`` is the name of the law whose parameters the data give: with its Stribeck term only
+    where S and v_s are identifiable. A parameter that is not is NaN with an interval, its end
+    infinite where it is open. ``drawn`` are the numbers of the best fit, flagged or not, of the
+    law ``drawn_law``: to draw the curve within the speeds of the data, and for nothing else.
+
+    ``residual_std`` [Nm or N] and ``relative_error`` [%] = 100 |y - law| / |y| are over the pairs
+    fitted. ``smoothing_velocity`` [rad/s or m/s] is that of the sign, as it was given or found, 0
+    for the sign itself. ``derived`` is what the data tell beside the parameters, by the names in
+    ``DERIVED``; ``checks`` say whether the law is friction at all. ``covariance`` (P, P) is that
+    of the estimates of ``covariance_of``, in their units. ``profile`` is None without a Stribeck
+    term; ``slowest`` and ``fastest`` [rad/s or m/s] are the speeds of the data, ``extra`` the
+    factors of the columns that the caller added.
+    """
+
+    law: str
+    parameters: Mapping[str, Parameter]
+    residual_std: float
+    relative_error: float
+    pairs: int
+    clusters: int
+    smoothing_velocity: float = 0.0
+    derived: Mapping[str, Parameter] = field(default_factory=dict)
+    checks: tuple[LawCheck, ...] = ()
+    drawn: Mapping[str, float] = field(default_factory=dict)
+    drawn_law: str = ''
+    covariance: FloatArray | None = None
+    covariance_of: tuple[str, ...] = ()
+    profile: LawProfile | None = None
+    slowest: float = float('nan')
+    fastest: float = float('nan')
+    extra: tuple[Parameter, ...] = ()
+
+
+def fit_law(
+    v: FloatArray,
+    y: FloatArray,
+    clusters: NDArray[np.int64],
+    effort_unit: str,
+    lag: Callable[[FloatArray], FloatArray] = lambda column: column,
+    keep: NDArray[np.bool_] | None = None,
+    smoothing_velocity: float = 0.0,
+    mean_v: FloatArray | None = None,
+    find_smoothing: bool = False,
+    form: LawForm | None = None,
+    extra: FloatArray | None = None,
+) -> LawFit:
+    """
+    Fit y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
+
+    For a given v_s (and v0 of the sign s, where it is to be found) the law is linear: these are
+    searched, the rest solved with Huber weights. The estimates' covariance is that of the
+    delete-one-cluster jackknife of the linearised fit, all parameters and v0 together, so that
+    noise may be correlated within a cluster and of any size in each, times (E w / E psi')^2
+    (Huber's estimate is less sure than least squares with his weights w would say). Intervals are
+    95 % with Student's t of (clusters - parameters) degrees of freedom; that of v_s is where the
+    profile of the cost stays below a limit, which is scaled so that the profile is as sure of v_s
+    as the jackknife is.
+
+    The Stribeck term is kept if an F test at 95 % says that it explains more than its two
+    parameters would by chance, v0 of the sign if one of one parameter does.
+    :mod:`~sosml_friction.identification.identifiability` says when a parameter is not
+    identifiable.
+
+    :param v: velocity (N,) [rad/s or m/s]; it says where friction is, in full order.
+    :param y: friction torque (N,) [Nm or N], positive for positive velocity.
+    :param clusters: which of the pairs share their noise (N,), numbers of any value.
+    :param lag: what the observer did to friction on its way to y: applied to each column. It may
+        make K numbers of N: y, ``clusters``, ``keep`` and ``mean_v`` then have K.
+    :param keep: which pairs take part (N,), all of them if None.
+    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself.
+    :param mean_v: velocity of each pair (K,), where ``lag`` makes K numbers of N.
+    :param find_smoothing: whether v0 is to be found instead.
+    :param form: which law, that of the equation if None.
+    :param extra: more columns with a factor each (K, E), such as inertial torque.
+    :raises DataError: if there are too few clusters, or motion in one direction or at one speed
+        only.
+    """
+    v0 = None if find_smoothing else smoothing_velocity
+    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0)
+    return search.result(effort_unit)
+
+
+def find_smoothing_velocity(
+    v: FloatArray,
+    y: FloatArray,
+    clusters: NDArray[np.int64],
+    lag: Callable[[FloatArray], FloatArray] = lambda column: column,
+    keep: NDArray[np.bool_] | None = None,
+    mean_v: FloatArray | None = None,
+    form: LawForm | None = None,
+    extra: FloatArray | None = None,
+) -> float:
+    """Return v0 of the sign that :func:`fit_law` finds; parameters and errors are the same."""
+    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, None)
+    return search.full.v0
+
+
+def _search(
+    v: FloatArray,
+    y: FloatArray,
+    clusters: NDArray[np.int64],
+    lag: Callable[[FloatArray], FloatArray],
+    keep: NDArray[np.bool_] | None,
+    mean_v: FloatArray | None,
+    form: LawForm | None,
+    extra: FloatArray | None,
+    v0: float | None,
+) -> _Search:
+    mean_v = v if mean_v is None else mean_v
+    keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
+    _check(clusters[keep], mean_v[keep])
+    problem = _Problem(
+        np.nan_to_num(v),
+        y[keep],
+        np.unique(clusters[keep], return_inverse=True)[1],
+        lag,
+        keep,
+        form or LawForm(),
+        np.empty((len(y), 0)) if extra is None else extra,
+    )
+    return _Search(problem, np.abs(mean_v[keep]), v0)
+
+
+def _check(clusters: NDArray[np.int64], v: FloatArray) -> None:
+    speeds, count = np.abs(v), len(np.unique(clusters))
+    if count < 6:
+        raise DataError(
+            f'only {count} separate pieces of steady motion: six or more are needed; record '
+            'several speeds in both directions'
+        )
+    if not ((v > 0.0).any() and (v < 0.0).any()):
+        raise DataError('the joint moved in one direction only: record motion in both directions')
+    if np.ptp(speeds) < 0.1 * speeds.max():
+        raise DataError(
+            f'the joint moved at one speed only ({speeds.max():.3g}): viscous and Coulomb '
+            'friction need at least two; record a speed ladder'
+        )
+
+
+def jackknife_errors(
+    X: FloatArray,
+    residual: FloatArray,
+    groups: NDArray[np.int64],
+    weights: FloatArray | None = None,
+) -> FloatArray:
+    """
+    Return the delete-one-cluster jackknife standard errors of a linear least-squares fit, (P,).
+
+    :param X: columns of the regression (N, P), of like sizes.
+    :param residual: what the fit leaves (N,).
+    :param groups: cluster of each row (N,), 0 to the number of clusters - 1, each in use.
+    :param weights: of the rows (N,), all 1 if None.
+    """
+    return np.array(np.sqrt(np.diag(jackknife_covariance(X, residual, groups, weights))))
+
+
+def jackknife_covariance(
+    X: FloatArray,
+    residual: FloatArray,
+    groups: NDArray[np.int64],
+    weights: FloatArray | None = None,
+) -> FloatArray:
+    """Return the covariance (P, P) whose roots :func:`jackknife_errors` returns."""
+    w = np.ones(len(residual)) if weights is None else weights
+    N = X.T @ (w[:, None] * X)
+    count = int(groups.max()) + 1
+    order = np.argsort(groups, kind='stable')
+    shifts = []
+    for own in np.split(order, np.flatnonzero(np.diff(groups[order])) + 1):
+        Xg, wg = X[own], w[own]
+        rest = N - Xg.T @ (wg[:, None] * Xg)
+        moment = Xg.T @ (wg * residual[own])
+        shifts.append(np.linalg.pinv(rest, rcond=1e-12) @ -moment)
+    spread = np.array(shifts)
+    spread = spread - spread.mean(0)
+    return np.array((count - 1) / count * spread.T @ spread)
+
+
+@dataclass(frozen=True)
+class _Solution:
+    theta: FloatArray  # linear parameters, in the order of the problem's names
+    v_s: float | None  # None without Stribeck term
+    v0: float
+    weights: FloatArray
+    residual: FloatArray
+    cost: float
+
+
+class _Problem:
+    """The regression for any v_s and v0."""
+
+    def __init__(
+        self,
+        v: FloatArray,
+        y: FloatArray,
+        groups: NDArray[np.int64],
+        lag: Callable[[FloatArray], FloatArray],
+        keep: NDArray[np.bool_],
+        form: LawForm,
+        extra: FloatArray,
+    ) -> None:
+        self.v, self.y, self.groups, self.lag, self.keep, self.form = v, y, groups, lag, keep, form
+        self.speed, self.count = np.abs(v), int(groups.max()) + 1
+        self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
+        self.base = (
+            'coulomb',
+            'viscous',
+            'bias',
+            *(() if form.symmetric else ('viscous_asymmetry',)),
+            *self.extra,
+        )
+        self.knee = ('stribeck',) if form.symmetric else ('stribeck', 'stribeck_asymmetry')
+        constant = [v, np.ones_like(v)] + ([] if form.symmetric else [self.speed])
+        self._constant = np.column_stack(
+            [self._made(column) for column in constant] + [extra[keep]]
+        )
+        self._signs: tuple[float, FloatArray, FloatArray] | None = None
+
+    def _made(self, column: FloatArray) -> FloatArray:
+        return self.lag(column)[self.keep]
+
+    def names(self, v_s: float | None) -> tuple[str, ...]:
+        """Return the linear parameters, in the order of the columns."""
+        return self.base if v_s is None else (*self.base, *self.knee)
+
+    def _sign(self, v0: float) -> tuple[FloatArray, FloatArray]:
+        if self._signs is None or self._signs[0] != v0:
+            sign = smooth_sign(self.v, v0)
+            self._signs = (v0, sign, np.column_stack([self._made(sign), self._constant]))
+        return self._signs[1:]
+
+    def columns(self, v_s: float | None, v0: float) -> FloatArray:
+        sign, fixed = self._sign(v0)
+        if v_s is None:
+            return fixed
+        peak = sign * np.exp(-((self.speed / v_s) ** self.form.alpha))
+        peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
+        return np.column_stack([fixed, *(self._made(column) for column in peaks)])
+
+    def solve(self, v_s: float | None, v0: float, weights: FloatArray | None = None) -> _Solution:
+        """Solve for the linear parameters: Huber weights of its own where none are given."""
+        X = self.columns(v_s, v0)
+        names = self.names(v_s)
+        lower = np.array([0.0 if name in _NON_NEGATIVE else -np.inf for name in names])
+        scale = np.linalg.norm(X, axis=0)
+        scale[scale == 0.0] = 1.0
+        # What a fit of so many parameters leaves of the noise.
+        left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
+        w = np.ones(len(self.y)) if weights is None else weights
+        for _ in range(_MOST_SOLVED):
+            root = np.sqrt(w)
+            # The bounds need only the triangle: a long recording is reduced to it first.
+            Q, R = np.linalg.qr(X / scale * root[:, None])
+            moment = Q.T @ (self.y * root)
+            if self.form.ridge > 0.0:
+                drawn = [float(name == 'bias') for name in names]
+                R = np.vstack([R, np.sqrt(self.form.ridge) * np.diag(drawn)])
+                moment = np.append(moment, np.zeros(len(names)))
+            theta = np.linalg.lstsq(R, moment, rcond=1e-12)[0]
+            if (theta < lower).any():
+                theta = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
+            theta = theta / scale
+            residual = self.y - X @ theta
+            if weights is not None:
+                break
+            spread = 1.4826 * float(np.median(np.abs(residual))) / left
+            if spread == 0.0:
+                break
+            last, w = w, np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(residual), 1e-300))
+            if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
+                break
+        return _Solution(theta, v_s, v0, w, residual, float(np.sum(w * residual**2)))
+
+    def jacobian(self, solution: _Solution, with_v0: bool) -> tuple[tuple[str, ...], FloatArray]:
+        """Return the derivatives of the law (K, P) and what by."""
+        v_s, v0, names = solution.v_s, solution.v0, self.names(solution.v_s)
+        X = self.columns(v_s, v0)
+        p = dict(zip(names, solution.theta, strict=True))
+        size: FloatArray | float = p['coulomb']
+        way = np.sign(self.v)
+        if v_s is not None:
+            x = (self.speed / v_s) ** self.form.alpha
+            amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
+            sign = self._sign(v0)[0]
+            slope = sign * amount * np.exp(-x) * self.form.alpha * x / v_s
+            X = np.column_stack([X, self._made(slope)])
+            names = (*names, 'stribeck_velocity')
+            size = size + amount * np.exp(-x)
+        if with_v0:
+            u = self.v / v0
+            slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
+            X = np.column_stack([X, self._made(slope)])
+            names = (*names, 'smoothing_velocity')
+        return names, X
+
+    def covariance(
+        self, solution: _Solution, with_v0: bool, without: tuple[str, ...] = ()
+    ) -> dict[tuple[str, str], float]:
+        """Return the jackknife covariance of all parameters but those in ``without``."""
+        names, X = self.jacobian(solution, with_v0)
+        used = [k for k, name in enumerate(names) if name not in without]
+        norms = np.linalg.norm(X[:, used], axis=0)
+        norms[norms == 0.0] = 1.0
+        w = solution.weights
+        # The slope of Huber's psi is 0 where a residual is clipped, not w.
+        clipping = np.mean(w) / np.mean(w >= 1.0)
+        C = jackknife_covariance(X[:, used] / norms, solution.residual, self.groups, w)
+        C = C * clipping**2 / np.outer(norms, norms)
+        kept = [names[k] for k in used]
+        return {
+            (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)
+        }
+
+    def curvature(
+        self, solution: _Solution, with_v0: bool, without: tuple[str, ...], name: str
+    ) -> float:
+        """Return the variance of a parameter where the cost is one above its least."""
+        names, X = self.jacobian(solution, with_v0)
+        used = [k for k, each in enumerate(names) if each not in without]
+        X = X[:, used] * np.sqrt(solution.weights)[:, None]
+        norms = np.linalg.norm(X, axis=0)
+        norms[norms == 0.0] = 1.0
+        k = [names[u] for u in used].index(name)
+        X = X / norms
+        return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
+
+    def free_step(self, solution: _Solution, with_v0: bool, name: str) -> float:
+        """Return how far a parameter would move if no bound held it."""
+        names, X = self.jacobian(solution, with_v0)
+        norms = np.linalg.norm(X, axis=0)
+        norms[norms == 0.0] = 1.0
+        root = np.sqrt(solution.weights)
+        step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]
+        k = names.index(name)
+        return float(step[k] / norms[k])
+
+    def stribeck_at(self, solution: _Solution) -> float:
+        return float(solution.theta[self.names(solution.v_s).index('stribeck')])
+
+
+def _cost(solution: _Solution) -> float:
+    return solution.cost
+
+
+class _Search:
+    """Find v_s and v0, decide what the data show, and say how sure it is."""
+
+    def __init__(self, problem: _Problem, speeds: FloatArray, v0: float | None) -> None:
+        self.problem, self.form = problem, problem.form
+        self.slowest = float(np.quantile(speeds, 0.02))
+        self.fastest = float(speeds.max())
+        self.level = float(np.median(np.abs(problem.y)))
+        # Outside these ends exp(-|v| / v_s) is 0 or straight.
+        first = max(self.slowest, 1e-3 * self.fastest) / _BELOW
+        self.grid = np.geomspace(first, self.fastest, _GRID)
+        self.finds_v0 = v0 is None
+        self.weights: FloatArray | None = None
+        signs = [v0] if v0 is not None else self._signs()
+        coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
+        # One set of weights for what is compared, or an outlier would count more in the poorer
+        # model.
+        middle = float(np.median(coarse))
+        weights = min((problem.solve(middle, sign) for sign in signs[:2]), key=_cost).weights
+        tried = [problem.solve(v_s, sign, weights) for sign in signs for v_s in coarse]
+        # A search that begins at the sign itself does not leave it: begin beside it as well.
+        starts = [[fit for fit in tried if (fit.v0 > 0.0) == soft] for soft in (True, False)]
+        refined = [
+            self._refined(first.v_s, first.v0)
+            for first in (min(some, key=_cost) for some in starts if some)
+        ]
+        best = min(refined, key=_cost)
+        # Without S any v_s is as good, and rounding would choose.
+        bare = problem.stribeck_at(best) <= _NOTHING * self.level
+        self.weights = problem.solve(None if bare else best.v_s, best.v0).weights
+        if bare:
+            best = min((self._solve(v_s, best.v0) for v_s in coarse), key=_cost)
+        self.full = self._refined(best.v_s, best.v0)
+        if problem.stribeck_at(self.full) <= _NOTHING * self.level:
+            self.full = self._solve(middle, self.full.v0)
+        self.plain = self._plain()
+        if self.finds_v0:
+            self._settle_sign()
+        self.freedom = problem.count - len(problem.base) - 2
+
+    def _signs(self) -> list[float]:
+        return [
+            0.0,
+            *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest,
+        ]
+
+    def _solve(self, v_s: float | None, v0: float) -> _Solution:
+        return self.problem.solve(v_s, v0, self.weights)
+
+    def _refined(self, v_s: float | None, v0: float) -> _Solution:
+        """Return the best fit near a start; v0 moves only if it is to be found and not zero."""
+        ends = []
+        if v_s is not None:
+            ends.append((v_s, self.grid[0], self.grid[-1]))
+        if self.finds_v0 and v0 > 0.0:
+            ends.append((v0, 0.5 * _LEAST_V0 * self.slowest, _LARGEST_V0 * self.slowest))
+        start, low, high = np.log(np.array(ends)).T
+        root = np.sqrt(self.weights if self.weights is not None else 1.0)
+        size = max(float(np.linalg.norm(self.problem.y)), 1e-300)
+
+        def at(u: FloatArray) -> _Solution:
+            e = np.exp(u)
+            return self._solve(
+                float(e[0]) if v_s is not None else None,
+                float(e[-1]) if self.finds_v0 and v0 > 0.0 else v0,
+            )
+
+        middle = 0.5 * np.log(self.slowest * self.fastest)
+        pull = np.sqrt(self.form.ridge if v_s is not None else 0.0)
+
+        def misfit(u: FloatArray) -> FloatArray:
+            residual = root * at(u).residual / size
+            drawn = pull * float(np.linalg.norm(residual)) * (u[0] - middle)
+            return np.append(residual, drawn) if pull > 0.0 else residual
+
+        found = least_squares(
+            misfit,
+            np.clip(start, low + 1e-6, high - 1e-6),
+            bounds=(low, high),
+            x_scale=1.0,
+            xtol=1e-10,
+            ftol=1e-14,
+            gtol=1e-14,
+            max_nfev=30,
+        )
+        return at(found.x)
+
+    def _plain(self) -> _Solution:
+        if not self.finds_v0:
+            return self._solve(None, self.full.v0)
+        tried = [self._solve(None, v0) for v0 in self._signs()]
+        best = min(tried, key=_cost)
+        return self._refined(None, best.v0) if best.v0 > 0.0 else best
+
+    def _settle_sign(self) -> None:
+        """Take the sign itself where the data do not show that it is smoother."""
+        # Below this, differences of cost are rounding errors.
+        least = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
+        sharp = self._refined(self.full.v_s, 0.0)
+        if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
+            limit = self._scale(self.full, 'smoothing_velocity', ()) * self._quantile(1)
+            if not sharp.cost - self.full.cost > max(limit, least):
+                self.full = sharp
+        if self.plain.v0 > 0.0:
+            limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
+            sharp = self._solve(None, 0.0)
+            if not sharp.cost - self.plain.cost > max(limit, least):
+                self.plain = sharp
+
+    def _quantile(self, parameters: int) -> float:
+        freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
+        return parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
+
+    def _scale(self, solution: _Solution, name: str, without: tuple[str, ...]) -> float:
+        """Return the rise of the cost that one jackknife standard error of ``name`` makes."""
+        with_v0 = self.finds_v0 and solution.v0 > 0.0
+        curvature = self.problem.curvature(solution, with_v0, without, name)
+        if not curvature > 0.0:
+            return 0.0
+        variance = self.problem.covariance(solution, with_v0, without)[name, name]
+        return variance / curvature
+
+    def _shows_stribeck(self) -> bool:
+        """Tell whether the extra term explains more than its parameters would by chance."""
+        if self.form.law != 'auto':
+            return self.form.law == 'stribeck' and self.problem.stribeck_at(self.full) > 0.0
+        if self.problem.stribeck_at(self.full) <= 0.0:
+            return False
+        if self._is_driving():
+            return False
+        # The direction of S: that of v_s is not defined where S is small.
+        self.unit = self._scale(self.full, 'stribeck', ('stribeck_velocity',))
+        parameters = 1 + len(self.problem.knee)
+        # Below this, differences of cost are rounding errors.
+        rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
+        needed = max(self.unit * self._quantile(parameters), rounding)
+        return self.plain.cost - self.full.cost > needed
+
+    def _is_driving(self) -> bool:
+        """
+        Tell whether the term is below zero in one direction, and only below the data large.
+
+        It then stands for a bend of friction that the law does not have, not for a knee.
+        """
+        p = dict(zip(self.problem.names(self.full.v_s), self.full.theta.tolist(), strict=True))
+        below = self.full.v_s is not None and self.full.v_s < self.slowest / _HIDDEN
+        return below and abs(p.get('stribeck_asymmetry', 0.0)) > p['stribeck']
+
+    def _profile(self, unit: float, near: FloatArray | None = None) -> LawProfile:
+        """Return the profile over v_s, v0 moving along where it is found."""
+        problem, limit = self.problem, unit * self._quantile(1)
+        costs, best, half = [], [], []
+        v0 = self.full.v0
+        moves = self.finds_v0 and v0 > 0.0
+        grid = self.grid
+        if near is not None:
+            # The grid may be wider than the interval.
+            grid = np.sort(np.append(grid, near))
+        for v_s in grid:
+            fit = self._solve(v_s, v0)
+            X = problem.columns(v_s, v0)
+            if moves:
+                X = np.column_stack([X, problem.jacobian(fit, True)[1][:, -1]])
+            root = np.sqrt(fit.weights)
+            X, rest = X * root[:, None], fit.residual * root
+            k = problem.names(v_s).index('stribeck')
+            others = [j for j in range(X.shape[1]) if j != k]
+            Q = np.linalg.qr(X[:, others])[0]
+            own = X[:, k] - Q @ (Q.T @ X[:, k])
+            left = rest - Q @ (Q.T @ rest) if moves else rest
+            size = float(own @ own)
+            cost = float(left @ left)
+            S = problem.stribeck_at(fit)
+            if size > 1e-24 * float(X[:, k] @ X[:, k]):
+                # From the bound S >= 0, or with v0 moved, it may go on.
+                step = max(float(own @ left) / size, -S)
+                S, cost = S + step, cost - step * (2.0 * float(own @ left) - step * size)
+                room = self.full.cost + limit - cost
+                half.append(float(np.sqrt(room / size)) if room >= 0.0 else np.nan)
+            else:
+                half.append(np.inf if self.full.cost + limit >= cost else np.nan)
+            costs.append(cost)
+            best.append(S)
+        rise = np.array(costs) - min(self.full.cost, min(costs))
+        safe = limit if limit > 0.0 else 1e-300
+        return LawProfile(grid, rise / safe, np.array(best), np.array(half))
+
+    def _near(
+        self, best: Mapping[str, float], C: Mapping[tuple[str, str], float], quantile: float
+    ) -> FloatArray:
+        """Return v_s of the best fit, and about where its interval should end."""
+        v_s = best['stribeck_velocity']
+        half = quantile * float(np.sqrt(C['stribeck_velocity', 'stribeck_velocity'])) / v_s
+        # Further than the grid it says nothing.
+        half = min(half, float(np.log(self.grid[-1] / self.grid[0])))
+        near = v_s * np.exp(half * np.linspace(-1.6, 1.6, _NEAR))
+        return np.unique(near[(near > self.grid[0]) & (near < self.grid[-1])])
+
+    def result(self, effort_unit: str) -> LawFit:
+        """Return what is known of every parameter."""
+        problem = self.problem
+        shown = self._shows_stribeck()
+        solution = self.full if shown else self.plain
+        with_v0 = self.finds_v0 and solution.v0 > 0.0
+        names = problem.names(solution.v_s) + (('stribeck_velocity',) if shown else ())
+        best = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
+        if shown:
+            best['stribeck_velocity'] = float(solution.v_s or np.nan)
+        # What one that sits on its bound could be is not known either: the others are as unsure as
+        # if it were free.
+        still = tuple(n for n in names if n in _NON_NEGATIVE and best[n] <= 0.0)
+        C = problem.covariance(solution, with_v0)
+        freedom = max(problem.count - len(names) - with_v0, 1)
+        quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom))
+        reach = DataReach(effort_unit, self.slowest, self.fastest, self.level, best)
+        parameters = {}
+        for name in names:
+            if name == 'stribeck_velocity':
+                continue
+            parameters[name] = self._linear(
+                name,
+                best[name],
+                None if name in still else C[name, name],
+                quantile,
+                reach,
+                solution,
+                with_v0,
+            )
+        extra = tuple(parameters.pop(name) for name in problem.extra)
+        profile, derived = None, {}
+        if self.form.law != 'coulomb_viscous':
+            if shown:
+                unit = self._scale(solution, 'stribeck_velocity', ())
+            else:
+                unit = getattr(self, 'unit', 0.0)
+            if not shown and unit == 0.0:
+                unit = self._plain_unit()
+            profile = self._profile(unit, self._near(best, C, quantile) if shown else None)
+        knee, identified = self._knee(shown, best, C, quantile, reach, profile)
+        parameters.update(knee)
+        if shown and not identified and profile is not None:
+            for name in ('coulomb', 'viscous'):
+                parameters[name] = self._along(name, parameters[name], profile, quantile, reach)
+        if profile is not None and not identified:
+            low, high = profile.stribeck_interval(self.slowest, self.form.alpha)
+            value = np.nan
+            if shown:
+                fade = (self.slowest / best['stribeck_velocity']) ** self.form.alpha
+                value = best['stribeck'] * float(np.exp(-fade))
+            derived[STRIBECK_AT_SLOWEST] = Parameter(
+                value if low > 0.0 else np.nan,
+                effort_unit,
+                interval=(low, high),
+                flags=() if low > 0.0 else (NOT_IDENTIFIABLE,),
+            )
+        if not self.form.symmetric:
+            derived.update(self._by_direction(best, C, quantile, effort_unit, identified))
+        ordered = [
+            n
+            for n in (
+                'coulomb',
+                'viscous',
+                'stribeck',
+                'stribeck_velocity',
+                'bias',
+                'viscous_asymmetry',
+                'stribeck_asymmetry',
+            )
+            if n in parameters
+        ]
+        checked = {n: (best[n], parameters[n].interval) for n in best if n in parameters}
+        of = tuple(n for n in names if (n, n) in C and n not in problem.extra)
+        residual, scale = solution.residual, float(np.linalg.norm(problem.y))
+        drawn_law = self.form.identifier(shown)
+        return LawFit(
+            self.form.identifier(shown and identified),
+            {n: parameters[n] for n in ordered},
+            float(np.sqrt(np.mean(residual**2))),
+            100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan,
+            len(problem.y),
+            problem.count,
+            solution.v0,
+            derived,
+            (
+                dissipation_check(checked, effort_unit, self.slowest, self.fastest),
+                self._odd_even(solution, with_v0, effort_unit),
+            ),
+            {n: x for n, x in best.items() if n not in problem.extra},
+            drawn_law,
+            np.array([[C[a, b] for b in of] for a in of]),
+            of,
+            profile,
+            self.slowest,
+            self.fastest,
+            extra,
+        )
+
+    def _linear(
+        self,
+        name: str,
+        value: float,
+        variance: float | None,
+        quantile: float,
+        reach: DataReach,
+        solution: _Solution,
+        with_v0: bool,
+    ) -> Parameter:
+        unit = '1' if name in self.problem.extra else unit_of(name, reach.effort_unit)
+        if variance is None:
+            # Free to move, it would go below zero: how far up it may be all the same.
+            C = self.problem.covariance(solution, with_v0)
+            free = self.problem.free_step(solution, with_v0, name)
+            high = max(free + quantile * float(np.sqrt(C[name, name])), 0.0)
+            reason = reason_for(name, reach, (0.0, high))
+            if name == 'coulomb' and solution.v_s is not None:
+                # All of the level at standstill may be Coulomb friction as well as S.
+                high = max(high, self.problem.stribeck_at(solution))
+                reason = _NO_COULOMB
+            return Parameter(
+                np.nan if reason else 0.0,
+                unit,
+                interval=(0.0, high),
+                flags=(AT_BOUND, NOT_IDENTIFIABLE) if reason else (AT_BOUND,),
+                reason=reason or 'the best fit is at zero, as negative friction is not possible',
+                experiment=experiment_for(name, reach) if reason else '',
+            )
+        error = float(np.sqrt(variance))
+        interval = (value - quantile * error, value + quantile * error)
+        reason = '' if name in self.problem.extra else reason_for(name, reach, interval)
+        if reason:
+            low = max(interval[0], 0.0) if name in _NON_NEGATIVE else interval[0]
+            return Parameter(
+                np.nan,
+                unit,
+                interval=(low, interval[1]),
+                flags=(NOT_IDENTIFIABLE,),
+                reason=reason,
+                experiment=experiment_for(name, reach),
+            )
+        return Parameter(value, unit, error, interval)
+
+    def _along(
+        self,
+        name: str,
+        found: Parameter,
+        profile: LawProfile,
+        quantile: float,
+        reach: DataReach,
+    ) -> Parameter:
+        """
+        Return a parameter with what it may be at every v_s that the data leave open.
+
+        The law is not linear in v_s over so wide a range, so that the jackknife at the best fit
+        says too little: what is left of the limit at each v_s is left for the parameter there.
+        """
+        problem, v0 = self.problem, self.full.v0
+        with_v0 = self.finds_v0 and v0 > 0.0
+        open_ = np.flatnonzero(profile.excess <= 1.0)
+        picked = np.unique(open_[np.linspace(0, len(open_) - 1, _ALONG).astype(int)])
+        ends = [] if found.interval is None else [found.interval]
+        for k in picked:
+            v_s = float(profile.stribeck_velocity[k])
+            fit = self._solve(v_s, v0)
+            value = float(fit.theta[problem.names(v_s).index(name)])
+            C = problem.covariance(fit, with_v0, ('stribeck_velocity',))
+            room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
+            half = quantile * float(np.sqrt(C[name, name])) * room
+            ends.append((value - half, value + half))
+        interval = (max(min(low for low, _ in ends), 0.0), max(high for _, high in ends))
+        reason = reason_for(name, reach, interval)
+        if reason or NOT_IDENTIFIABLE in found.flags:
+            return Parameter(
+                np.nan,
+                found.unit,
+                interval=interval,
+                flags=(*(f for f in found.flags if f == AT_BOUND), NOT_IDENTIFIABLE),
+                reason=found.reason or reason,
+                experiment=experiment_for(name, reach),
+            )
+        error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
+        return replace(found, std_error=error, interval=interval)
+
+    def _plain_unit(self) -> float:
+        """Return the rise of the cost of one standard error, where there is no S to judge by."""
+        fit = self._solve(self.full.v_s, self.full.v0)
+        with_v0 = self.finds_v0 and fit.v0 > 0.0
+        return (
+            self._scale(fit, 'stribeck', ('stribeck_velocity',))
+            if not with_v0
+            else (
+                self.problem.covariance(fit, True, ('stribeck_velocity',))['stribeck', 'stribeck']
+                / self.problem.curvature(fit, True, ('stribeck_velocity',), 'stribeck')
+            )
+        )
+
+    def _knee(
+        self,
+        shown: bool,
+        best: Mapping[str, float],
+        C: Mapping[tuple[str, str], float],
+        quantile: float,
+        reach: DataReach,
+        profile: LawProfile | None,
+    ) -> tuple[dict[str, Parameter], bool]:
+        """Return S and v_s, and whether the data give both."""
+        units = {n: unit_of(n, reach.effort_unit) for n in ('stribeck', 'stribeck_velocity')}
+        if profile is None:
+            reason = 'the law that was asked for has no such term'
+            return {
+                n: Parameter(np.nan, unit, flags=(NOT_IDENTIFIABLE,), reason=reason)
+                for n, unit in units.items()
+            }, False
+        v_s = profile.velocity_interval() if shown else (0.0, np.inf)
+        reason = reason_for('stribeck_velocity', reach, v_s)
+        if shown and not reason:
+            # A closed interval by luck alone: of three standard errors it is open, or lopsided.
+            wide = profile.velocity_interval(_SURE**2)
+            if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
+                reason = reason_for('stribeck_velocity', reach, wide)
+        if shown and best['coulomb'] <= 0.0:
+            reason = _NO_COULOMB
+        if shown and not reason:
+            error = float(np.sqrt(C['stribeck', 'stribeck']))
+            half = quantile * error
+            S = (best['stribeck'] - half, best['stribeck'] + half)
+            # S goes with the exponential of 1 / v_s: where that matters its range is lopsided.
+            low, high = profile.stribeck_interval()
+            reason = reason_for('stribeck', reach, (min(low, S[0]), max(high, S[1])))
+            if not reason:
+                return {
+                    'stribeck': Parameter(best['stribeck'], units['stribeck'], error, S),
+                    'stribeck_velocity': Parameter(
+                        best['stribeck_velocity'],
+                        units['stribeck_velocity'],
+                        float(np.sqrt(C['stribeck_velocity', 'stribeck_velocity'])),
+                        v_s,
+                    ),
+                }, True
+        low, high = profile.stribeck_interval()
+        # C + S is the level at standstill, and C not negative.
+        flags: tuple[str, ...] = (NOT_IDENTIFIABLE,)
+        if not shown:
+            low = 0.0
+            high = self._largest_hidden(profile)
+            if self.problem.stribeck_at(self.full) <= 0.0:
+                flags = (NOT_IDENTIFIABLE, AT_BOUND)
+        experiment = experiment_for('stribeck', reach)
+        return {
+            'stribeck': Parameter(
+                np.nan,
+                units['stribeck'],
+                interval=(low, high),
+                flags=flags,
+                reason=reason,
+                experiment=experiment,
+            ),
+            'stribeck_velocity': Parameter(
+                np.nan,
+                units['stribeck_velocity'],
+                interval=v_s if shown else None,
+                flags=(NOT_IDENTIFIABLE,),
+                reason=reason,
+                experiment=experiment,
+            ),
+        }, False
+
+    def _largest_hidden(self, profile: LawProfile) -> float:
+        """Return the largest S that may hide, for v_s from a third of the slowest speed up."""
+        within = np.isfinite(profile.half) & (profile.stribeck_velocity >= self.slowest / _HIDDEN)
+        if not within.any():
+            return 0.0
+        return float(max(np.max((profile.stribeck + profile.half)[within]), 0.0))
+
+    def _by_direction(
+        self,
+        best: Mapping[str, float],
+        C: Mapping[tuple[str, str], float],
+        quantile: float,
+        effort_unit: str,
+        identified: bool,
+    ) -> dict[str, Parameter]:
+        pairs = [('coulomb', 'bias'), ('viscous', 'viscous_asymmetry')]
+        if identified:
+            pairs.append(('stribeck', 'stribeck_asymmetry'))
+        result = {}
+        for one, two in pairs:
+            if (one, one) not in C:
+                continue
+            for way, side in ((1.0, 'positive'), (-1.0, 'negative')):
+                value = best[one] + way * best[two]
+                error = float(
+                    np.sqrt(max(C[one, one] + C[two, two] + 2.0 * way * C[one, two], 0.0))
+                )
+                result[f'{one}_{side}'] = Parameter(
+                    value,
+                    unit_of(one, effort_unit),
+                    error,
+                    (value - quantile * error, value + quantile * error),
+                )
+        return result
+
+    def _odd_even(self, solution: _Solution, with_v0: bool, effort_unit: str) -> LawCheck:
+        """Ask whether the even part of friction changes with speed."""
+        problem, form = self.problem, self.form
+        p = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
+        speeds = np.array([self.slowest, self.fastest])
+        if form.symmetric:
+            names, X = problem.jacobian(solution, with_v0)
+            even = [problem.speed]
+            if solution.v_s is not None:
+                even.append(np.exp(-((problem.speed / solution.v_s) ** form.alpha)))
+            X = np.column_stack([X, *(problem._made(column) for column in even)])
+            norms = np.linalg.norm(X, axis=0)
+            norms[norms == 0.0] = 1.0
+            w = solution.weights
+            root = np.sqrt(w)
+            theta = np.linalg.lstsq(
+                X / norms * root[:, None], solution.residual * root, rcond=1e-10
+            )[0]
+            rest = solution.residual - X / norms @ theta
+            spread = jackknife_covariance(X / norms, rest, problem.groups, w)
+            own = np.arange(X.shape[1] - len(even), X.shape[1])
+            found = theta[own] / norms[own]
+            C = spread[np.ix_(own, own)] / np.outer(norms[own], norms[own])
+            bias = p['bias'] + float((theta / norms)[names.index('bias')])
+        else:
+            of = ['viscous_asymmetry', *(['stribeck_asymmetry'] if solution.v_s else [])]
+            full = problem.covariance(solution, with_v0)
+            found = np.array([p[name] for name in of])
+            C = np.array([[full[a, b] for b in of] for a in of])
+            bias = p['bias']
+        shapes = [speeds]
+        if solution.v_s is not None:
+            shapes.append(np.exp(-((speeds / solution.v_s) ** form.alpha)))
+        even_at = np.array(shapes).T @ found
+        inverse = np.linalg.pinv(C, rcond=1e-10)
+        statistic = float(found @ inverse @ found) / len(found)
+        freedom = max(problem.count - len(solution.theta) - 2, 1)
+        chance = float(f_distribution.sf(statistic, len(found), freedom))
+        fade = 0.0
+        if solution.v_s is not None:
+            fade = p['stribeck'] * np.exp(-((speeds / solution.v_s) ** form.alpha))
+        odd_at = p['coulomb'] + fade + p['viscous'] * speeds
+        return odd_even_check(
+            speeds, odd_at, bias + even_at, chance, effort_unit, not form.symmetric
+        )

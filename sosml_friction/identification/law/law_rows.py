@@ -1,0 +1,69 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of a regression of friction: what a fit is made of, and what several share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.identification.law.law_fit import LawFit, find_smoothing_velocity, fit_law
+from sosml_friction.identification.law.law_form import LawForm
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LawRows:
+    """
+    Hold what :func:`~sosml_friction.identification.law.law_fit.fit_law` takes.
+
+    ``v`` (N,) velocity in full order; ``y`` (K,) friction; ``clusters`` (K,) which rows share
+    their noise; ``keep`` (K,) which take part; ``mean_v`` (K,) velocity of each row; ``lag`` makes
+    of a column (N,) of the law what is in y of it (K,). ``smoothing_velocity``: v0 of the law's
+    sign, 0 for the sign itself; ``find_smoothing``: whether it is to be found. ``form``: which
+    law. ``extra``: more columns with a factor each (K, E), None for none.
+    """
+
+    v: FloatArray
+    y: FloatArray
+    clusters: NDArray[np.int64]
+    keep: NDArray[np.bool_]
+    mean_v: FloatArray
+    lag: Callable[[FloatArray], FloatArray]
+    smoothing_velocity: float = 0.0
+    find_smoothing: bool = False
+    form: LawForm = field(default_factory=LawForm)
+    extra: FloatArray | None = None
+
+    def fit(self, effort_unit: str) -> LawFit:
+        """Fit the law to the rows; errors as of ``fit_law``."""
+        return fit_law(
+            self.v,
+            self.y,
+            self.clusters,
+            effort_unit,
+            lag=self.lag,
+            keep=self.keep,
+            smoothing_velocity=self.smoothing_velocity,
+            mean_v=self.mean_v,
+            find_smoothing=self.find_smoothing,
+            form=self.form,
+            extra=self.extra,
+        )
+
+    def smoothing(self) -> float:
+        """Return v0 of the law's sign that the rows show, 0 for the sign itself."""
+        return find_smoothing_velocity(
+            self.v,
+            self.y,
+            self.clusters,
+            lag=self.lag,
+            keep=self.keep,
+            mean_v=self.mean_v,
+            form=self.form,
+            extra=self.extra,
+        )

@@ -1,0 +1,208 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rows of several recordings as one regression, each weighted by what it knows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.law.law_rows import LawRows
+from sosml_friction.model.smooth_sign import smooth_sign
+
+FloatArray = NDArray[np.float64]
+
+#: Rows that share their noise with so many neighbours or more are joined to means.
+_JOINED = 4.0
+#: Exponentials of the curve, without a law, that is taken off to see the noise.
+_MOST_EXPONENTIALS = 4
+_CLIP = 4.0
+
+
+@dataclass(frozen=True)
+class RowNoise:
+    """
+    Hold the noise of a bag's rows [Nm or N].
+
+    ``std`` is that of a single row, ``effective`` what it would be if rows were independent and
+    their sums as noisy as they are: that of a row times the root of how many share their noise.
+    ``clusters``: how many independent pieces there are.
+    """
+
+    std: float
+    effective: float
+    clusters: int
+
+    @property
+    def shared(self) -> float:
+        """Return how many rows share their noise, 1 if each has its own."""
+        return (self.effective / self.std) ** 2 if self.std > 0.0 else 1.0
+
+
+def row_noise(rows: LawRows, smoothing_velocity: float | None = None) -> RowNoise:
+    """
+    Return the noise of the rows about a smooth curve of their own.
+
+    The curve has the law's terms and up to four exponentials of fixed widths, so that it fits any
+    friction that changes smoothly with speed: what is left is noise, not the law's failing.
+
+    :param smoothing_velocity: v0 of the sign, None for that of the rows.
+    """
+    keep = _known(rows)
+    y = rows.y[keep]
+    labels, groups = np.unique(rows.clusters[keep], return_inverse=True)
+    v = np.nan_to_num(rows.v)
+    width = rows.smoothing_velocity if smoothing_velocity is None else smoothing_velocity
+    sign = smooth_sign(v, width)
+    columns = [sign, v, np.ones_like(v)]
+    speeds = np.abs(rows.mean_v[keep])
+    count = int(np.clip((len(labels) - 6) // 3, 0, _MOST_EXPONENTIALS))
+    slowest, fastest = np.quantile(speeds, [0.02, 1.0]) if len(speeds) else (0.0, 0.0)
+    if count and 0.0 < slowest < fastest:
+        widths = np.geomspace(slowest, fastest, count)
+        columns += [sign * np.exp(-np.abs(v) / w) for w in widths]
+    X = np.column_stack([rows.lag(column)[keep] for column in columns])
+    norms = np.linalg.norm(X, axis=0)
+    X = X / np.where(norms > 0.0, norms, 1.0)
+    theta, _, rank, _ = np.linalg.lstsq(X, y, rcond=1e-8)
+    residual = y - X @ theta
+    spread = 1.4826 * float(np.median(np.abs(residual))) if len(residual) else 0.0
+    if spread > 0.0:
+        residual = np.clip(residual, -_CLIP * spread, _CLIP * spread)
+    free = max(len(y) - int(rank), 1)
+    std = float(np.sqrt(residual @ residual / free))
+    sums = np.bincount(groups, weights=residual) if len(y) else np.zeros(1)
+    left = max(len(labels) - int(rank), 1)
+    effective = float(np.sqrt(sums @ sums / len(y) * len(labels) / left)) if len(y) else 0.0
+    return RowNoise(std, max(effective, std), len(labels))
+
+
+def joined(rows: LawRows, noise: RowNoise) -> LawRows:
+    """
+    Return means of rows that share their noise, so that each row knows something of its own.
+
+    The law is averaged as the rows are: nothing is lost but how friction changes within a mean.
+    Rows that are next to independent stay as they are.
+    """
+    if noise.shared < _JOINED:
+        return rows
+    length = round(noise.shared)
+    keep = np.flatnonzero(_known(rows))
+    runs = np.split(keep, np.flatnonzero(np.diff(keep) > 1) + 1)
+    blocks = [
+        part
+        for run in runs
+        if len(run)
+        for part in np.array_split(run, max(1, len(run) // length))
+    ]
+    # A way from one to the other direction would average to next to nothing.
+    blocks = [
+        part
+        for block in blocks
+        for part in np.split(block, np.flatnonzero(np.diff(np.sign(rows.mean_v[block]))) + 1)
+        if 2 * len(part) >= length
+    ]
+    if not blocks:
+        return rows
+    sizes = np.array([len(block) for block in blocks])
+    index = np.concatenate(blocks)
+    bounds = np.append(0, np.cumsum(sizes))
+    mean = csr_array(
+        (np.repeat(1.0 / sizes, sizes), index, bounds), shape=(len(blocks), len(rows.y))
+    )
+    lag = rows.lag
+    return replace(
+        rows,
+        y=mean @ np.nan_to_num(rows.y),
+        clusters=rows.clusters[[block[0] for block in blocks]],
+        keep=np.ones(len(blocks), dtype=bool),
+        mean_v=mean @ np.nan_to_num(rows.mean_v),
+        lag=lambda column: np.array(mean @ lag(column)),
+        extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
+    )
+
+
+@dataclass(frozen=True)
+class LawStack:
+    """Hold one regression of all bags: ``bag`` (K,) says of which each row is."""
+
+    rows: LawRows
+    bag: NDArray[np.int64]
+
+    def own_bias(self) -> LawStack:
+        """
+        Return the regression with a bias for each bag, of which only the mean is fitted.
+
+        What the other biases could explain is taken off both sides (Frisch and Waugh), so that the
+        law's parameters are those of a fit with all of them.
+        """
+        keep = _known(self.rows)
+        one = np.where(keep, self.rows.lag(np.ones_like(np.nan_to_num(self.rows.v))), 0.0)
+        bags = np.unique(self.bag[keep])
+        basis = np.column_stack([one, *(one * (self.bag == b) for b in bags[:-1])])
+        contrasts = np.linalg.qr(basis)[0][:, 1:]
+        lag = self.rows.lag
+
+        def project(column: FloatArray) -> FloatArray:
+            column = np.where(keep, column, 0.0)
+            return np.array(column - contrasts @ (contrasts.T @ column))
+
+        rows = replace(
+            self.rows,
+            y=project(self.rows.y),
+            keep=keep,
+            lag=lambda column: project(lag(column)),
+            extra=None
+            if self.rows.extra is None
+            else np.column_stack([project(column) for column in self.rows.extra.T]),
+        )
+        return LawStack(rows, self.bag)
+
+
+def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
+    """
+    Return the rows of all bags as one regression, both sides times the weight of their bag.
+
+    Clusters of different bags are different. Columns that a caller added share their factors.
+
+    :raises DataError: if the bags do not have as many of these.
+    """
+    ends = np.cumsum([len(rows.v) for rows in parts])[:-1]
+
+    def lag(column: FloatArray) -> FloatArray:
+        pieces = zip(parts, np.split(column, ends), weights, strict=True)
+        return np.concatenate([w * rows.lag(piece) for rows, piece, w in pieces])
+
+    clusters, first = [], 0
+    for rows in parts:
+        own = np.unique(rows.clusters, return_inverse=True)[1]
+        clusters.append(own + first)
+        first += int(own.max(initial=-1)) + 1
+    columns = {0 if rows.extra is None else rows.extra.shape[1] for rows in parts}
+    if len(columns) > 1:
+        raise DataError(
+            'the recordings were not prepared alike: inertia is fitted in some and not in others; '
+            'fit all of them with it, or none'
+        )
+    extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
+              if rows.extra is not None]  # fmt: skip
+    stacked = replace(
+        parts[0],
+        v=np.concatenate([rows.v for rows in parts]),
+        y=np.concatenate([w * rows.y for rows, w in zip(parts, weights, strict=True)]),
+        clusters=np.concatenate(clusters).astype(np.int64),
+        keep=np.concatenate([rows.keep for rows in parts]),
+        mean_v=np.concatenate([rows.mean_v for rows in parts]),
+        lag=lag,
+        extra=np.concatenate(extras) if extras else None,
+    )
+    return LawStack(stacked, np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts]))
+
+
+def _known(rows: LawRows) -> NDArray[np.bool_]:
+    return np.asarray(rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v))

@@ -1,0 +1,234 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""From several bags of one robot to one model of its friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.bag_analysis import (
+    BagAnalysis,
+    analyse_bag,
+    bag_hash,
+    friction_of,
+    preferred_observer,
+    read_nominal,
+)
+from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.several.bag_roles import find_roles, parse_roles
+from sosml_friction.identification.several.consolidation import (
+    Consolidated,
+    Consolidation,
+    consolidate,
+)
+from sosml_friction.model.model_folder import RobotModelFile
+
+#: What the provenance of a model keeps of each bag.
+_KEPT = ('bag', 'sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'observers')
+#: What it keeps of the nominal model.
+_OF_MODEL = ('rigid_body', 'effects_left_out')
+
+
+@dataclass(frozen=True)
+class BagsAnalysis:
+    """
+    Hold several fitted recordings of one robot, by their labels, and what they say together.
+
+    ``model`` has the consolidated friction.
+    """
+
+    bags: Mapping[str, BagAnalysis]
+    consolidation: Consolidation
+    model: RobotModelFile
+
+
+def analyse_bags(
+    paths: Sequence[str | Path],
+    model: str | Path | None = None,
+    urdf: str | Path | None = None,
+    settings: FitSettings | None = None,
+    bandwidth: float | None = None,
+    namespace: str | None = None,
+    observers: Sequence[str] | None = None,
+    effort_hold: Mapping[str, str] | None = None,
+    roles: Sequence[str] = (),
+    own_bias: bool | None = None,
+    command: str = '',
+    progress: Callable[[str], None] = lambda step: None,
+) -> BagsAnalysis:
+    """
+    Fit friction to every bag alone, and to all of them together.
+
+    :param roles: ``BAG=T1`` and so on, see
+        :func:`~sosml_friction.identification.several.bag_roles.parse_roles`.
+    :param own_bias: see :func:`~sosml_friction.identification.several.consolidation.consolidate`.
+    :param progress: called with what is done next.
+
+    The other arguments are those of
+    :func:`~sosml_friction.identification.bag_analysis.analyse_bag`, for every bag.
+
+    :raises BagError: if a bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if a bag is given twice, bags are not of the same robot, or as for
+        one bag.
+    :raises DataError: if no joint can be fitted, or as for one bag.
+    """
+    labels = bag_labels(paths)
+    stated = parse_roles(roles, list(labels))
+    models: dict[str, RobotModelFile] = {}
+    hashes: dict[str, str] = {}
+    for label, path in labels.items():
+        progress(f'reading {label}')
+        nominal = read_nominal(Bag.open(path, namespace), path, model, urdf)
+        copy_of = hashes.setdefault(bag_hash(path), label)
+        if copy_of != label:
+            raise ConfigurationError(
+                f'bags {copy_of} and {label} are copies of one recording, which would count '
+                'twice: give each recording once'
+            )
+        for other, earlier in models.items():
+            _require_same_robot(other, earlier, label, nominal)
+        models[label] = nominal
+    analyses: dict[str, BagAnalysis] = {}
+    for label, path in labels.items():
+        progress(f'reading and fitting {label}')
+        try:
+            analyses[label] = analyse_bag(
+                path, model, urdf, settings, bandwidth, namespace, observers, effort_hold,
+                require=False, command=command,
+            )  # fmt: skip
+        except DataError as error:
+            raise DataError(f'bag {label}: {error}') from error
+    progress('consolidating')
+    any_model = next(iter(analyses.values())).model
+    units = dict(zip(any_model.joint_names, any_model.make_robot().effort_units, strict=True))
+    found = find_roles({label: a.log for label, a in analyses.items()}, stated, units)
+    joints: dict[str, dict[str, Consolidated]] = {}
+    unavailable: dict[str, str] = {}
+    for joint, unit in units.items():
+        fits = {label: a.fit for label, a in analyses.items()}
+        known = dict.fromkeys(o for fit in fits.values() for o in fit.rows.get(joint, {}))
+        entries = {o: consolidate(joint, o, unit, fits, found, own_bias) for o in known}
+        if any(entry.preferred for entry in entries.values()):
+            joints[joint] = {o: entry for o, entry in entries.items() if entry.preferred}
+            continue
+        reasons = [entry.reason.rstrip('.') for entry in entries.values()]
+        reasons += [fit.unavailable[joint] for fit in fits.values() if joint in fit.unavailable]
+        unavailable[joint] = next(iter(reasons), 'no bag has an estimate of its friction')
+    if not joints:
+        raise DataError(
+            'no joint can be fitted, by all bags together either. '
+            + '; '.join(f'{joint}: {reason}' for joint, reason in unavailable.items())
+        )
+    chosen = {
+        joint: observer
+        for joint, entries in joints.items()
+        if (observer := preferred_observer(entries)) is not None
+    }
+    consolidation = Consolidation(tuple(labels), found, joints, chosen, unavailable)
+    return BagsAnalysis(analyses, consolidation, _model(analyses, consolidation, command))
+
+
+def bag_name(bag: Path) -> str:
+    """Return the name of a bag, which is a folder or an .mcap file."""
+    path = bag.resolve()
+    return path.stem if path.suffix == '.mcap' else path.name
+
+
+def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
+    """
+    Return the bags by a label of each: its name, or where two have the same, its path.
+
+    :raises ConfigurationError: if a bag is given twice.
+    """
+    resolved = [Path(path).resolve() for path in paths]
+    for k, path in enumerate(resolved):
+        if path in resolved[:k]:
+            raise ConfigurationError(f'bag {paths[k]} is given twice: give each bag once')
+    names = [bag_name(path) for path in resolved]
+    return {
+        name if names.count(name) == 1 else str(path): Path(path)
+        for name, path in zip(names, paths, strict=True)
+    }
+
+
+def _require_same_robot(
+    first: str, one: RobotModelFile, second: str, other: RobotModelFile
+) -> None:
+    """
+    Refuse bags of different robots.
+
+    :raises ConfigurationError: if joints, inertia of the rotors or URDF differ.
+    """
+    if one.joint_names != other.joint_names:
+        raise ConfigurationError(
+            f'bags {first} and {second} are not of the same robot: their joints are '
+            f'{", ".join(one.joint_names)} and {", ".join(other.joint_names)}; fit them one by one'
+        )
+    for name, joint in one.joints.items():
+        armature = other.joints[name].armature
+        if joint.armature.value != armature.value or joint.armature.unit != armature.unit:
+            raise ConfigurationError(
+                f'bags {first} and {second} are not of the same robot: the armature of {name} is '
+                f'{joint.armature.value:g} and {armature.value:g} {armature.unit}; give the right '
+                'model for both with --model'
+            )
+    if ''.join((one.urdf or '').split()) != ''.join((other.urdf or '').split()):
+        raise ConfigurationError(
+            f'bags {first} and {second} are not of the same robot: their URDFs differ; give the '
+            'right one for both with --urdf'
+        )
+
+
+def _model(
+    analyses: Mapping[str, BagAnalysis], consolidation: Consolidation, command: str
+) -> RobotModelFile:
+    first = next(iter(analyses.values())).model
+    joints = {}
+    for name, joint in first.joints.items():
+        if name not in consolidation.model:
+            joints[name] = replace(joint, friction=None)
+            continue
+        entry = consolidation.joints[name][consolidation.model[name]]
+        widths = [fit.fit.smoothing_velocity for fit in entry.fits.values()]
+        if entry.joint_fit is not None:
+            widths = [entry.joint_fit.smoothing_velocity]
+        friction = friction_of(entry.law, entry.parameters, max(widths, default=0.0))
+        joints[name] = replace(joint, friction=friction)
+    provenance: dict[str, Any] = {
+        'bags': [
+            {'label': label, **{key: a.model.provenance[key] for key in _KEPT}}
+            for label, a in analyses.items()
+        ],
+        'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+        'versions': first.provenance['versions'],
+        'settings': first.provenance['settings'],
+        'command': command,
+        'consolidation': _outcome(consolidation),
+    }
+    own = {key: first.provenance[key] for key in _OF_MODEL if key in first.provenance}
+    return replace(first, joints=joints, provenance={**provenance, **own})
+
+
+def _outcome(consolidation: Consolidation) -> dict[str, Any]:
+    """Return what the model's friction rests on, for its provenance."""
+    return {
+        'roles': {label: role.role for label, role in consolidation.roles.items()},
+        'joints': {
+            joint: {
+                'observer': observer,
+                'preferred': entry.preferred,
+                'reason': entry.reason,
+                'chi_square': float(entry.chi_square),
+                'degrees': int(entry.degrees),
+                'p_value': float(entry.p_value),
+            }
+            for joint, observer in consolidation.model.items()
+            for entry in [consolidation.joints[joint][observer]]
+        },
+    }

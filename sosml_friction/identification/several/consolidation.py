@@ -1,0 +1,415 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What several recordings of one robot say of its friction together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.friction_fit import FrictionFit, JointFit
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_rows import LawRows
+from sosml_friction.identification.law.law_stack import RowNoise, joined, row_noise, stack_rows
+from sosml_friction.identification.several.bag_agreement import (
+    Agreement,
+    Disagreement,
+    find_agreement,
+)
+from sosml_friction.identification.several.bag_roles import ROLES, BagRole
+from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+
+#: What of the law comes from bags of which role, by the paper's rule.
+RULE = {
+    'coulomb': ('T1', 'T3'),
+    'viscous': ('T1', 'T3'),
+    'stribeck': ('T2',),
+    'stribeck_velocity': ('T2',),
+    'bias': ('T3',),
+}
+#: Where the law is fitted with an asymmetry, it comes from the same bags as what it is of.
+_ASYMMETRY = {'viscous_asymmetry': ('T1', 'T3'), 'stribeck_asymmetry': ('T2',)}
+#: Which of the two ways is to be used.
+JOINT, BY_RULE = 'joint', 'rule'
+#: Bags are said to agree if they would be as different by chance in more than this share of cases.
+_AGREE = 0.01
+_TRAJECTORY = {'T1': 'speed_ladder', 'T2': 'symmetric_reversals', 'T3': 'slow_ladder'}
+_STRIBECK = ('stribeck', 'stribeck_velocity')
+
+
+@dataclass(frozen=True)
+class RuleFit:
+    """
+    Hold what the paper's rule makes of the fits of single recordings.
+
+    C and B from T1 and T3, S and v_s from T2, the bias from T3; several fits of one parameter are
+    averaged, weighted by their information, and where they scatter more than their errors say,
+    those of the mean are larger by as much. ``sources``: the bags each parameter comes from; one
+    that comes from none is flagged. ``missing``: roles that no bag has; ``reason`` says what is
+    missing and what to record, without stop, empty if nothing is.
+    """
+
+    parameters: Mapping[str, Parameter]
+    sources: Mapping[str, tuple[str, ...]]
+    missing: tuple[str, ...] = ()
+    reason: str = ''
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings, ready for JSON."""
+        return {
+            'parameters': {name: p.to_dict() for name, p in self.parameters.items()},
+            'sources': {name: list(bags) for name, bags in self.sources.items()},
+            'missing': list(self.missing),
+            'reason': self.reason,
+        }
+
+
+@dataclass(frozen=True)
+class Consolidated:
+    """
+    Hold one joint's friction from all recordings, by one observer or by the weak form.
+
+    ``fits`` are the fits of single bags, ``unavailable`` says why a bag has none; both by the
+    label of the bag. ``rule`` is the paper's, ``joint_fit`` the law fitted to all bags at once,
+    None where that is not possible; its residual is in units of a bag of usual noise. ``noise`` is
+    the standard deviation that each bag's rows were weighted by [Nm or N]. ``bias`` is each bag's
+    own bias at a common law; ``own_bias`` says whether the joint fit leaves it to each.
+
+    ``chi_square`` of ``degrees`` of freedom holds the bags against one law for all, ``p_value`` is
+    how often it would be as large by chance. ``preferred`` is ``joint`` or ``rule``, empty where
+    there is neither; ``reason`` is one sentence on why.
+    """
+
+    joint: str
+    observer: str
+    unit: str
+    fits: Mapping[str, JointFit]
+    unavailable: Mapping[str, str]
+    rule: RuleFit
+    joint_fit: LawFit | None
+    noise: Mapping[str, float]
+    bias: Mapping[str, Parameter]
+    own_bias: bool
+    disagreements: tuple[Disagreement, ...]
+    chi_square: float
+    degrees: int
+    p_value: float
+    preferred: str
+    reason: str
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Return the parameters of the way that is preferred, empty where there is none."""
+        if self.preferred == JOINT and self.joint_fit is not None:
+            return {**self.joint_fit.parameters, **self._bias_of_bags()}
+        return self.rule.parameters if self.preferred == BY_RULE else {}
+
+    def _bias_of_bags(self) -> dict[str, Parameter]:
+        """Return the bias where it differs between bags: by the rule, else a range."""
+        if not self.own_bias:
+            return {}
+        if self.rule.sources.get('bias'):
+            return {'bias': self.rule.parameters['bias']}
+        assert self.joint_fit is not None
+        intervals = np.array([p.interval or (np.nan, np.nan) for p in self.bias.values()])
+        low, high = np.nanmin(intervals[:, 0]), np.nanmax(intervals[:, 1])
+        bias = replace(
+            self.joint_fit.parameters['bias'],
+            interval=(float(low), float(high)),
+            reason='it differs between the bags',
+            experiment='find out what changed between them: temperature, posture, zero of current',
+        )
+        return {'bias': bias}
+
+    @property
+    def law(self) -> str:
+        """Return the name of the law that :attr:`parameters` are of."""
+        if self.preferred == JOINT and self.joint_fit is not None:
+            return self.joint_fit.law
+        parameters = self.parameters
+        known = all(name in parameters and _known(parameters[name]) for name in _STRIBECK)
+        laws = [fit.fit.law for fit in self.fits.values()]
+        for law in laws:
+            if ('stribeck' in law) == known:
+                return law
+        asymmetric = '_asymmetric' if 'viscous_asymmetry' in parameters else ''
+        return f'{"stribeck" if known else "coulomb_viscous"}{asymmetric}'
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of ``sosml fit --json``."""
+        fit = self.joint_fit
+        return {
+            'bags': {label: one.to_dict() for label, one in self.fits.items()},
+            'unavailable': dict(self.unavailable),
+            'rule': self.rule.to_dict(),
+            'joint': None
+            if fit is None
+            else {
+                'law': fit.law,
+                'parameters': {name: p.to_dict() for name, p in fit.parameters.items()},
+                'derived': {name: p.to_dict() for name, p in fit.derived.items()},
+                'checks': [check.to_dict() for check in fit.checks],
+                'relative_error': fit.relative_error,
+                'residual_std': fit.residual_std,
+                'residual_unit': self.unit,
+                'pairs': fit.pairs,
+                'clusters': fit.clusters,
+            },
+            'noise': dict(self.noise),
+            'bias': {label: p.to_dict() for label, p in self.bias.items()},
+            'own_bias': self.own_bias,
+            'disagreements': [entry.to_dict() for entry in self.disagreements],
+            'chi_square': self.chi_square,
+            'degrees': self.degrees,
+            'p_value': self.p_value,
+            'preferred': self.preferred,
+            'reason': self.reason,
+            'parameters': {name: p.to_dict() for name, p in self.parameters.items()},
+        }
+
+
+@dataclass(frozen=True)
+class Consolidation:
+    """
+    Hold what several recordings say together.
+
+    ``bags`` are labels, by which all else names a recording; ``joints[joint][observer]``, where
+    the observer may be ``weak_form``; ``model[joint]`` is the observer whose result is in the
+    model; ``unavailable[joint]`` says why a joint has nothing.
+    """
+
+    bags: tuple[str, ...]
+    roles: Mapping[str, BagRole]
+    joints: Mapping[str, Mapping[str, Consolidated]]
+    model: Mapping[str, str] = field(default_factory=dict)
+    unavailable: Mapping[str, str] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry ``consolidation`` of ``sosml fit --json``."""
+        return {
+            'bags': list(self.bags),
+            'roles': {label: role.to_dict() for label, role in self.roles.items()},
+            'joints': {
+                joint: {observer: entry.to_dict() for observer, entry in entries.items()}
+                for joint, entries in self.joints.items()
+            },
+            'unavailable': dict(self.unavailable),
+        }
+
+
+def consolidate(
+    joint: str,
+    observer: str,
+    unit: str,
+    recordings: Mapping[str, FrictionFit],
+    roles: Mapping[str, BagRole],
+    own_bias: bool | None = None,
+) -> Consolidated:
+    """
+    Say what recordings tell together of one joint, by one observer.
+
+    The paper's rule combines the fits of single bags. The joint fit is one regression over the
+    rows of all bags, both sides divided by the noise that the bag's own rows have about a smooth
+    curve of their own: a bag counts by its information, and clusters of different bags are
+    different, so that standard errors hold whatever the weights. Where the bags differ in their
+    bias, which posture, temperature or the zero of a current sensor may change, it is left to
+    each.
+
+    :param unit: ``Nm`` or ``N``.
+    :param recordings: the fits of each bag by its label, with their rows.
+    :param own_bias: whether each bag has a bias of its own; None to see from the data.
+    """
+    fits, unavailable, rows = {}, {}, {}
+    for label, fit in recordings.items():
+        if observer in fit.joints.get(joint, {}):
+            fits[label] = fit.joints[joint][observer]
+        else:
+            unavailable[label] = fit.unavailable.get(joint, f'{observer} has no estimate')
+        if observer in fit.rows.get(joint, {}):
+            rows[label] = fit.rows[joint][observer]
+    rule = paper_rule(fits, roles, unit)
+    widths = [fit.fit.smoothing_velocity for fit in fits.values()]
+    width = float(np.median(widths)) if widths else None
+    found = _JointFit(rows, unit, own_bias, width)
+    preferred, reason = _choose(found, rule)
+    agreement = found.agreement
+    return Consolidated(
+        joint,
+        observer,
+        unit,
+        fits,
+        unavailable,
+        rule,
+        found.fit,
+        {label: noise.effective for label, noise in found.noise.items()},
+        agreement.bias,
+        found.own_bias,
+        agreement.disagreements,
+        agreement.chi_square,
+        agreement.degrees,
+        agreement.p_value,
+        preferred,
+        reason,
+    )
+
+
+class _JointFit:
+    """One law for all bags, and how well they agree with it."""
+
+    def __init__(
+        self,
+        parts: Mapping[str, LawRows],
+        unit: str,
+        own_bias: bool | None,
+        smoothing_velocity: float | None,
+    ) -> None:
+        self.fit: LawFit | None = None
+        self.problem = ''
+        self.own_bias = bool(own_bias)
+        self.noise: dict[str, RowNoise] = {}
+        self.agreement = Agreement(np.nan, 0, np.nan, (), {})
+        known = {label: rows for label, rows in parts.items() if rows.keep.any()}
+        if not known:
+            self.problem = 'no bag has motion to fit'
+            return
+        first = {label: row_noise(rows, smoothing_velocity) for label, rows in known.items()}
+        known = {label: joined(rows, first[label]) for label, rows in known.items()}
+        self.noise = {label: row_noise(rows, smoothing_velocity) for label, rows in known.items()}
+        positive = [n.effective for n in self.noise.values() if n.effective > 0.0]
+        usual = float(np.exp(np.mean(np.log(positive)))) if positive else 1.0
+        # Exact data have no noise to weigh them by.
+        least = 1e-9 * usual
+        weights = [usual / max(n.effective, least) for n in self.noise.values()]
+        stack = stack_rows(list(known.values()), weights)
+        try:
+            self.fit = (stack.own_bias() if self.own_bias else stack).rows.fit(unit)
+        except DataError as error:
+            self.problem = str(error)
+            return
+        labels = list(known)
+        self.agreement = find_agreement(stack, labels, unit, self.fit)
+        differs = any(entry.parameter == 'bias' for entry in self.agreement.disagreements)
+        if own_bias is None and differs:
+            self.own_bias = True
+            self.fit = stack.own_bias().rows.fit(unit)
+
+
+def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
+    """Return which way is preferred, and the sentence that says why."""
+    usable = bool(rule.sources.get('coulomb') and rule.sources.get('viscous'))
+    if found.fit is None:
+        if usable:
+            return BY_RULE, f'No law can be fitted to all bags at once ({found.problem}).'
+        return '', f'Neither way gives a law: {found.problem}; {rule.reason}.'
+    agreement = found.agreement
+    of_law = [entry for entry in agreement.disagreements if entry.parameter != 'bias']
+    of_bias = [entry for entry in agreement.disagreements if entry.parameter == 'bias']
+    if of_law:
+        said = '; '.join(entry.sentence for entry in agreement.disagreements)
+        if usable and not rule.missing:
+            return BY_RULE, f'The bags are not of one law: {said}.'
+        return JOINT, (
+            f'The bags are not of one law: {said}. The rule cannot be applied '
+            f'({rule.reason or "a bag it needs has no fit"}), so that all bags are averaged.'
+        )
+    if of_bias:
+        said = '; '.join(entry.sentence for entry in of_bias)
+        return JOINT, (
+            f'The bags agree in friction and not in bias: {said}. An offset of gravity or of the '
+            'current has changed, and each bag has its own in the joint fit.'
+        )
+    if len(found.noise) == 1:
+        return JOINT, 'There is one bag with motion of this joint.'
+    odds = f'chi-square {agreement.chi_square:.1f} with {agreement.degrees} degrees of freedom'
+    if agreement.degrees and agreement.p_value < _AGREE:
+        return JOINT, (
+            f'The bags differ ({odds}), but in no single parameter beyond its error, so that the '
+            'joint fit averages them.'
+        )
+    return JOINT, (
+        f'The bags agree ({odds}), and the joint fit uses all they know of each parameter.'
+    )
+
+
+def paper_rule(fits: Mapping[str, JointFit], roles: Mapping[str, BagRole], unit: str) -> RuleFit:
+    """Return the paper's combination of the fits of single bags, by their labels."""
+    missing = tuple(
+        role for role in ROLES if not any(entry.role == role for entry in roles.values())
+    )
+    parameters, sources = {}, {}
+    rule = dict(RULE)
+    for name, wanted in _ASYMMETRY.items():
+        if any(name in fit.fit.parameters for fit in fits.values()):
+            rule[name] = wanted
+    for name, wanted in rule.items():
+        own = {
+            label: fit.fit.parameters[name]
+            for label, fit in fits.items()
+            if roles[label].role in wanted and name in fit.fit.parameters
+        }
+        known = {label: p for label, p in own.items() if _known(p)}
+        sources[name] = tuple(known)
+        if known:
+            parameters[name] = weighted_mean(list(known.values()))
+            continue
+        parameters[name] = _open(name, unit, list(own.values()), wanted)
+    lacking = ' and '.join(
+        f'{role} ({_TRAJECTORY[role]}), from which the rule takes '
+        + ', '.join(name.replace('_', ' ') for name, wanted in RULE.items() if role in wanted)
+        for role in missing
+    )
+    reason = (
+        f'no bag is {lacking}: record it, or say which bag it is with --role' if lacking else ''
+    )
+    return RuleFit(parameters, sources, missing, reason)
+
+
+def _known(parameter: Parameter) -> bool:
+    return NOT_IDENTIFIABLE not in parameter.flags and bool(np.isfinite(parameter.value))
+
+
+def _open(name: str, unit: str, own: Sequence[Parameter], wanted: Sequence[str]) -> Parameter:
+    """Return a flagged parameter, its range what all of the bags leave open."""
+    if not own:
+        reason = f'no bag is {" or ".join(wanted)}'
+        experiment = ' and '.join(f'record {_TRAJECTORY[role]}' for role in wanted)
+    else:
+        first = own[0]
+        reason = first.reason or f'{" and ".join(wanted)} alone do not tell it'
+        experiment = first.experiment
+    ranges = [p.interval for p in own if p.interval is not None]
+    low = max((r[0] for r in ranges), default=np.nan)
+    high = min((r[1] for r in ranges), default=np.nan)
+    interval = (low, high) if ranges and not low > high else None
+    return Parameter(
+        np.nan, unit_of(name, unit), np.nan, interval, (NOT_IDENTIFIABLE,), reason, experiment
+    )
+
+
+def weighted_mean(parameters: Sequence[Parameter]) -> Parameter:
+    """
+    Return the mean of estimates of one parameter, weighted by their information.
+
+    Each interval keeps the quantile it was made with. Errors are larger by the root of chi-square
+    over its degrees of freedom where that is above 1 (Birge): estimates that scatter more than
+    their errors say are less sure than these. An estimate without error takes part only alone.
+    """
+    if len(parameters) == 1:
+        return parameters[0]
+    sure = [p for p in parameters if np.isfinite(p.std_error) and p.std_error > 0.0]
+    if len(sure) < 2:
+        return (sure or list(parameters))[0]
+    values, errors = (np.array([getattr(p, n) for p in sure]) for n in ('value', 'std_error'))
+    weights = errors**-2 / np.sum(errors**-2)
+    mean = float(weights @ values)
+    birge = max(1.0, float(np.sqrt(np.sum(((values - mean) / errors) ** 2) / (len(sure) - 1))))
+    halves = [0.5 * (p.interval[1] - p.interval[0]) if p.interval else np.nan for p in sure]
+    half = np.where(np.isfinite(halves), halves, 2.0 * errors)
+    spread = birge * float(np.sqrt(np.sum((weights * half) ** 2)))
+    error = birge * float(np.sqrt(np.sum((weights * errors) ** 2)))
+    return Parameter(mean, sure[0].unit, error, (mean - spread, mean + spread))

@@ -1,0 +1,188 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+A motion that is asked for, as trajectory_msgs/JointTrajectory says it, and its check.
+
+:class:`~sosml_friction.motion.trajectory.Trajectory` is what a planner made and checked itself;
+this is what came from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.model.robot import JointLimits
+from sosml_friction.motion.trajectory import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+# A velocity left over at the last point, where the joint then holds [rad/s or m/s].
+_END_VELOCITY = 0.01
+
+
+@dataclass(frozen=True)
+class JointTrajectory:
+    """
+    Hold N points of n joints.
+
+    ``times`` (N,) [s] from the start; ``positions`` (N, n) [rad or m]; ``velocities`` (N, n)
+    [rad/s or m/s] or None. Between points: cubic Hermite with velocities, straight lines without.
+    Where the first time is positive the motion begins at rest at the present position at time 0.
+    """
+
+    names: tuple[str, ...]
+    times: FloatArray
+    positions: FloatArray
+    velocities: FloatArray | None = None
+
+    @classmethod
+    def from_trajectory(cls, trajectory: Trajectory) -> JointTrajectory:
+        """Return a planner's trajectory in this form."""
+        return cls(trajectory.names, trajectory.t, trajectory.q, trajectory.v)
+
+    @property
+    def duration(self) -> float:
+        """Return the time of the last point [s]."""
+        return float(self.times[-1])
+
+
+def prepare_trajectory(
+    trajectory: JointTrajectory,
+    names: Sequence[str],
+    limits: Sequence[JointLimits],
+    position: FloatArray,
+    tolerance: FloatArray,
+) -> JointTrajectory:
+    """
+    Check a trajectory as a whole; return it in the order of ``names`` and starting at time 0.
+
+    :param names: the driver's joints.
+    :param limits: position and velocity limits of each; extremes between points count too.
+    :param position: where the joints are (n,) [rad or m].
+    :param tolerance: how far from there the trajectory may start, per joint (n,) [rad or m].
+    :raises TrajectoryError: with what is wrong, where, and the numbers.
+    """
+    names = tuple(names)
+    _check_shape(trajectory, names)
+    order = [trajectory.names.index(name) for name in names]
+    times = np.asarray(trajectory.times, dtype=float)
+    q = np.asarray(trajectory.positions, dtype=float)[:, order]
+    v = trajectory.velocities
+    v = None if v is None else np.asarray(v, dtype=float)[:, order]
+    if v is not None and np.any(np.abs(v[-1]) > _END_VELOCITY):
+        joint = int(np.argmax(np.abs(v[-1])))
+        raise TrajectoryError(
+            f'the trajectory ends with joint {names[joint]} at {v[-1, joint]:.3g} per second: let '
+            'it end at rest'
+        )
+    if times[0] > 0.0:
+        times = np.concatenate([[0.0], times])
+        q = np.vstack([position, q])
+        v = None if v is None else np.vstack([np.zeros(len(names)), v])
+    else:
+        distance = np.abs(q[0] - position)
+        for joint, name in enumerate(names):
+            if not distance[joint] <= tolerance[joint]:
+                raise TrajectoryError(
+                    f'the trajectory starts with joint {name} at {q[0, joint]:.4f}, '
+                    f'{distance[joint]:.4f} from where it is ({position[joint]:.4f}): start '
+                    f'within {tolerance[joint]:g}, or give the first point a time above 0 to go '
+                    'there'
+                )
+    prepared = JointTrajectory(names, times, q, v)
+    _check_limits(prepared, limits)
+    return prepared
+
+
+def _check_shape(trajectory: JointTrajectory, names: tuple[str, ...]) -> None:
+    if sorted(trajectory.names) != sorted(names):
+        raise TrajectoryError(
+            f'the trajectory moves {", ".join(trajectory.names) or "no joint"}: it must name '
+            f'{", ".join(names)}, each once'
+        )
+    times = np.asarray(trajectory.times, dtype=float)
+    count = len(times)
+    if count == 0:
+        raise TrajectoryError('the trajectory has no points: give at least one')
+    shape = (count, len(names))
+    arrays = {'positions': trajectory.positions, 'velocities': trajectory.velocities}
+    for what, array in arrays.items():
+        if array is None:
+            continue
+        if np.shape(array) != shape:
+            raise TrajectoryError(
+                f'the {what} of the trajectory have shape {np.shape(array)}: {count} points of '
+                f'{len(names)} joints need {shape}'
+            )
+        bad = np.argwhere(~np.isfinite(np.asarray(array, dtype=float)))
+        if len(bad):
+            raise TrajectoryError(
+                f'point {bad[0][0]} of the trajectory has {what} that are not finite'
+            )
+    if not np.all(np.isfinite(times)) or times[0] < 0.0:
+        raise TrajectoryError('the times of the trajectory must be finite and not negative')
+    late = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(late):
+        i = int(late[0]) + 1
+        raise TrajectoryError(
+            f'point {i} of the trajectory is at {times[i]:g} s, not after {times[i - 1]:g} s of '
+            'the point before: let the times increase'
+        )
+
+
+def _check_limits(trajectory: JointTrajectory, limits: Sequence[JointLimits]) -> None:
+    low, high, fastest = extremes(trajectory)
+    for joint, (name, limit) in enumerate(zip(trajectory.names, limits, strict=True)):
+        for value, wrong in (
+            (low[joint], low[joint] < limit.lower),
+            (high[joint], high[joint] > limit.upper),
+        ):
+            if wrong:
+                raise TrajectoryError(
+                    f'the trajectory takes joint {name} to {value:.4f}, outside its limits '
+                    f'{limit.lower:g} to {limit.upper:g}'
+                )
+        if fastest[joint] > limit.velocity:
+            raise TrajectoryError(
+                f'the trajectory moves joint {name} at {fastest[joint]:.4f} per second where its '
+                f'limit is {limit.velocity:g}: make it slower'
+            )
+
+
+def extremes(trajectory: JointTrajectory) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return least position, greatest position and greatest speed of each joint, each (n,)."""
+    q, v = trajectory.positions, trajectory.velocities
+    low, high = q.min(axis=0), q.max(axis=0)
+    if len(q) == 1:
+        return low, high, np.zeros(q.shape[1])
+    h = np.diff(trajectory.times)[:, None]
+    if v is None:
+        return low, high, np.abs(np.diff(q, axis=0) / h).max(axis=0)
+    a0, a1, a2, a3 = hermite(q[:-1], v[:-1], q[1:], v[1:], h)
+    fastest = np.abs(v).max(axis=0)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        # Speed is extreme where 2 a2 + 6 a3 s = 0, position where a1 + 2 a2 s + 3 a3 s^2 = 0.
+        top = -a2 / (3.0 * a3)
+        root = np.sqrt(a2 * a2 - 3.0 * a3 * a1)
+        turns = [(-a2 + root) / (3.0 * a3), (-a2 - root) / (3.0 * a3), -a1 / (2.0 * a2)]
+    s = np.where((top > 0.0) & (top < h), top, 0.0)
+    fastest = np.maximum(fastest, np.abs(a1 + s * (2.0 * a2 + 3.0 * a3 * s)).max(axis=0))
+    for turn in turns:
+        s = np.where((turn > 0.0) & (turn < h), turn, 0.0)
+        inside = a0 + s * (a1 + s * (a2 + s * a3))
+        low = np.minimum(low, inside.min(axis=0))
+        high = np.maximum(high, inside.max(axis=0))
+    return low, high, fastest
+
+
+def hermite(
+    q0: FloatArray, v0: FloatArray, q1: FloatArray, v1: FloatArray, h: FloatArray | float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return a0..a3 of the cubic a0 + a1 s + a2 s^2 + a3 s^3, 0 <= s <= h, through both ends."""
+    slope = (q1 - q0) / h
+    return q0, v0, (3.0 * slope - 2.0 * v0 - v1) / h, (v0 + v1 - 2.0 * slope) / (h * h)

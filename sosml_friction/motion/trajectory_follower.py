@@ -1,0 +1,146 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where the joints should be now: along a trajectory, braking, or where they hold."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.motion.joint_trajectory import JointTrajectory, hermite
+
+FloatArray = NDArray[np.float64]
+
+# In this time the reference moves from where it was onto a new trajectory [s].
+BLEND = 0.5
+
+
+class Reference(NamedTuple):
+    """Hold position [rad or m], velocity [per s] and acceleration [per s^2], each (n,)."""
+
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+
+
+class TrajectoryFollower:
+    """
+    Sample a prepared trajectory, and hold a position when there is none.
+
+    The reference never jumps: a trajectory that starts a little beside it is met within 0.5 s
+    along a cubic, and :meth:`brake` ends a motion with bounded deceleration. A trajectory starts
+    at the first sample after :meth:`follow`; its last position is held when it has ended.
+    """
+
+    def __init__(self, q: FloatArray) -> None:
+        self._zeros = np.zeros(len(q))
+        self._last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
+        self._trajectory: JointTrajectory | None = None
+        self._braking = False
+        self._offset = self._zeros
+        self._start_ns: int | None = None
+        self._index = 0
+
+    @property
+    def running(self) -> bool:
+        """Tell whether a trajectory is being executed; braking is not."""
+        return self._trajectory is not None and not self._braking
+
+    def follow(self, trajectory: JointTrajectory) -> None:
+        """Start ``trajectory``, which begins at time 0, at the next sample."""
+        self._begin(trajectory)
+        self._offset = self._last.q - trajectory.positions[0]
+
+    def hold(self, q: FloatArray) -> None:
+        """Drop any trajectory and hold ``q`` from now on, wherever the reference was."""
+        self._trajectory = None
+        self._last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
+
+    def brake(
+        self,
+        q: FloatArray,
+        v: FloatArray,
+        deceleration: float,
+        lower: FloatArray,
+        upper: FloatArray,
+    ) -> None:
+        """
+        Bring the reference from ``q`` at ``v`` to rest, then hold.
+
+        :param deceleration: of the fastest joint [per s^2]; the others stop at the same time.
+        :param lower: where the joints must not go beyond, with ``upper``, (n,) [rad or m].
+        """
+        time = float(np.max(np.abs(v))) / deceleration
+        if time == 0.0:
+            self.hold(q)
+            return
+        end = np.clip(q + 0.5 * time * v, np.minimum(lower, q), np.maximum(upper, q))
+        # At constant deceleration the cubic through both ends is the parabola itself.
+        self._begin(
+            JointTrajectory(
+                (), np.array([0.0, time]), np.array([q, end]), np.array([v, self._zeros])
+            )
+        )
+        self._braking = True
+        self._offset = self._zeros
+        self._last = Reference(np.array(q, dtype=float), np.array(v, dtype=float), self._zeros)
+
+    @property
+    def last(self) -> Reference:
+        """Return the reference sampled last."""
+        return self._last
+
+    def _begin(self, trajectory: JointTrajectory) -> None:
+        self._trajectory = trajectory
+        self._braking = False
+        self._start_ns = None
+        self._index = 0
+
+    def sample(self, now_ns: int) -> Reference:
+        """Return the reference at ``now_ns``; times must not decrease between calls."""
+        trajectory = self._trajectory
+        if trajectory is None:
+            return self._last
+        if self._start_ns is None:
+            self._start_ns = now_ns
+        t = (now_ns - self._start_ns) * 1e-9
+        blending = t < BLEND and bool(self._offset.any())
+        if t >= trajectory.times[-1] and not blending:
+            self.hold(trajectory.positions[-1])
+            return self._last
+        reference = self._along(trajectory, t)
+        if blending:
+            s = t / BLEND
+            share = 1.0 - s * s * (3.0 - 2.0 * s)
+            rate = -6.0 * s * (1.0 - s) / BLEND
+            bend = -6.0 * (1.0 - 2.0 * s) / BLEND**2
+            reference = Reference(
+                reference.q + share * self._offset,
+                reference.v + rate * self._offset,
+                reference.a + bend * self._offset,
+            )
+        self._last = reference
+        return reference
+
+    def _along(self, trajectory: JointTrajectory, t: float) -> Reference:
+        times = trajectory.times
+        if t >= times[-1]:
+            return Reference(trajectory.positions[-1], self._zeros, self._zeros)
+        i = self._index
+        while t >= times[i + 1]:
+            i += 1
+        self._index = i
+        s, h = t - times[i], times[i + 1] - times[i]
+        q0, q1 = trajectory.positions[i], trajectory.positions[i + 1]
+        if trajectory.velocities is None:
+            v = (q1 - q0) / h
+            return Reference(q0 + s * v, v, self._zeros)
+        v0, v1 = trajectory.velocities[i], trajectory.velocities[i + 1]
+        a0, a1, a2, a3 = hermite(q0, v0, q1, v1, h)
+        return Reference(
+            a0 + s * (a1 + s * (a2 + s * a3)),
+            a1 + s * (2.0 * a2 + 3.0 * s * a3),
+            2.0 * a2 + 6.0 * s * a3,
+        )

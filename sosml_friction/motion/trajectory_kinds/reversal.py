@@ -1,0 +1,87 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The reversal: a sinusoid that comes out of rest and goes back to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.motion.building_blocks import (
+    Motion,
+    begin_motion,
+    move_speeds,
+    require_positive,
+)
+from sosml_friction.motion.fade import Signal, fade, product
+from sosml_friction.motion.trajectory import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+
+def reversal(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    amplitude: float = 0.35,
+    frequency: float = 0.5,
+    cycles: float = 9.0,
+    ramp_s: float = 2.0,
+    top_speed: float = 0.5,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return a sinusoid about the centre for all joints at once.
+
+    q(t) - centre = amplitude e(t) sin(2 pi frequency (t - T / 2)) with an envelope e that rises
+    within ``ramp_s`` and falls within as much: odd in time about the middle T / 2 of the wave.
+
+    :param amplitude: [rad or m].
+    :param frequency: [Hz].
+    :param cycles: at full amplitude; the ramps come in addition.
+    :param ramp_s: from rest to full amplitude [s].
+    :param top_speed: limit of the move to the centre [rad/s or m/s].
+    :param scale: factor on the amplitude, one for all joints or one for each; 0 keeps a joint at
+        its centre.
+    :raises TrajectoryError: if joints differ or a number is not positive.
+    """
+    require_positive(
+        'the reversal',
+        amplitude=amplitude,
+        frequency=frequency,
+        cycles=cycles,
+        ramp=ramp_s,
+        top_speed=top_speed,
+    )
+    motion, middle, factor = begin_motion('the reversal', start, centre, scale)
+    motion.move(middle, move_speeds(top_speed, factor), 0.4)
+    return add_sinusoid(motion, amplitude * factor, frequency, cycles, ramp_s).build()
+
+
+def add_sinusoid(
+    motion: Motion,
+    amplitude: FloatArray,
+    frequency: float,
+    cycles: float,
+    ramp_s: float,
+    decay: float = 1.0,
+) -> Motion:
+    """
+    Add the sinusoid about where the motion rests.
+
+    :param amplitude: (n,) [rad or m], of the first full cycle.
+    :param decay: amplitude of the last full cycle over that of the first, exponential in between.
+    """
+    duration = cycles / frequency + 2.0 * ramp_s
+    rate = np.log(decay) * frequency / cycles
+
+    def shape(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+        w = 2.0 * np.pi * frequency
+        s, c = (f(w * (t - 0.5 * duration))[:, None] for f in (np.sin, np.cos))
+        e = np.exp(rate * (t - ramp_s))[:, None]
+        wave = product(Signal(e, rate * e, rate**2 * e), Signal(s, w * c, -w * w * s))
+        faded = product(fade(t, duration, ramp_s), wave)
+        return faded.x * amplitude, faded.rate * amplitude
+
+    return motion.wave(duration, shape)

@@ -1,0 +1,85 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The rich trajectory: ladder, decaying reversals and multisine, in two postures."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.motion.building_blocks import (
+    begin_motion,
+    move_speeds,
+    per_joint,
+    require_positive,
+)
+from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
+from sosml_friction.motion.trajectory_kinds.reversal import add_sinusoid
+from sosml_friction.motion.trajectory_kinds.speed_ladder import add_ladder
+
+
+def rich(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    offset: Sequence[float] = (-0.3,),
+    speeds: Sequence[float] = (0.02, 0.06, 0.2, 0.5),
+    plateau_s: float = 0.8,
+    ramp_s: float = 0.3,
+    amplitude: float = 0.25,
+    frequency: float = 0.4,
+    cycles: float = 8.0,
+    decay: float = 0.05,
+    settings: MultisineSettings | None = None,
+    top_speed: float = 0.5,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return one trajectory that excites everything, for all joints at once.
+
+    About the centre, then about centre + offset: a speed ladder (levels), a sinusoid whose
+    amplitude decays (reversals at every speed) and a multisine (inertia and gravity). What changes
+    with the posture alone is gravity.
+
+    :param offset: from the first posture to the second, one for all joints or one for each
+        [rad or m]; not scaled, but a joint whose scale is 0 keeps its posture.
+    :param speeds: of the ladder, with ``plateau_s`` and ``ramp_s`` as in
+        :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
+    :param amplitude: of the first full cycle of the reversals [rad or m]; ``frequency`` [Hz];
+        ``cycles`` in all.
+    :param decay: amplitude of the last full cycle over that of the first, at most 1.
+    :param settings: of the multisine; the second posture has the next seed.
+    :param top_speed: limit of the moves [rad/s or m/s].
+    :param scale: factor on all speeds and amplitudes, one for all joints or one for each; 0 keeps
+        a joint at its centre.
+    :raises TrajectoryError: if joints differ or a number is not positive.
+    """
+    what = 'the rich trajectory'
+    require_positive(
+        what,
+        speeds=speeds,
+        plateau=plateau_s,
+        ramp=ramp_s,
+        amplitude=amplitude,
+        frequency=frequency,
+        cycles=cycles,
+        decay=decay,
+        top_speed=top_speed,
+    )
+    if decay > 1.0:
+        raise TrajectoryError(f'{what} has reversals with decay {decay}: give at most 1')
+    sines = settings or MultisineSettings()
+    motion, middle, factor = begin_motion(what, start, centre, scale)
+    shift = np.where(factor > 0.0, per_joint('the offset', offset, len(middle)), 0.0)
+    if not np.isfinite(shift).all():
+        raise TrajectoryError(f'{what} has the offset {list(offset)}: give finite numbers')
+    top = move_speeds(top_speed, factor)
+    for k, posture in enumerate((middle, middle + shift)):
+        add_ladder(motion, posture, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
+        motion.move(posture, top, 0.4)
+        add_sinusoid(motion, amplitude * factor, frequency, cycles, 1.0 / frequency, decay)
+        add_multisine(motion, dataclasses.replace(sines, seed=sines.seed + k), factor)
+    return motion.move(middle, top, 0.4).build()

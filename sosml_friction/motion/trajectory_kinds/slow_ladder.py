@@ -1,0 +1,47 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""T3, the slow ladder: long plateaus at low speeds, each in both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kinds.speed_ladder import add_ladder
+
+
+def slow_ladder(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    speeds: Sequence[float] = (0.01, 0.015, 0.02, 0.03, 0.05, 0.08),
+    plateau_s: float = 1.2,
+    way: float = 0.025,
+    ramp_s: float = 0.3,
+    top_speed: float = 0.2,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return trajectory T3 for all joints at once.
+
+    A speed ladder whose slow plateaus last longer: at speed w for max(plateau_s, way / w), because
+    the velocity of a window is known no better than the encoder's resolution over its way.
+
+    :param way: least way of a plateau [rad or m].
+
+    The other arguments and errors are those of
+    :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
+    """
+    require_positive(
+        'the slow ladder',
+        speeds=speeds,
+        plateau=plateau_s,
+        way=way,
+        ramp=ramp_s,
+        top_speed=top_speed,
+    )
+    motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
+    top = move_speeds(top_speed, factor)
+    plateaus = [max(plateau_s, way / speed) for speed in speeds]
+    add_ladder(motion, middle, speeds, plateaus, ramp_s, top, factor)
+    return motion.move(middle, top, 0.4).build()

@@ -1,0 +1,43 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The slow S-shape: one low speed to and fro with turns as long as the plateaus."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.trajectory import Trajectory
+
+
+def slow_s_shape(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    speed: float = 0.052,
+    plateau_s: float = 3.0,
+    turn_s: float = 3.0,
+    cycles: int = 4,
+    top_speed: float = 0.2,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return the slow S-shape for all joints at once.
+
+    Plateaus at +speed and -speed joined by turns of ``turn_s``: the whole range between the two
+    speeds is passed slowly, and friction against velocity draws its S. The defaults are the speed
+    and times of the paper's simulation study.
+
+    :param speed: of the plateaus [rad/s or m/s].
+    :param cycles: pairs of half-cycles.
+
+    The other arguments and errors are those of
+    :func:`~sosml_friction.motion.trajectory_kinds.symmetric_reversals.symmetric_reversals`.
+    """
+    what = 'the slow S-shape'
+    require_positive(
+        what, speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
+    )
+    motion, middle, factor = begin_motion(what, start, centre, scale)
+    top = move_speeds(top_speed, factor)
+    motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
+    return motion.move(middle, top, 0.4).build()

@@ -1,0 +1,71 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""T1, the speed ladder: plateaus of rising then falling speed, each in both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.motion.building_blocks import (
+    Motion,
+    begin_motion,
+    move_speeds,
+    require_positive,
+)
+from sosml_friction.motion.trajectory import Trajectory
+
+
+def speed_ladder(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    speeds: Sequence[float],
+    plateau_s: float = 0.8,
+    ramp_s: float = 0.3,
+    top_speed: float = 0.8,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return trajectory T1 for all joints at once.
+
+    At each speed every joint goes through its centre forwards and back again, with S-curve ramps
+    between rest and plateau, so that the two directions see the same postures: what differs
+    between them is friction. Lasts about
+    len(speeds) * 2 * (2 plateau_s + 4 ramp_s + 0.5) seconds.
+
+    :param start: present position of each joint, at rest [rad or m]; its order is the
+        trajectory's.
+    :param centre: middle of the plateaus of each joint [rad or m].
+    :param speeds: plateau speeds, taken as given and then backwards [rad/s or m/s], positive.
+    :param plateau_s: length of a plateau [s].
+    :param ramp_s: length of a ramp between rest and plateau [s].
+    :param top_speed: limit of the moves between plateaus [rad/s or m/s].
+    :param scale: factor on all speeds, one for all joints or one for each; 0 keeps a joint at its
+        centre.
+    :raises TrajectoryError: if joints differ or a number is not positive.
+    """
+    require_positive(
+        'the ladder', speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed
+    )
+    motion, middle, factor = begin_motion('the ladder', start, centre, scale)
+    top = move_speeds(top_speed, factor)
+    add_ladder(motion, middle, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
+    return motion.move(middle, top, 0.4).build()
+
+
+def add_ladder(
+    motion: Motion,
+    middle: NDArray[np.float64],
+    speeds: Sequence[float],
+    plateaus_s: Sequence[float],
+    ramp_s: float,
+    top_speed: NDArray[np.float64],
+    scale: NDArray[np.float64],
+) -> Motion:
+    """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
+    steps = list(zip(speeds, plateaus_s, strict=True))
+    for speed, plateau_s in [*steps, *reversed(steps)]:
+        motion.there_and_back(middle, speed * scale, plateau_s, ramp_s, top_speed)
+    return motion

@@ -1,0 +1,49 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""T2, symmetric reversals: trains of short half-cycles at low speeds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.trajectory import Trajectory
+
+
+def symmetric_reversals(
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    speeds: Sequence[float] = (0.02, 0.04, 0.08),
+    plateau_s: float = 0.65,
+    turn_s: float = 0.3,
+    cycles: int = 3,
+    top_speed: float = 0.2,
+    scale: Sequence[float] = (1.0,),
+) -> Trajectory:
+    """
+    Return trajectory T2 for all joints at once.
+
+    At each speed a train of half-cycles, to and fro through the centre, turns through zero
+    velocity without a rest. From a start at the centre the velocity is odd in time about the
+    middle of the trajectory, v(T - t) = -v(t): what is even in velocity is drift or an offset, not
+    friction.
+
+    :param speeds: of the half-cycles, taken as given and then backwards [rad/s or m/s].
+    :param plateau_s: steady part of a half-cycle [s]; with an encoder of 16 bit the evaluation
+        needs 0.55 s.
+    :param turn_s: from one speed to the opposite one [s].
+    :param cycles: pairs of half-cycles at each speed.
+    :param top_speed: limit of the moves between trains [rad/s or m/s].
+    :param scale: factor on all speeds, one for all joints or one for each; 0 keeps a joint at its
+        centre.
+    :raises TrajectoryError: if joints differ or a number is not positive.
+    """
+    what = 'the train of reversals'
+    require_positive(
+        what, speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
+    )
+    motion, middle, factor = begin_motion(what, start, centre, scale)
+    top = move_speeds(top_speed, factor)
+    for speed in [*speeds, *reversed(speeds)]:
+        motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
+    return motion.move(middle, top, 0.4).build()

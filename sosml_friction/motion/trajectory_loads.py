@@ -1,0 +1,89 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a trajectory asks of a robot, and how much of its limits that is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.model.robot import Robot
+from sosml_friction.motion.limit_use import LimitUse
+from sosml_friction.motion.trajectory import Trajectory
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrajectoryLoads:
+    """
+    Hold a trajectory in samples, joints in the robot's order.
+
+    ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, n) [rad or m, per s, per s^2]; ``tau`` (k, n)
+    [Nm or N] = M q'' + C q' + g, without friction.
+    """
+
+    t: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    tau: FloatArray
+
+
+def trajectory_loads(trajectory: Trajectory, robot: Robot, step: float = 0.01) -> TrajectoryLoads:
+    """
+    Sample a trajectory every ``step`` [s], its last instant included.
+
+    :raises TrajectoryError: if it lacks a joint of the robot.
+    """
+    missing = [name for name in robot.names if name not in trajectory.names]
+    if missing:
+        raise TrajectoryError(
+            f'the trajectory does not move joint {", ".join(missing)}: give every joint of the '
+            'robot its positions'
+        )
+    spline = trajectory.spline()
+    t = np.append(np.arange(trajectory.t[0], trajectory.duration, step), trajectory.duration)
+    order = [trajectory.names.index(name) for name in robot.names]
+    q, v, a = (np.asarray(spline(t, k))[:, order] for k in range(3))
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    return TrajectoryLoads(t, q, v, a, tau)
+
+
+def limit_uses(
+    loads: TrajectoryLoads,
+    robot: Robot,
+    effort_margin: float = 1.0,
+    acceleration: FloatArray | None = None,
+) -> list[LimitUse]:
+    """
+    Return, for each joint, where it comes closest to, or goes farthest beyond, each limit.
+
+    :param effort_margin: share of the effort limit the rigid body alone may take.
+    :param acceleration: limits (n,) [rad/s2 or m/s2]; None: there are none.
+    """
+    uses = []
+    for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
+        q, v, a, tau = loads.q[:, i], loads.v[:, i], loads.a[:, i], loads.tau[:, i]
+        low = limit.lower - q > q - limit.upper
+        effort = effort_margin * limit.effort
+        rows = [
+            ('position', q, np.where(low, limit.lower - q, q - limit.upper), None),
+            ('speed', v, np.abs(v) - limit.velocity, limit.velocity),
+        ]
+        if acceleration is not None:
+            rows.append(('acceleration', a, np.abs(a) - acceleration[i], float(acceleration[i])))
+        rows.append(('rigid-body effort', tau, np.abs(tau) - effort, effort))
+        for quantity, value, excess, bound in rows:
+            k = int(np.argmax(excess))
+            if bound is None:
+                bound = limit.lower if low[k] else limit.upper
+            uses.append(
+                LimitUse(
+                    name, quantity, float(value[k]), float(loads.t[k]), bound, float(excess[k])
+                )
+            )
+    return uses

@@ -1,0 +1,33 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that follows the position of the next joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.regression.curves.neighbour_curve import neighbours
+from sosml_friction.regression.signals import Signals
+
+
+class NeighbourFriction(Effect):
+    """
+    Add s (a x_k + b x_k^2), x_k where the joint before and after is: friction that follows them.
+
+    x_k is q_k in halves of its range over all recordings; beside a free s its origin is any. A
+    free curve holds it too, among so many others that a little of it is lost in their chance.
+    """
+
+    identifier: ClassVar[str] = 'friction_by_neighbours'
+    amplitudes: ClassVar[Mapping[str, str]] = {f'power_{k}': '{effort}' for k in range(4)}
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return s x_k and s x_k^2 of each neighbour, (N, n, 2 each)."""
+        s = signals.sign[:, joint]
+        powers = []
+        for k in neighbours(signals.robot.n, joint):
+            x = 2.0 * signals.q[:, k] / float(signals.scales.span[k])
+            powers += [s * x, s * x**2]
+        return signals.in_joint(joint, *powers)

@@ -1,0 +1,34 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ways in which friction may turn around at a reversal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.model.dahl import dahl_path
+from sosml_friction.regression.nominal import turn_columns
+from sosml_friction.regression.signals import Signals
+
+#: Position is smoothed so much more where the sign turns around more smoothly.
+_WIDER = 3.0
+
+
+class Reversal(Effect):
+    """Add the differences between ways to turn around at a reversal and the fitted one."""
+
+    identifier: ClassVar[str] = 'reversal'
+    amplitudes: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ('sooner', 'later', 'smoother'), '{effort}'
+    )
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the differences of the sign."""
+        q = signals.band.smooth(signals.q[:, joint : joint + 1], _WIDER)[:, 0]
+        scale = float(signals.scales.displacement[joint])
+        smoother = dahl_path(np.ascontiguousarray(q), scale) - signals.sign[:, joint]
+        return signals.in_joint(joint, *turn_columns(signals, joint).values(), smoother)

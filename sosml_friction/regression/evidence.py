@@ -1,0 +1,410 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The whitened regression: nominal deviations within bounds, and candidates beside them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
+from sosml_friction.regression.kernels import convolve_rows, squares
+from sosml_friction.regression.noise_model import NoiseModel
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+#: Prior of a free parameter, in units of its column's whitened norm: keeps the equations regular.
+_FREE = 1e-10
+#: Added to the normalised equations of a candidate's own columns.
+_REGULAR = 1e-8
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Say which rows belong to which block: ``edges`` (blocks + 1,), ``fold`` (blocks,)."""
+
+    edges: IntArray
+    fold: IntArray
+
+    @property
+    def folds(self) -> int:
+        """Return how many folds there are."""
+        return int(self.fold.max()) + 1
+
+
+def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
+    """
+    Return so many blocks of consecutive rows; block b is in fold b modulo ``folds``.
+
+    With two blocks per fold, half a recording apart, what a recording of two like halves repeats
+    is left out together.
+    """
+    return Blocks(
+        np.linspace(0, rows, blocks + 1).astype(np.int64),
+        np.arange(blocks, dtype=np.int64) % folds,
+    )
+
+
+def whiten_all(parts: Sequence[FloatArray], noise: Sequence[NoiseModel]) -> FloatArray:
+    """
+    Return columns of all stretches whitened and joined, (rows, n, ...).
+
+    :param parts: of each stretch (K, n, ...), filtered to the band.
+    :param noise: of each joint.
+    """
+    weights = np.stack([model.whitening for model in noise])
+    whitened = [
+        convolve_rows(
+            np.ascontiguousarray(part).reshape(*part.shape[:2], math.prod(part.shape[2:])), weights
+        ).reshape(-1, *part.shape[1:])
+        for part in parts
+    ]
+    return whitened[0] if len(whitened) == 1 else np.concatenate(whitened)
+
+
+@dataclass(frozen=True)
+class System:
+    """
+    Hold the normal equations of the nominal deviations, by joint and block.
+
+    ``Z`` (rows, n, p) whitened columns; ``G`` (n, blocks, p, p); ``bound`` and ``prior`` (p,).
+    """
+
+    Z: FloatArray
+    G: FloatArray
+    bound: FloatArray
+    prior: FloatArray
+    blocks: Blocks
+
+    @classmethod
+    def make(cls, Z: FloatArray, bound: FloatArray, prior: FloatArray, blocks: Blocks) -> System:
+        """Return the system of the columns ``Z``."""
+        edges = blocks.edges
+        G = np.stack(
+            [
+                np.stack([Z[a:b, i].T @ Z[a:b, i] for a, b in itertools.pairwise(edges)])
+                for i in range(Z.shape[1])
+            ]
+        )
+        return cls(Z, G, bound, prior, blocks)
+
+    def extended(self, more: Sequence[CandidateColumns]) -> System:
+        """Return a system that has the columns of accepted causes too, without bounds."""
+        if not more:
+            return self
+        wide = [self.Z]
+        for columns in more:
+            block = np.zeros((*self.Z.shape[:2], columns.C.shape[3]))
+            block[:, columns.rows] = columns.C[:, :, 0]
+            wide.append(block)
+        Z = np.concatenate(wide, axis=2)
+        free = np.full(Z.shape[2] - len(self.bound), np.inf)
+        return System.make(
+            Z,
+            np.concatenate([self.bound, free]),
+            np.concatenate([self.prior, free]),
+            self.blocks,
+        )
+
+    def penalty(self) -> FloatArray:
+        """Return the diagonal that the prior adds to the normal equations, (p,)."""
+        size = np.einsum('ibkk->k', self.G)
+        weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-300) ** 2, 0.0)
+        # A bound of zero is no freedom at all; its weight would overflow.
+        weight = np.where(self.bound > 0.0, weight, 0.0)
+        return weight + _FREE * size + 1e-12
+
+
+@dataclass(frozen=True)
+class Target:
+    """Hold what is to be explained: ``y`` (rows, n), ``r`` (n, blocks, p), ``yy`` (n, blocks)."""
+
+    y: FloatArray
+    r: FloatArray
+    yy: FloatArray
+
+    @classmethod
+    def make(cls, system: System, y: FloatArray) -> Target:
+        """Return the target's products with the system's columns."""
+        edges = system.blocks.edges
+        pairs = list(itertools.pairwise(edges))
+        n = y.shape[1]
+        r = np.stack(
+            [np.stack([system.Z[a:b, i].T @ y[a:b, i] for a, b in pairs]) for i in range(n)]
+        )
+        yy = np.array([[float(y[a:b, i] @ y[a:b, i]) for a, b in pairs] for i in range(n)])
+        return cls(y, r, yy)
+
+
+@dataclass(frozen=True)
+class CandidateColumns:
+    """
+    Hold the whitened columns of one effect in one joint over its grid, and their products.
+
+    ``rows``: the joints they act in, m of them. ``C`` (rows, m, g, k); ``A`` (blocks, g, k, k)
+    and ``B`` (blocks, g, p, k) with the system's columns, summed over the joints.
+    """
+
+    rows: IntArray
+    C: FloatArray
+    A: FloatArray
+    B: FloatArray
+
+    @classmethod
+    def make(cls, system: System, rows: IntArray, C: FloatArray) -> CandidateColumns:
+        """Return the products of ``C`` with itself and with the system."""
+        edges = system.blocks.edges
+        _, m, g, k = C.shape
+        p = system.Z.shape[2]
+        A, B = [], []
+        for a, b in itertools.pairwise(edges):
+            part = C[a:b]
+            A.append(_squares(part))
+            cross = np.zeros((p, g * k))
+            for i in range(m):
+                cross += system.Z[a:b, rows[i]].T @ part[:, i].reshape(b - a, g * k)
+            B.append(cross.reshape(p, g, k).transpose(1, 0, 2))
+        return cls(rows, C, np.array(A), np.array(B))
+
+    def beside(self, system: System) -> CandidateColumns:
+        """Return the same with an extended system, whose first columns are the known ones."""
+        known = self.B.shape[2]
+        if system.Z.shape[2] == known:
+            return self
+        edges = system.blocks.edges
+        _, m, g, k = self.C.shape
+        B = []
+        for b, (first, last) in enumerate(itertools.pairwise(edges)):
+            cross = np.zeros((system.Z.shape[2] - known, g * k))
+            for i in range(m):
+                flat = self.C[first:last, i].reshape(last - first, g * k)
+                cross += system.Z[first:last, self.rows[i], known:].T @ flat
+            more = cross.reshape(-1, g, k).transpose(1, 0, 2)
+            B.append(np.concatenate([self.B[b], more], axis=1))
+        return CandidateColumns(self.rows, self.C, self.A, np.array(B))
+
+    def beside_first(self, known: int) -> CandidateColumns:
+        """Return the same with the first ``known`` columns of the system alone."""
+        return CandidateColumns(self.rows, self.C, self.A, self.B[:, :, :known])
+
+    def products(self, system: System, y: FloatArray) -> FloatArray:
+        """Return C' y by block, (blocks, g, k)."""
+        edges = system.blocks.edges
+        _, m, g, k = self.C.shape
+        result = np.zeros((len(edges) - 1, g * k))
+        for i in range(m):
+            flat = self.C[:, i].reshape(len(self.C), g * k)
+            for b, (first, last) in enumerate(itertools.pairwise(edges)):
+                result[b] += y[first:last, self.rows[i]] @ flat[first:last]
+        return result.reshape(-1, g, k)
+
+
+def _squares(part: FloatArray) -> FloatArray:
+    """Return part' part at each point of the grid, summed over the joints, (g, k, k)."""
+    t, m, g, k = part.shape
+    if g == 1:
+        flat = part.reshape(t * m, k)
+        return np.asarray((flat.T @ flat)[None])
+    return squares(part)
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """
+    Hold the refitted nominal without candidates.
+
+    ``x`` (p,) on all data and ``cost`` its whitened residual energy plus prior; ``fold_x``
+    (folds, p) without each fold; ``held_out`` (n, folds): residual energy on the fold left out.
+    """
+
+    x: FloatArray
+    cost: float
+    fold_x: FloatArray
+    held_out: FloatArray
+
+
+def fit_baseline(system: System, target: Target) -> Baseline:
+    """Return the refitted nominal."""
+    penalty = system.penalty()
+    low, high = -system.bound, system.bound
+    G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
+    x = _solve(G + np.diag(penalty), r, low, high)
+    cost = float(target.yy.sum() - 2.0 * r @ x + x @ (G + np.diag(penalty)) @ x)
+    folds = system.blocks.folds
+    fold_x = np.empty((folds, len(r)))
+    held_out = np.empty((len(target.yy), folds))
+    for f in range(folds):
+        inside = system.blocks.fold == f
+        Gf, rf = system.G[:, inside].sum(axis=1), target.r[:, inside].sum(axis=1)
+        fold_x[f] = _solve(G - Gf.sum(axis=0) + np.diag(penalty), r - rf.sum(axis=0), low, high)
+        z = fold_x[f]
+        held_out[:, f] = (
+            target.yy[:, inside].sum(axis=1) - 2.0 * rf @ z + np.einsum('ikl,k,l->i', Gf, z, z)
+        )
+    return Baseline(x, cost, fold_x, held_out)
+
+
+def _solve(G: FloatArray, r: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(G), 1e-300))
+    x = bounded_least_squares(
+        np.ascontiguousarray(G * scale * scale[:, None]), r * scale, low / scale, high / scale
+    )
+    return np.asarray(x * scale)
+
+
+@dataclass(frozen=True)
+class Score:
+    """
+    Hold what the data say of one candidate.
+
+    ``best``: index into its grid on all data; ``gain``: fall of the cost; ``amplitude``, ``error``
+    (k,); ``x`` (p,) the nominal deviations beside it. ``cv_gain``: share of the held-out residual
+    energy of its joints that it removes, inner parameters chosen without the fold; ``cv_se`` its
+    standard error over the folds; ``improved``: share of folds with a gain; ``energy``: held-out
+    energy removed in all. ``gains`` (g,) over the grid.
+    """
+
+    best: int
+    gain: float
+    amplitude: FloatArray
+    error: FloatArray
+    x: FloatArray
+    cv_gain: float
+    cv_se: float
+    improved: float
+    energy: float
+    gains: FloatArray
+
+
+def score(
+    system: System, target: Target, baseline: Baseline, candidate: CandidateColumns, d: FloatArray
+) -> Score:
+    """
+    Return the evidence for a candidate.
+
+    :param d: its products with the target, (blocks, g, k).
+    """
+    penalty = np.diag(system.penalty())
+    G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
+    A, B, D = candidate.A.sum(axis=0), candidate.B.sum(axis=0), d.sum(axis=0)
+    base = float(target.yy.sum()) - baseline.cost
+    gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D, baseline.x)
+    best = int(np.argmax(gains))
+    p = len(r)
+    folds = system.blocks.folds
+    removed = np.empty(folds)
+    for f in range(folds):
+        inside = system.blocks.fold == f
+        Gf, rf = system.G[:, inside].sum(axis=(0, 1)), target.r[:, inside].sum(axis=(0, 1))
+        Af, Bf, Df = (
+            candidate.A[inside].sum(axis=0),
+            candidate.B[inside].sum(axis=0),
+            d[inside].sum(axis=0),
+        )
+        fold_gains, fold_solutions, _ = _sweep(
+            G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df, baseline.fold_x[f]
+        )
+        g = int(np.argmax(fold_gains))
+        x, c = fold_solutions[g, :p], fold_solutions[g, p:]
+        z = baseline.fold_x[f]
+        with_it = -2.0 * (rf @ x + Df[g] @ c) + x @ Gf @ x + 2.0 * x @ Bf[g] @ c + c @ Af[g] @ c
+        without = -2.0 * rf @ z + z @ Gf @ z
+        removed[f] = without - with_it
+    # A joint that rests throughout has none.
+    energy = max(float(baseline.held_out[candidate.rows].sum()), np.finfo(np.float64).tiny)
+    return Score(
+        best=best,
+        gain=float(gains[best]) - base,
+        amplitude=solutions[best, p:],
+        error=errors[best],
+        x=solutions[best, :p],
+        cv_gain=float(removed.sum()) / energy,
+        cv_se=float(np.std(removed, ddof=1)) * np.sqrt(folds) / energy,
+        improved=float(np.mean(removed > 0.0)),
+        energy=float(removed.sum()),
+        gains=gains - base,
+    )
+
+
+@njit(cache=True)
+def _sweep(
+    G: FloatArray,
+    r: FloatArray,
+    bound: FloatArray,
+    A: FloatArray,
+    B: FloatArray,
+    d: FloatArray,
+    start: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Return the fall of the cost (g,), the solutions (g, p + k) and amplitude errors (g, k).
+
+    Candidates are not bounded. Amplitudes are eliminated first, so that one small bounded problem
+    is left for each point of the grid, solved from the answer before; the first from ``start``.
+    """
+    g, k = d.shape
+    p = len(r)
+    gains = np.empty(g)
+    solutions = np.empty((g, p + k))
+    errors = np.empty((g, k))
+    scale = 1.0 / np.sqrt(np.diag(G))
+    low, high = -bound / scale, bound / scale
+    scaled = G * scale * scale.reshape(p, 1)
+    inverse = np.linalg.inv(scaled)
+    x = start / scale
+    for i in range(g):
+        size = np.empty(k)
+        for j in range(k):
+            size[j] = 1.0 / np.sqrt(A[i, j, j]) if A[i, j, j] > 0.0 else 0.0
+        own = A[i] * size * size.reshape(k, 1)
+        for j in range(k):
+            own[j, j] = 1.0 + _REGULAR
+        cross = B[i] * size * scale.reshape(p, 1)
+        right = d[i] * size
+        solved = np.linalg.solve(own, cross.T)
+        reduced = scaled - cross @ solved
+        aim = r * scale - cross @ np.linalg.solve(own, right)
+        x = bounded_from(reduced, aim, low, high, x)
+        c = np.linalg.solve(own, right - cross.T @ x)
+        gains[i] = (
+            2.0 * (np.dot(r * scale, x) + np.dot(right, c))
+            - np.dot(x, scaled @ x)
+            - 2.0 * np.dot(x, cross @ c)
+            - np.dot(c, own @ c)
+        )
+        solutions[i, :p] = x * scale
+        solutions[i, p:] = c * size
+        left = own - cross.T @ inverse @ cross
+        for j in range(k):
+            left[j, j] += _REGULAR
+        covariance = np.linalg.inv(left)
+        for j in range(k):
+            errors[i, j] = np.sqrt(max(covariance[j, j], 0.0)) * size[j]
+    return gains, solutions, errors
+
+
+def falls(
+    normal: FloatArray,
+    r: FloatArray,
+    bound: FloatArray,
+    A: FloatArray,
+    B: FloatArray,
+    d: FloatArray,
+) -> tuple[float, FloatArray]:
+    """
+    Return by how much the cost falls with nominal deviations alone, and with a candidate (g,).
+
+    :param normal: Z'Z with the prior (p, p); r: Z'y (p,); A, B, d: C'C (g, k, k), Z'C (g, p, k),
+        C'y (g, k).
+    """
+    x = _solve(normal, r, -bound, bound)
+    alone = float(2.0 * r @ x - x @ normal @ x)
+    gains, _, _ = _sweep(normal, r, bound, A, np.ascontiguousarray(B), d, x)
+    return alone, np.asarray(gains)

@@ -1,0 +1,201 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The nominal model as columns: how far each of its parameters may be off without a cause."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.robot import Robot
+from sosml_friction.regression.band import first_derivative
+from sosml_friction.regression.signals import Signals, bump
+
+FloatArray = NDArray[np.float64]
+
+#: A bound is so many standard deviations of the prior.
+_BOUND_SIGMAS = 3.0
+#: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
+#: and the instant at which friction turns around.
+_HOLD = 0.55
+#: After a reversal, friction builds up by a curve that the model does not know: so much of Coulomb
+#: friction may come sooner or later, and so much in another shape.
+_SOONER, _SHAPE = 0.2, 0.45
+#: Displacements of the sooner and the later state, as shares of the fitted one.
+TURNS = {'sooner': 0.3, 'later': 2.0}
+#: The name of friction that turns around late by a time within a sampling interval.
+LATE = 'late'
+#: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
+_SMOOTHER = 0.5
+#: Direction of a first moment that is normally off, as a share of the tolerance of its size.
+_ASKEW = 0.3
+#: Share of a column that the others must leave for it to count as one of its own.
+_COLLINEAR = 1e-7
+#: In a body's ten numbers: first moments, moments of inertia, products of inertia, mass.
+_ORDER = (1, 2, 3, 4, 6, 9, 5, 7, 8, 0)
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """
+    Hold how a nominal model may vary: deviations x (p,) of its parameters.
+
+    ``names``: what each is. ``bound`` (p,): |x| <= bound, infinite where the model does not know
+    the parameter. ``prior`` (p,): standard deviation, of a Gaussian about 0 [same units].
+    ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors.
+    """
+
+    names: tuple[str, ...]
+    bound: FloatArray
+    prior: FloatArray
+    rigid: NDArray[np.int64]
+
+    def columns(self, signals: Signals) -> FloatArray:
+        """Return (N, n, p): effort per unit of each deviation."""
+        n, count = signals.robot.n, len(signals.q)
+        result = np.zeros((count, n, len(self.names)))
+        k = 0
+        for i in range(n):
+            for column in friction_columns(signals, i).values():
+                result[:, i, k] = column
+                k += 1
+        for index in self.rigid:
+            if index < 10 * n:
+                result[:, :, k] = signals.regressor[:, :, index]
+            else:
+                result[:, index - 10 * n, k] = signals.a[:, index - 10 * n]
+            k += 1
+        for i in range(n):
+            for column in reversal_columns(signals, i).values():
+                result[:, i, k] = column
+                k += 1
+        result[:, :, k] = -effort_slope(signals)
+        return result
+
+
+def friction_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+    """Return the columns of a joint's nominal friction, by the name of their parameter."""
+    s, v = signals.sign[:, joint], signals.v[:, joint]
+    columns = {'coulomb': s, 'viscous': v, 'bias': np.ones(len(s))}
+    if np.isfinite(signals.scales.stribeck[joint]):
+        vs = signals.scales.stribeck_velocity[joint]
+        columns['stribeck'] = s * np.exp(-np.abs(v) / vs)
+    return columns
+
+
+def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+    """
+    Return what the sign s of motion lacks where friction builds up in another way, by name.
+
+    z - s of states z that change over less and over more than the fitted displacement,
+    s (1 - s^2), which is 0 before and after the build-up, and -s': how friction turns around at a
+    reversal, and at which instant, is not known to a model of Coulomb friction, and no cause.
+    """
+    s = signals.sign[:, joint]
+    late = -first_derivative(s, signals.band.step)
+    return {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
+
+
+def turn_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+    """Return z - s of states z that change over less and over more than s, by name."""
+    q = np.ascontiguousarray(signals.q[:, joint])
+    scale = float(signals.scales.displacement[joint])
+    s = signals.sign[:, joint]
+    return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
+
+
+def effort_slope(signals: Signals) -> FloatArray:
+    """
+    Return the slope of the nominal effort in time, (N, n) [Nm/s or N/s].
+
+    Rigid effort is smoothed first: the noise of position, differentiated three times, would
+    attenuate what is fitted to it.
+    """
+    smooth = signals.band.smooth(signals.rigid, _SMOOTHER)
+    return first_derivative(smooth + signals.friction, signals.band.step)
+
+
+def make_nominal(signals: Signals, tolerance: float) -> Nominal:
+    """
+    Return the deviations of a nominal model and their bounds.
+
+    A known parameter may be off by ``tolerance`` of itself, a bias by ``tolerance`` of Coulomb
+    friction, each component of a first moment by ``tolerance`` of itself, at least of 0.3 of the
+    whole vector, whose direction is known better than its length. Bodies whose inertias act
+    together are combined (base parameters), and so are their bounds.
+
+    :param signals: of any stretch; only the model's own numbers are used.
+    """
+    scales, robot = signals.scales, signals.robot
+    names: list[str] = []
+    bound: list[float] = []
+    for i, joint in enumerate(robot.names):
+        for name in friction_columns(signals, i):
+            value = float(getattr(scales, name)[i])
+            known = np.isfinite(value)
+            if name == 'bias' and known:
+                value = np.nan_to_num(scales.coulomb[i])
+            names.append(f'{joint} {name}')
+            bound.append(tolerance * abs(value) if known else np.inf)
+    rigid, rigid_bound = _base(robot, tolerance)
+    for index, its_bound in zip(rigid, rigid_bound, strict=True):
+        if index < 10 * robot.n:
+            names.append(f'{robot.names[index // 10]} body {index % 10}')
+        else:
+            names.append(f'{robot.names[index - 10 * robot.n]} armature')
+        bound.append(float(its_bound))
+    for i, joint in enumerate(robot.names):
+        for name in reversal_columns(signals, i):
+            share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
+            names.append(f'{joint} reversal {name}')
+            bound.append(share * signals.scales.level(i))
+    names.append('effort hold')
+    bound.append(_HOLD * signals.band.step)
+    bounds = np.array(bound)
+    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid)
+
+
+def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:
+    """
+    Return which of the 10 n body parameters and n rotors are base parameters, and their bounds.
+
+    The columns at random states, rotors first, then first moments, inertias and masses; one that
+    those before it explain is combined into them.
+    """
+    n = robot.n
+    rng = np.random.default_rng(0)
+    rows = []
+    for _ in range(20 * n):
+        q, v, a = rng.uniform(-2.0, 2.0, (3, n))
+        rows.append(np.column_stack([robot.torque_regressor(q, v, a), np.diag(a)]))
+    Y = np.concatenate(rows)
+    own = robot.inertial_parameters()
+    allowed = np.zeros((n, 10))
+    allowed[:, 0] = np.abs(own[:, 0])
+    length = np.linalg.norm(own[:, 1:4], axis=1)
+    allowed[:, 1:4] = np.maximum(np.abs(own[:, 1:4]), _ASKEW * length[:, None])
+    allowed[:, 4:] = np.abs(own[:, [4, 6, 9]]).max(axis=1)[:, None]
+    limits = tolerance * np.concatenate([allowed.ravel(), robot.armature])
+    order = [10 * n + i for i in range(n)]
+    order += [10 * i + k for k in _ORDER[:3] for i in range(n)]
+    order += [10 * i + k for k in _ORDER[3:] for i in range(n)]
+    chosen: list[int] = []
+    for index in order:
+        size = float(np.linalg.norm(Y[:, index]))
+        if size < 1e-12:
+            continue
+        rest = Y[:, index]
+        if chosen:
+            rest = rest - Y[:, chosen] @ np.linalg.lstsq(Y[:, chosen], rest, rcond=None)[0]
+        if float(np.linalg.norm(rest)) > _COLLINEAR * size:
+            chosen.append(index)
+    bounds = limits[chosen]
+    others = [k for k in order if k not in chosen and limits[k] > 0.0]
+    if others and chosen:
+        combination = np.linalg.lstsq(Y[:, chosen], Y[:, others], rcond=None)[0]
+        bounds = bounds + np.abs(combination) @ limits[others]
+    free = bounds > 0.0
+    return np.array(chosen, dtype=np.int64)[free], bounds[free]

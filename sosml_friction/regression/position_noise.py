@@ -1,0 +1,81 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How much of a residual noise of position would make look like a function of acceleration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.regression.band import Band, second_derivative
+from sosml_friction.regression.kernels import hats, quantile_knots
+from sosml_friction.regression.noise_model import fit_noise
+
+FloatArray = NDArray[np.float64]
+
+#: Knots of the curve in acceleration, as many as the curves without physics have.
+_HATS = 9
+#: Fewest samples in the band for a regression on as many curves.
+_FEWEST = 200
+
+
+@dataclass(frozen=True)
+class PositionNoise:
+    """
+    Hold a motion and what its measurement adds, for n joints.
+
+    ``q`` (N, n) [rad or m]: the motion without what was added; ``quantum`` (n,) [rad or m]: its
+    steps, 0 for none; ``white`` (n,) [rad or m] and ``effort`` (n,) [Nm or N]: standard deviation
+    of white noise of position and of effort; ``inertia`` (n, n).
+    """
+
+    q: FloatArray
+    quantum: FloatArray
+    white: FloatArray
+    effort: FloatArray
+    inertia: FloatArray
+
+    def drawn(self, rng: np.random.Generator) -> FloatArray:
+        """
+        Return noise of position along the motion, (N, n).
+
+        The motion is read in steps once more, from another zero: at constant speed the steps of
+        an encoder make a line, which may be in the band, and not white noise.
+        """
+        e = self.white * rng.standard_normal(self.q.shape)
+        for i in np.flatnonzero(self.quantum > 0.0):
+            step = self.quantum[i]
+            true = self.q[:, i] + rng.uniform(0.0, step)
+            e[:, i] = step * np.round((true + e[:, i]) / step) - true
+        return e
+
+    def share(self, band: Band, seed: int = 0) -> float:
+        """
+        Return the share of a joint's whitened noise that curves of acceleration explain, at most.
+
+        Noise e of position makes the residual -M e'' and is in the acceleration q'' + e'' as
+        well. The regression of -M e'' plus noise of effort on the accelerations, and on a
+        piecewise linear curve of the joint's own, explains of it what is no structure. Where the
+        accelerations are much larger than e'' it is nothing, however large the noise. Of a motion
+        of a few samples in the band nothing can be said: 0.
+        """
+        if band.count(len(self.q)) < _FEWEST:
+            return 0.0
+        rng = np.random.default_rng(seed)
+        noisy = second_derivative(band.smooth(self.drawn(rng)), band.step)
+        a = second_derivative(band.smooth(self.q), band.step) + noisy
+        y = band.apply(-noisy @ self.inertia.T)
+        n = band.apply(self.effort * rng.standard_normal(a.shape))
+        largest = 0.0
+        for i in np.flatnonzero(self.effort > 0.0):
+            own = np.ascontiguousarray(a[:, i])
+            knots = quantile_knots(own, _HATS)
+            columns = [a] if len(knots) < 2 else [a, hats(own, knots)]
+            model = fit_noise([y[:, i] + n[:, i]], 1e-12 * float(self.effort[i]))
+            X = model.whiten(band.apply(np.concatenate(columns, axis=1)))
+            made, rest = model.whiten(y[:, i]), model.whiten(n[:, i])
+            fit = X @ np.linalg.lstsq(X, made, rcond=1e-9)[0]
+            largest = max(largest, float(fit @ fit) / float(made @ made + rest @ rest))
+        return largest

@@ -1,0 +1,282 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What friction does while a joint rests: unknown, and so taken out of both sides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.signal import lfilter
+
+from sosml_friction.regression.band import Band
+
+FloatArray = NDArray[np.float64]
+
+#: A joint that is slower than this share of its top speed, over a cycle of the band, rests.
+_SLOW = 0.02
+#: A rest of more than so many cycles, and than so long [s], is a stop and no turn in passing.
+_STOP, _STOP_S = 3.0, 0.2
+#: Courses of effort that are smaller than this share of the largest, once filtered, are none.
+_RANK = 1e-3
+
+
+@dataclass(frozen=True)
+class Rest:
+    """
+    Hold what an effort of any course during one rest of a joint is in the band.
+
+    ``rows`` of the band that see it; ``base`` (rows, r): orthonormal, None where they see nothing
+    else and all of it is.
+    """
+
+    joint: int
+    rows: slice
+    base: FloatArray | None
+
+
+def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
+    """
+    Return where a joint is slow enough to rest, as samples (from, to).
+
+    All that is in a cycle of the band in which it goes no further than ``most``.
+
+    :param q: position (N,) [rad or m].
+    :param most: [rad or m].
+    """
+    size = max(3, round(1.0 / (band.cutoff * band.step)))
+    if len(q) < size:
+        return []
+    way = maximum_filter1d(q, size) - minimum_filter1d(q, size)
+    still = maximum_filter1d((way <= most).astype(np.int8), size).astype(bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def stopping_joints(
+    stretches: Sequence[tuple[FloatArray, Band]], limit: FloatArray, speed: FloatArray
+) -> list[int]:
+    """
+    Return the joints that stop between two motions: their rests are rests.
+
+    One that in none of the stretches is so slow for three cycles and 0.2 s only turns around in
+    passing. A stop that a hole cuts has motion on one side only; another has to be left whole.
+
+    :param stretches: smoothed position (N, n) [rad or m] and the band of each.
+    :param limit: way over which the sign of motion may change (n,) [rad or m].
+    :param speed: top speed (n,) [rad/s or m/s].
+    """
+    result = []
+    for i in range(len(limit)):
+        for q, band in stretches:
+            long = max(_STOP / band.cutoff, _STOP_S) / band.step
+            found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
+            if any(b - a > long and a > 0 and b < len(q) for a, b in found):
+                result.append(i)
+                break
+    return result
+
+
+def _most(i: int, limit: FloatArray, speed: FloatArray, band: Band) -> float:
+    """Return how far a joint goes at most in a cycle in which it rests."""
+    return min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
+
+
+def find_rests(
+    q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray, joints: Sequence[int]
+) -> tuple[Rest, ...]:
+    """
+    Return the rests of ``joints`` in one stretch.
+
+    A resting joint takes as much friction as its load asks for, up to breakaway; one that creeps,
+    as where friction is a smooth function of speed, takes less and less. Neither the sign nor the
+    speed of a motion that is within the resolution tells how much, so that any course of effort
+    may be friction: piecewise linear ones, knots at the rows of the band, are filtered as
+    everything is, and what they span is taken out of both sides.
+
+    A joint that stands throughout the stretch has none: no friction that it had could have stayed.
+
+    :param q: smoothed position (N, n) [rad or m].
+    :param joints: of :func:`stopping_joints`; ``limit`` and ``speed`` as there.
+    """
+    result: list[Rest] = []
+    for i in joints:
+        found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
+        if found != [(0, len(q))]:
+            for begin, end in found:
+                result += _pieces(i, begin, end, len(q), band)
+    return _joined(result)
+
+
+def _pieces(joint: int, begin: int, end: int, samples: int, band: Band) -> list[Rest]:
+    """Return one rest, from sample ``begin`` to ``end``, as the rows of the band see it."""
+    count = band.count(samples)
+    # Row k of the band sees the samples from k factor to k factor + 2 half.
+    first = max(0, -((2 * band.half - begin) // band.factor))
+    last = min(count, (end - 1) // band.factor + 1)
+    inside = slice(
+        -(-begin // band.factor), min(count, (end - 1 - 2 * band.half) // band.factor + 1)
+    )
+    if inside.stop <= inside.start:
+        inside = slice(last, last)
+    pieces = []
+    for rows in (slice(first, inside.start), inside, slice(inside.stop, last)):
+        if rows.stop > rows.start:
+            base = None if rows is inside else _courses(rows, begin, end, band)
+            pieces.append(Rest(joint, rows, base))
+    return pieces
+
+
+def _courses(rows: slice, begin: int, end: int, band: Band) -> FloatArray:
+    """Return what courses of effort between two samples are in rows that see others too."""
+    low, high = rows.start * band.factor, (rows.stop - 1) * band.factor + 2 * band.half + 1
+    t = np.arange(low, high)
+    begin, end = max(begin, low), min(end, high)
+    knots = np.linspace(begin, end - 1, max(2, round((end - begin) / band.factor) + 1))
+    inside = (t >= begin) & (t < end)
+    courses = [np.interp(t, knots, hat) * inside for hat in np.eye(len(knots))]
+    return _span(band.apply(np.column_stack(courses)))
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Return an orthonormal base of columns, but for what is small beside the largest."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(U[:, size > _RANK * size.max()])
+
+
+def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
+    """Return the rests with those of a joint that see the same rows as one."""
+    result: list[Rest] = []
+    for rest in rests:
+        before = result[-1] if result else None
+        if (
+            before is None
+            or before.joint != rest.joint
+            or before.rows.stop <= rest.rows.start
+            or before.base is None
+            or rest.base is None
+        ):
+            result.append(rest)
+            continue
+        first, last = before.rows.start, max(before.rows.stop, rest.rows.stop)
+        both = np.zeros((last - first, before.base.shape[1] + rest.base.shape[1]))
+        both[: len(before.base), : before.base.shape[1]] = before.base
+        both[rest.rows.start - first :, before.base.shape[1] :][: len(rest.base)] = rest.base
+        result[-1] = Rest(rest.joint, slice(first, last), _span(both))
+    return tuple(result)
+
+
+class WhitenedRests:
+    """
+    Hold what efforts at rest are in whitened rows, in all stretches joined.
+
+    A whitening filter of ``order`` past rows spreads them: whitened rows that see nothing but a
+    rest are zero, and the others are freed of the filtered bases and of the last rows inside,
+    whose values are not known and still in the filter's history.
+
+    :param rests: of each stretch; ``counts``: its rows of the band.
+    :param whitening: filters of the joints, (order + 1,) each.
+    """
+
+    def __init__(
+        self,
+        rests: Sequence[Sequence[Rest]],
+        counts: Sequence[int],
+        whitening: Sequence[FloatArray],
+    ) -> None:
+        order = len(whitening[0]) - 1
+        rows = sum(count - order for count in counts)
+        #: Rows (rows, n) that are zero.
+        self.inside = np.zeros((rows, len(whitening)), dtype=np.bool_)
+        self._bases: list[tuple[int, slice, FloatArray]] = []
+        first = -order
+        for own, count in zip(rests, counts, strict=True):
+            for i, weights in enumerate(whitening):
+                mine = [rest for rest in own if rest.joint == i]
+                inside = np.zeros(count, dtype=np.bool_)
+                for rest in mine:
+                    if rest.base is None:
+                        inside[rest.rows] = True
+                self.inside[first + order : first + count, i] = inside[order:]
+                for begin, columns in _clusters(mine, weights, inside):
+                    cut = max(0, order - begin)
+                    if not columns[cut:].any():
+                        continue
+                    base = _span(columns[cut:] / _sizes(columns[cut:]))
+                    start = first + begin + cut
+                    self._bases.append((i, slice(start, start + len(base)), base))
+            first += count - order
+
+    def known(self) -> FloatArray:
+        """Return how many rows of each joint say something (n,): those left less the freed."""
+        known = (~self.inside).sum(axis=0).astype(np.float64)
+        for joint, _, base in self._bases:
+            known[joint] -= base.shape[1]
+        return np.asarray(known)
+
+    def take_out(self, x: FloatArray, joints: Sequence[int]) -> FloatArray:
+        """Take what efforts at rest may be out of whitened ``x`` (rows, m, ...), in place."""
+        for k, joint in enumerate(joints):
+            x[self.inside[:, joint], k] = 0.0
+            for i, rows, base in self._bases:
+                if i == joint:
+                    _project(x[rows, k], base)
+        return x
+
+
+def _clusters(
+    rests: Sequence[Rest], weights: FloatArray, inside: NDArray[np.bool_]
+) -> list[tuple[int, FloatArray]]:
+    """Return whitened nuisances of one joint, those that overlap as one: first row, columns."""
+    order = len(weights) - 1
+    result: list[tuple[int, FloatArray]] = []
+    for rest in sorted(rests, key=lambda rest: rest.rows.start):
+        base, begin = rest.base, rest.rows.start
+        if base is None:
+            begin = max(rest.rows.start, rest.rows.stop - order)
+            base = np.eye(rest.rows.stop - begin)
+        end = min(len(inside), begin + len(base) + order)
+        columns = np.zeros((end - begin, base.shape[1]))
+        columns[: len(base)] = base
+        columns = lfilter(weights, [1.0], columns, axis=0)
+        columns[inside[begin:end]] = 0.0
+        if result and begin < result[-1][0] + len(result[-1][1]):
+            start, before = result.pop()
+            joined = np.zeros((max(end - start, len(before)), before.shape[1] + base.shape[1]))
+            joined[: len(before), : before.shape[1]] = before
+            joined[begin - start : end - start, before.shape[1] :] = columns
+            begin, columns = start, joined
+        result.append((begin, columns))
+    return result
+
+
+def _sizes(columns: FloatArray) -> FloatArray:
+    size = np.linalg.norm(columns, axis=0)
+    return np.asarray(np.where(size > 0.0, size, 1.0))
+
+
+def _project(part: FloatArray, base: FloatArray) -> None:
+    """Take what a base (rows, r) spans out of a part (rows, ...), in place."""
+    flat = part.reshape(len(part), -1)
+    part -= (base @ (base.T @ flat)).reshape(part.shape)
+
+
+def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -> FloatArray:
+    """
+    Take what any course of effort at rest explains out of ``x`` (rows, m, ...), in place.
+
+    :param x: in the band.
+    :param joints: which joint each of the m is.
+    """
+    for rest in rests:
+        for k, joint in enumerate(joints):
+            if joint == rest.joint:
+                part = x[rest.rows, k]
+                if rest.base is None:
+                    part[...] = 0.0
+                    continue
+                _project(part, rest.base)
+    return x

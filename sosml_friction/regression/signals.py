@@ -1,0 +1,447 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""One recording as the diagnosis sees it: even samples, smooth derivatives, nominal torque."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.robot import Robot
+from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.regression.band import Band, first_derivative
+from sosml_friction.regression.position_noise import PositionNoise
+from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
+from sosml_friction.regression.settings import DiagnosisSettings
+
+FloatArray = NDArray[np.float64]
+
+#: The sign of motion changes over so much of a joint's range, or so many quanta of position.
+_SIGN_SHARE, _SIGN_QUANTA = 4e-4, 8.0
+#: Displacements tried, as shares of that.
+_SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
+#: White noise is seen beside a quantum from so much of it on.
+_DITHER = 0.1
+#: A step is a multiple of another to within so much of it.
+_OFF_STEP = 0.02
+#: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
+_BENDS = (-0.2, 0.0, 0.2, 0.4)
+#: A stretch without holes lasts at least so many cycles of the band's edge.
+_SHORTEST_CYCLES = 60.0
+#: Narrowest band [Hz] for the noise of position alone, and where the motion is slow besides.
+_NARROWEST, _LOWEST = 12.0, 10.0
+#: Where noise of position feigns more than the first share of the residual, the band is lowered by
+#: the factor at a time until it is less than the second.
+_FEIGNED, _FEIGNED_LEFT, _LOWER = 0.05, 0.02, 0.85
+#: Largest share of the sampling frequency that the band may be.
+_HIGHEST = 0.1
+
+
+@dataclass(frozen=True)
+class Scales:
+    """
+    Hold what is characteristic of a robot and its data, per joint (n,).
+
+    ``displacement`` [rad or m] over which the sign of motion changes, and ``sign_limit``, what it
+    may be at most; ``speed`` [rad/s or m/s]:
+    the fastest but for 1 % of samples; ``span`` [rad or m]: the range of motion; ``coulomb``,
+    ``viscous``, ``stribeck``, ``stribeck_velocity``, ``bias``: nominal friction; NaN where the
+    model has none. ``effort`` [Nm or N]: root mean square of the measured effort.
+    """
+
+    displacement: FloatArray
+    sign_limit: FloatArray
+    speed: FloatArray
+    span: FloatArray
+    effort: FloatArray
+    coulomb: FloatArray
+    viscous: FloatArray
+    stribeck: FloatArray
+    stribeck_velocity: FloatArray
+    bias: FloatArray
+
+    def level(self, joint: int) -> float:
+        """Return what a friction term of a joint is measured against [Nm or N]."""
+        coulomb = float(self.coulomb[joint])
+        return coulomb if np.isfinite(coulomb) and coulomb > 0.0 else self.effort[joint]
+
+
+@dataclass(frozen=True)
+class Signals:
+    """
+    Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
+
+    ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives;
+    ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
+    :func:`~sosml_friction.model.dahl.dahl_path`; ``rigid`` (N, n): M q'' + C q' + g of
+    the nominal model, rotors included; ``friction`` (N, n): its friction;
+    ``known`` (N, n): what the effects in the model's own list add;
+    ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
+    ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
+    the start of the first recording. ``feigned``: share of the whitened noise that noise of
+    position makes look like a function of the motion, at most.
+    """
+
+    time: FloatArray
+    q: FloatArray
+    v: FloatArray
+    a: FloatArray
+    tau: FloatArray
+    sign: FloatArray
+    rigid: FloatArray
+    friction: FloatArray
+    regressor: FloatArray
+    robot: Robot
+    scales: Scales
+    band: Band
+    temperature: FloatArray | None = None
+    known: FloatArray | float = 0.0
+    feigned: float = 0.0
+    rests: tuple[Rest, ...] = ()
+    cache: dict[object, FloatArray] = field(default_factory=dict)
+
+    @property
+    def torque(self) -> FloatArray:
+        """Return the effort that the nominal model expects, (N, n)."""
+        return np.asarray(self.rigid + self.friction + self.known)
+
+    def effort_unit(self, joint: int) -> str:
+        """Return the unit of effort of a joint, Nm or N."""
+        return self.robot.effort_units[joint]
+
+    def length_unit(self, joint: int) -> str:
+        """Return the unit of position of a joint, rad or m."""
+        return 'rad' if self.effort_unit(joint) == 'Nm' else 'm'
+
+    def in_joint(self, joint: int, *columns: FloatArray) -> FloatArray:
+        """Return (N, n, k) that is zero but for ``columns`` (N,) in one joint."""
+        result = np.zeros((len(self.q), self.robot.n, len(columns)))
+        for k, column in enumerate(columns):
+            result[:, joint, k] = column
+        return result
+
+    def in_band(self, x: FloatArray, joints: Sequence[int] | None = None) -> FloatArray:
+        """
+        Return efforts (N, m, ...) in the band, without what joints at rest may take (K, m, ...).
+
+        :param joints: which joint each of the m is; None for all n.
+        """
+        joints = range(self.robot.n) if joints is None else joints
+        return without_rests(self.band.apply(x), joints, self.rests)
+
+
+def with_rests(
+    stretches: Sequence[Signals], like: Sequence[Signals] | None = None
+) -> tuple[Signals, ...]:
+    """
+    Return the same with the rests of the joints, in which their effort says nothing.
+
+    :param like: stretches that say which joints stop; None: these.
+    """
+    scales = stretches[0].scales
+    sizes = scales.sign_limit, scales.speed
+    joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes)
+    return tuple(replace(s, rests=find_rests(s.q, s.band, *sizes, joints)) for s in stretches)
+
+
+def even_stretches(log: JointLog) -> list[JointLog]:
+    """
+    Return the log's stretches without holes, each interpolated to even samples.
+
+    A hole is a step of more than five usual ones, a step backwards, or so long without a known
+    position or the effort of a joint that has one; shorter ones are bridged by a line. Repeated
+    stamps are left out.
+    """
+    time = log.time
+    effort = np.isfinite(log.tau)
+    # A joint that never has effort is no hole.
+    has = effort.any(axis=0)
+    known = np.isfinite(log.q).all(axis=1) & effort[:, has].all(axis=1) & has.any()
+    rows = np.flatnonzero(known)
+    if len(rows) < 2:
+        return []
+    rows = rows[np.append(True, np.diff(time[rows]) != 0.0)]
+    steps = np.diff(time[rows])
+    forwards = steps[steps > 0.0]
+    if not len(forwards):
+        return []
+    step = float(np.median(forwards))
+    cuts = np.flatnonzero((steps < 0.0) | (steps > 5.0 * step)) + 1
+    stretches = []
+    for run in np.split(rows, cuts):
+        count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
+        if count < 3:
+            continue
+        even = np.linspace(time[run[0]], time[run[-1]], count)
+        columns = {
+            name: np.column_stack([np.interp(even, time[run], x) for x in array[run].T])
+            for name, array in (('q', log.q), ('v', log.v), ('tau', log.tau))
+        }
+        temperature = None
+        if log.temperature is not None:
+            temperature = np.column_stack(
+                [np.interp(even, time[run], x) for x in log.temperature[run].T]
+            )
+        t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
+        q, v, tau = columns['q'], columns['v'], columns['tau']
+        stretches.append(JointLog(log.names, t_ns, q, v, tau, temperature))
+    return stretches
+
+
+def choose_band(
+    log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings
+) -> tuple[Band, float]:
+    """
+    Return the band, up to where position makes as much noise as effort, and what is feigned there.
+
+    White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
+    M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
+    band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
+    is taken. Where the motion is so slow that noise of acceleration would pass for structure, it
+    is lowered in steps until little of it is left, see
+    :class:`~.position_noise.PositionNoise`, whose share in the band is the
+    second; 0 where the settings give the band.
+    """
+    if settings.band is not None:
+        return Band(settings.band, step), 0.0
+    whole = robot.inertia(np.nanmedian(log.q, axis=0))
+    inertia = np.diag(whole)
+    found = [settings.widest_band]
+    steps, white, efforts = np.zeros(robot.n), np.zeros(robot.n), np.zeros(robot.n)
+    for i in range(robot.n):
+        quantum, noise = signal_noise(log.q[:, i])
+        if _in_steps(log.q[:, i], quantum):
+            steps[i] = quantum
+        # Steps alone look like noise of a third of a quantum.
+        white[i] = noise if steps[i] == 0.0 or noise > quantum else 0.0
+        # A joint that stands most of the time shows no noise, but moves in steps all the same.
+        if noise > _DITHER * quantum or steps[i] > 0.0:
+            noise = max(noise, quantum / np.sqrt(12.0))
+        effort = efforts[i] = signal_noise(log.tau[:, i])[1]
+        if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
+            found.append(
+                float(np.sqrt(np.sqrt(5.0) * effort / (inertia[i] * noise)) / (2.0 * np.pi))
+            )
+    widest = min(settings.widest_band, _HIGHEST / step)
+    band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+    motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
+    noise_of = PositionNoise(motion, steps, white, efforts, whole)
+    most, feigned = _FEIGNED, noise_of.share(band)
+    while band.cutoff > _LOWEST and feigned > most:
+        most = _FEIGNED_LEFT
+        band = Band(max(_LOWER * band.cutoff, _LOWEST), step)
+        feigned = noise_of.share(band)
+    return band, feigned
+
+
+def _in_steps(x: FloatArray, quantum: float) -> bool:
+    """Tell whether a signal moves by multiples of its smallest step."""
+    moved = np.abs(np.diff(x))
+    moved = moved[np.isfinite(moved) & (moved > 0.5 * quantum)]
+    if quantum <= 0.0 or not len(moved):
+        return False
+    multiples = moved / quantum
+    return float(np.mean(np.abs(multiples - np.rint(multiples)) < _OFF_STEP)) > 0.95
+
+
+def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
+    """Return the scales of the joints over all recordings."""
+    n = robot.n
+    quantum = np.array([max(signal_noise(log.q[:, i])[0] for log in logs) for i in range(n)])
+    noise = np.array([max(signal_noise(log.q[:, i])[1] for log in logs) for i in range(n)])
+    q = np.concatenate([log.q for log in logs])
+    tau = np.concatenate([log.tau for log in logs])
+    span = np.ptp(q, axis=0)
+    speed = np.zeros(n)
+    for log in logs:
+        dt = float(np.median(np.diff(log.time)))
+        wide = max(1, round(0.05 / dt))
+        if len(log) > 2 * wide:
+            slope = np.abs(log.q[wide:] - log.q[:-wide]) / (wide * dt)
+            speed = np.maximum(speed, np.quantile(slope, 0.99, axis=0))
+    friction = {
+        name: np.full(n, np.nan)
+        for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
+    }
+    for i, joint in enumerate(model.joints.values()):
+        if joint.friction is None:
+            continue
+        for name, values in friction.items():
+            if name in joint.friction.parameters:
+                values[i] = joint.friction.parameters[name].value
+    # A quantum that noise dithers is no resolution; less than a tenth of one is rounding.
+    dithered = noise > _DITHER * quantum
+    resolution = np.where(dithered, np.minimum(quantum, 12.0 * noise), quantum)
+    limit = np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution)
+    return Scales(
+        displacement=limit,
+        sign_limit=limit,
+        speed=np.maximum(speed, 1e-12),
+        span=np.maximum(span, 1e-12),
+        effort=np.sqrt(np.nanmean(tau**2, axis=0)),
+        **friction,
+    )
+
+
+def make_signals(
+    stretch: JointLog, robot: Robot, scales: Scales, band: Band, start_s: float
+) -> Signals:
+    """
+    Return the signals of one even stretch.
+
+    :param start_s: time of its first sample [s].
+    """
+    step = band.step
+    q = band.smooth(stretch.q)
+    v = first_derivative(q, step)
+    a = first_derivative(v, step)
+    sign = np.column_stack(
+        [dahl_path(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
+    )
+    regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
+    rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
+    return Signals(
+        time=start_s + np.arange(len(q), dtype=np.float64) * step,
+        q=q,
+        v=v,
+        a=a,
+        tau=np.where(np.isfinite(stretch.tau), stretch.tau, 0.0),
+        sign=sign,
+        rigid=rigid,
+        friction=nominal_friction(v, sign, scales),
+        regressor=regressor,
+        robot=robot,
+        scales=scales,
+        band=band,
+        temperature=stretch.temperature,
+    )
+
+
+def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatArray:
+    """Return the friction of the model along a motion, (N, n); 0 where the model has none."""
+    known = {
+        name: np.nan_to_num(getattr(scales, name))
+        for name in ('coulomb', 'viscous', 'stribeck', 'bias')
+    }
+    vs = np.where(np.isfinite(scales.stribeck_velocity), scales.stribeck_velocity, 1.0)
+    level = known['coulomb'] + known['stribeck'] * np.exp(-np.abs(v) / vs)
+    return np.asarray(level * sign + known['viscous'] * v + known['bias'])
+
+
+def prepare(
+    logs: list[JointLog],
+    model: RobotModelFile,
+    robot: Robot,
+    settings: DiagnosisSettings,
+    known: Scales | None = None,
+    shortest_s: float | None = None,
+) -> list[Signals]:
+    """
+    Return the signals of all recordings, stretch after stretch.
+
+    :param known: scales found on other recordings, to be used as they are.
+    :param shortest_s: shortest stretch that is of use [s]; None: as the diagnosis needs.
+    :raises DataError: if nothing is long enough.
+    """
+    scales = known or find_scales(logs, model, robot)
+    cut: list[tuple[JointLog, float]] = []
+    offset = 0.0
+    band: Band | None = None
+    feigned = 0.0
+    for log in logs:
+        for stretch in even_stretches(log):
+            step = float(np.median(np.diff(stretch.time)))
+            if shortest_s is None and len(stretch) * step < _SHORTEST_CYCLES / (
+                settings.band or settings.widest_band
+            ):
+                # Too short in any band: it has no say in which.
+                continue
+            if band is None or abs(band.step - step) > 1e-3 * step:
+                chosen, share = choose_band(stretch, robot, step, settings)
+                feigned = max(feigned, share)
+                # One band for all: what is compared must be filtered alike.
+                band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
+            least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
+            if len(stretch) * step < max(least, 5.0 / band.cutoff):
+                continue
+            cut.append((stretch, offset + float(stretch.t_ns[0] - log.t_ns[0]) * 1e-9))
+        offset += float(log.time[-1]) + 1.0
+    if not cut or band is None:
+        raise DataError(
+            'no stretch of the recording is long enough without a hole in position or effort: '
+            'record at least 10 s at one go'
+        )
+    prepared = [
+        replace(make_signals(stretch, robot, scales, band, begin), feigned=feigned)
+        for stretch, begin in cut
+    ]
+    return prepared if known else _with_fitted_sign(prepared)
+
+
+def bump(sign: FloatArray) -> FloatArray:
+    """Return s (1 - s^2): 0 before and after a reversal's build-up, another shape within."""
+    return sign * (1.0 - sign * sign)
+
+
+def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
+    """
+    Return the signals with the displacement of the sign that fits each joint best.
+
+    It is a number of the gear and not of the nominal model. What :func:`find_scales` says is the
+    most that still counts as a sign; friction that builds up over more is a cause.
+    """
+    first = prepared[0]
+    scales, n = first.scales, first.robot.n
+    displacement = scales.displacement.copy()
+    for i in range(n):
+        known, effort = [], []
+        for signals in prepared:
+            columns = np.column_stack(
+                [
+                    signals.regressor[:, i],
+                    signals.a[:, i],
+                    signals.v[:, i],
+                    np.ones(len(signals.q)),
+                ]
+            )
+            known.append(signals.band.apply(columns[:, np.abs(columns).max(axis=0) > 0.0]))
+            effort.append(signals.band.apply(signals.tau[:, i]))
+        width = min(part.shape[1] for part in known)
+        X = np.concatenate([part[:, :width] for part in known])
+        X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
+        basis = np.linalg.svd(X, full_matrices=False)
+        U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
+        y = np.concatenate(effort)
+        y = y - U @ (U.T @ y)
+        best = -1.0
+        for share in _SIGN_SHARES:
+            parts = []
+            for signals in prepared:
+                q = np.ascontiguousarray(signals.q[:, i])
+                state = dahl_path(q, float(scales.displacement[i] * share))
+                parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
+            both = np.concatenate(parts)
+            both = both - U @ (U.T @ both)
+            # How it builds up beside the exponential is fitted too, and forgotten: it would be
+            # made up for by a displacement that is not the gear's.
+            for bend in _BENDS:
+                state = both[:, 0] + bend * both[:, 1]
+                explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+                if explained > best:
+                    best, displacement[i] = explained, float(scales.displacement[i] * share)
+    fitted = replace(scales, displacement=displacement, sign_limit=scales.displacement)
+    result = []
+    for signals in prepared:
+        sign = np.column_stack(
+            [dahl_path(np.ascontiguousarray(signals.q[:, i]), displacement[i]) for i in range(n)]
+        )
+        friction = nominal_friction(signals.v, sign, fitted)
+        result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
+    return result

@@ -1,0 +1,51 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is left along any one axis: not a cause, but the sign that one is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.regression.curves.knots import knots_of, padded_hats
+from sosml_friction.regression.signals import Signals
+
+_HATS = 9
+#: The axes, as signals (N, n).
+_AXES: tuple[Callable[[Signals], FloatArray], ...] = (
+    lambda s: s.v,
+    lambda s: s.q,
+    lambda s: s.a,
+    lambda s: s.torque,
+)
+
+
+class Structure(Effect):
+    """
+    Add any smooth function of velocity, position, acceleration, load, and s times each.
+
+    Hat functions on quantiles of the data, which know no physics: what they predict on data left
+    out is structure, whatever its name. Not part of the catalogue.
+    """
+
+    identifier: ClassVar[str] = 'structure'
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * _HATS)}
+
+    def __init__(self, stretches: Sequence[Signals]) -> None:
+        self._knots = [knots_of(stretches, axis, _HATS) for axis in _AXES]
+
+    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+        """Return the hats."""
+        return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
+
+    def own_columns(self, signals: Signals, joint: int, grid: Sequence[Inner]) -> FloatArray:
+        """Return the hats of the joint alone, (N, 1, k)."""
+        factors = 1.0, signals.sign[:, joint]
+        parts = [
+            padded_hats(axis(signals)[:, joint], knots[joint], _HATS, factors)
+            for axis, knots in zip(_AXES, self._knots, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)[:, None]

@@ -1,0 +1,128 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Numbers as a person reads them: as many digits as the uncertainty supports, and no more.
+
+Plain ASCII, so that a table survives every terminal.
+"""
+
+from __future__ import annotations
+
+import math
+
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.common.labels import NON_NEGATIVE
+
+UNKNOWN = '-'
+NOT_IDENTIFIABLE_TEXT = 'not identifiable'
+#: No physical quantity is larger, and rounding overflows close to 1e308.
+_HUGE = 1e300
+
+
+def format_number(value: float, uncertainty: float = math.nan) -> str:
+    """
+    Return ``value`` rounded to two significant digits of its uncertainty.
+
+    Without an uncertainty it gets four significant digits. From 1e6 on, and where digits beyond
+    the sixth decimal count, it is in the form 1.2e-07.
+
+    :param uncertainty: standard error or the like, in the unit of the value.
+    """
+    if not abs(value) < _HUGE:
+        return UNKNOWN
+    if math.isfinite(uncertainty) and uncertainty > 0.0:
+        place = _leading(uncertainty) - 1
+    elif value == 0.0:
+        return '0'
+    else:
+        place = _leading(value) - 3
+    rounded = round(value, -place)
+    if rounded == 0.0:
+        # Not -0.00, and not the digits of a value that the uncertainty hides.
+        return f'{0.0:.{-place}f}' if -6 <= place < 0 else '0'
+    leading = _leading(rounded)
+    # A double has no more than 15 digits to show.
+    place = max(place, leading - 14)
+    if leading >= 6 or place < -6:
+        return f'{rounded:.{max(leading - place, 0)}e}'
+    return f'{rounded:.{max(0, -place)}f}'
+
+
+def _leading(x: float) -> int:
+    """Return the power of ten of the first digit."""
+    return int(f'{x:e}'.partition('e')[2])
+
+
+def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:
+    """Return ``low to high``; the digits follow the uncertainty, else the width."""
+    if not (math.isfinite(uncertainty) and uncertainty > 0.0):
+        uncertainty = (high - low) / 4.0
+    # A zero is a bound, and exact.
+    begin = '0' if low == 0.0 else format_number(low, uncertainty)
+    return f'{begin} to {format_number(high, uncertainty)}'
+
+
+def value_text(name: str, parameter: Parameter) -> str:
+    """
+    Return what stands for the value of a parameter in a table.
+
+    A parameter that is not identifiable is a range (``0 to 1.2``, ``above 0.3``), or the words
+    where the data leave no range: never a number.
+    """
+    if NOT_IDENTIFIABLE in parameter.flags:
+        return range_text(name, parameter) or NOT_IDENTIFIABLE_TEXT
+    text = format_number(parameter.value, _uncertainty(parameter))
+    return f'{text} (at bound)' if AT_BOUND in parameter.flags else text
+
+
+def error_text(parameter: Parameter) -> str:
+    """Return the standard error, ``-`` where the value itself is not to be used."""
+    if NOT_IDENTIFIABLE in parameter.flags:
+        return UNKNOWN
+    return format_number(parameter.std_error, parameter.std_error)
+
+
+def interval_text(parameter: Parameter) -> str:
+    """Return the 95 % interval, ``-`` where there is none; a range stands for the value."""
+    if NOT_IDENTIFIABLE in parameter.flags or parameter.interval is None:
+        return UNKNOWN
+    if not all(map(math.isfinite, parameter.interval)):
+        return UNKNOWN
+    return format_interval(*parameter.interval, parameter.std_error)
+
+
+def allowed_range(name: str, parameter: Parameter) -> tuple[float, float] | None:
+    """
+    Return the interval of a parameter cut at what it can be at all, its open ends infinite.
+
+    C, B, S and v_s are not negative. An end that is NaN, as in a file, is open. None where the
+    data say nothing: no interval, one without width, or one that allows all there can be.
+    """
+    if parameter.interval is None:
+        return None
+    low, high = parameter.interval
+    lowest = 0.0 if name in NON_NEGATIVE else -math.inf
+    # No physical quantity is as large.
+    low = low if abs(low) < _HUGE and low > lowest else lowest
+    high = max(high, lowest) if abs(high) < _HUGE else math.inf
+    return (low, high) if high > low and (low > lowest or high < math.inf) else None
+
+
+def range_text(name: str, parameter: Parameter) -> str:
+    """Return :func:`allowed_range` in words, empty where there is none."""
+    allowed = allowed_range(name, parameter)
+    if allowed is None:
+        return ''
+    low, high = allowed
+    if math.isinf(high):
+        return f'above {format_number(low, 0.1 * abs(low))}'
+    if math.isinf(low):
+        return f'below {format_number(high, 0.1 * abs(high))}'
+    return format_interval(low, high)
+
+
+def _uncertainty(parameter: Parameter) -> float:
+    if math.isfinite(parameter.std_error) or parameter.interval is None:
+        return parameter.std_error
+    # An infinite end makes this infinite, and the number gets its usual digits.
+    return (parameter.interval[1] - parameter.interval[0]) / 4.0

@@ -1,0 +1,99 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A diagnosis as files: ``diagnosis.json``, the extended model, the report."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.output import (
+    OutputKind,
+    to_plain,
+    write_document,
+    written_together,
+)
+from sosml_friction.report.diagnosis.html import render_diagnosis
+
+FORMAT = 'sosml_friction/diagnosis/1'
+FILES = ('robot.urdf', 'model.yaml', 'report.html', 'diagnosis.json')
+KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
+
+
+def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the object of ``sosml diagnose --json``: docs/schema/diagnosis.schema.json."""
+    recommendation = diagnosis.recommendation
+    gain = diagnosis.gain
+    document: dict[str, Any] = {
+        'format': FORMAT,
+        'verdict': diagnosis.verdict,
+        'sentence': diagnosis.sentence,
+        'causes': [cause.to_dict() for cause in diagnosis.causes],
+        'gain': None if gain is None else gain.to_dict(diagnosis.names, diagnosis.units),
+        'stages': list(diagnosis.stages),
+        'recommended_experiment': None if recommendation is None else recommendation.to_dict(),
+        'data_checks': [check.to_dict() for check in diagnosis.checks],
+        'ranking': list(diagnosis.ranking),
+        'rejected': diagnosis.rejected,
+        'structure': dict(diagnosis.structure),
+        'refit': dict(diagnosis.refit),
+        'tolerated': [cause.to_dict() for cause in diagnosis.tolerated],
+        'confusability': None
+        if diagnosis.confusability is None
+        else diagnosis.confusability.to_dict(),
+        'band_hz': diagnosis.band_hz,
+        'library_hash': diagnosis.library_hash,
+        'provenance': dict(provenance),
+    }
+    return to_plain(document)
+
+
+def write_diagnosis(
+    folder: Path,
+    diagnosis: Diagnosis,
+    model: RobotModelFile,
+    provenance: Mapping[str, Any],
+    step: Callable[[str], None] = lambda text: None,
+) -> None:
+    """
+    Write diagnosis.json, report.html, and the extended model where a term is in it.
+
+    :raises ConfigurationError: if the folder cannot be written.
+    """
+    with written_together(folder, KIND) as workshop:
+        if any(term.in_model for term in diagnosis.terms):
+            extended_model(model, diagnosis, provenance).write(workshop)
+        step('drawing the report')
+        (workshop / 'report.html').write_text(render_diagnosis(diagnosis), encoding='utf-8')
+        write_document(workshop, KIND, diagnosis_document(diagnosis, provenance))
+
+
+def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
+    """Return what the terminal shows: the sentence first."""
+    lines = [diagnosis.sentence]
+    for before, after in itertools.pairwise(diagnosis.stages):
+        changes = ', '.join(
+            f'{name} {error:.2f} -> {after["relative_error_percent"][name]:.2f} %'
+            for name, error in before['relative_error_percent'].items()
+        )
+        lines.append(
+            f'  with {after["effect"].replace("_", " ")} ({after["joint"]}): relative effort '
+            f'error on folds left out {changes}'
+        )
+    if diagnosis.rejected is not None and diagnosis.verdict != 'bad_data':
+        rejected = diagnosis.rejected
+        lines.append(
+            f'  not named: {rejected["effect"].replace("_", " ")} ({rejected["joint"]}), because '
+            f'{"; ".join(rejected["failed"])}'
+        )
+    if diagnosis.recommendation is not None:
+        lines.append(f'Next: {diagnosis.recommendation.sentence}')
+    lines.extend(
+        f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
+    )
+    return lines

@@ -1,0 +1,285 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What an analysis says, in sentences."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.common.labels import SYMBOLS, observer_label, symbols_of
+from sosml_friction.report.common.number_text import format_number, range_text, value_text
+from sosml_friction.report.fit.joint_view import JointView
+
+
+def joint_sentence(view: JointView) -> str:
+    """Return the result of one joint in a sentence with its numbers."""
+    if view.preferred is None:
+        return f'{view.name}: its friction is not available, because {view.unavailable}.'
+    fit = view.fits[view.preferred].fit
+    text = law_sentence(view.name, fit.parameters, fit.law)
+    return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
+
+
+def law_sentence(joint: str, parameters: Mapping[str, Parameter], law: str) -> str:
+    """
+    Return what the friction of a joint is, in a sentence without its full stop.
+
+    What is not identifiable is a range, never a number.
+    """
+    parts = [
+        _quantity('coulomb', parameters['coulomb'], 'Coulomb friction'),
+        _quantity('viscous', parameters['viscous'], 'viscous friction'),
+    ]
+    stribeck = parameters['stribeck']
+    told = law.startswith('stribeck')
+    # Below zero it cannot be: a range that begins above it is extra friction all the same.
+    seen = stribeck.interval is not None and stribeck.interval[0] > 0.0
+    if told or seen:
+        parts.append(_stribeck(stribeck, parameters['stribeck_velocity']))
+    text = f'{joint}: {", ".join(parts[:-1])} and {parts[-1]}'
+    bias = parameters['bias']
+    if NOT_IDENTIFIABLE in bias.flags:
+        text += f', on {_quantity("bias", bias, "a bias")}'
+    elif not _covers(bias, 0.0):
+        text += f', on a bias of {_with_error(bias)} that does not change with direction'
+    if not (told or seen):
+        text += '; extra friction near standstill (Stribeck) is not identifiable from this motion'
+        text += _range('stribeck', stribeck)
+    return text
+
+
+def law_remarks(fit: LawFit) -> list[str]:
+    """
+    Return what a law must not be used without: failed checks, and what is known instead of S.
+
+    Sentences with their full stops.
+    """
+    remarks = [check.sentence for check in fit.checks if not check.passed]
+    if STRIBECK_AT_SLOWEST in fit.derived:
+        speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)
+        remarks.append(
+            f'{derived_sentence(fit, STRIBECK_AT_SLOWEST)[:-1]} '
+            f'(w = {format_number(fit.slowest)} {speed}).'
+        )
+    return remarks
+
+
+def derived_sentence(fit: LawFit, name: str) -> str:
+    """Return what the data tell beside the parameters, a sentence with its full stop."""
+    parameter = fit.derived[name]
+    known = _with_error(parameter)
+    if NOT_IDENTIFIABLE in parameter.flags:
+        known = f'{value_text("stribeck", parameter)} {parameter.unit}'
+    text = DERIVED.get(name, name.replace('_', ' '))
+    return f'{text[:1].upper()}{text[1:]}: {known}.'
+
+
+def open_questions(view: JointView) -> list[str]:
+    """Return for each flag why it is there and what to record, flags of one cause together."""
+    subjects: dict[tuple[str, str], dict[str, list[str]]] = {}
+    for observer, fit in view.fits.items():
+        for name, parameter in fit.fit.parameters.items():
+            why = (parameter.reason, parameter.experiment)
+            if parameter.flags and any(why):
+                subjects.setdefault(why, {}).setdefault(name, []).append(observer_label(observer))
+    result = []
+    symbols = symbols_of(*(fit.fit.parameters for fit in view.fits.values()))
+    for (reason, experiment), names in subjects.items():
+        observers = list(dict.fromkeys(label for labels in names.values() for label in labels))
+        which = f' ({", ".join(observers)})' if len(observers) < len(view.fits) else ''
+        told = '; '.join(part for part in (reason, experiment) if part)
+        result.append(f'{", ".join(symbols[name] for name in names)}{which}: {told}.')
+    return result
+
+
+def answers(views: Sequence[JointView]) -> list[str]:
+    """Return what was found, a sentence per joint: what a reader came for."""
+    return [joint_sentence(view) for view in views]
+
+
+def caveats(views: Sequence[JointView]) -> list[str]:
+    """
+    Return :func:`notes`, the numbers by direction, and what is left open with how to learn it.
+
+    The latter two of the law of the model only.
+    """
+    lines = notes(views)
+    for view in views:
+        if view.preferred is not None:
+            own = replace(view, fits={view.preferred: view.fits[view.preferred]})
+            fit = view.fits[view.preferred].fit
+            lines += [
+                f'{view.name}: {derived_sentence(fit, name)}'
+                for name in fit.derived
+                if name.endswith(('_positive', '_negative'))
+            ]
+            lines += [f'{view.name}: {question}' for question in open_questions(own)]
+    return lines
+
+
+def notes(views: Sequence[JointView]) -> list[str]:
+    """
+    Return what a reader should know before using the numbers.
+
+    Laws that are no friction, what the data tell instead of a parameter that they leave open,
+    methods or observers whose 95 % intervals exclude each other, a truth outside of them, and
+    joints that only some observers could be fitted for.
+    """
+    subjects: dict[str, dict[str, list[str]]] = {}
+    for view in views:
+        for observer, text in _remarks(view):
+            labels = subjects.setdefault(text, {}).setdefault(view.name, [])
+            if observer:
+                labels.append(observer_label(observer))
+    result = []
+    for text, joints in subjects.items():
+        who = [f'{name} ({", ".join(them)})' if them else name for name, them in joints.items()]
+        result.append(f'{", ".join(who)}: {text}')
+    return result
+
+
+def data_remarks(analysis: BagAnalysis) -> list[str]:
+    """Return what is wrong with the recording and the model of it, sentences with full stops."""
+    checks = analysis.data_checks
+    remarks = []
+    if checks is not None:
+        remarks = [f'{sentence.rstrip(".")}.' for sentence in checks.sentences]
+    elif analysis.model.provenance.get('recovered'):
+        remarks = ['The recording is cut off or damaged: only its readable part was used.']
+    return remarks + [
+        f'{joint}: the model has no friction for it, because {reason.rstrip(".")}.'
+        for joint, reason in analysis.unmodelled.items()
+    ]
+
+
+def methods_disagree(view: JointView) -> bool:
+    """Tell whether segments and samples exclude each other in a parameter of an observer."""
+    return any(_apart(fit, view.alternatives.get(o)) for o, fit in view.fits.items())
+
+
+def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
+    """Yield (observer or '', sentence)."""
+    for observer, fit in view.fits.items():
+        other = view.alternatives.get(observer)
+        apart = _apart(fit, other)
+        if apart and other is not None:
+            yield (
+                observer,
+                f'{fit.method} (used here) and {other.method} differ by more than their 95 % '
+                f'intervals in {", ".join(apart)}, so one of them is biased: compare both with '
+                'the S-curve.',
+            )
+    if view.preferred is not None:
+        for remark in law_remarks(view.fits[view.preferred].fit):
+            yield view.preferred, remark
+    for observer, fit in view.fits.items():
+        known = view.truth.parameters if view.truth else {}
+        missed = missed_truths(fit.fit.parameters, known)
+        if missed:
+            yield observer, f'the truth is outside the 95 % interval of {", ".join(missed)}.'
+    for first, second in itertools.pairwise(view.fits.values()):
+        apart = _apart(first, second)
+        if apart:
+            yield (
+                '',
+                f'{observer_label(first.observer)} and {observer_label(second.observer)} differ '
+                f'by more than their 95 % intervals in {", ".join(apart)}.',
+            )
+    if view.fits and view.unavailable:
+        yield '', f'{view.unavailable}.'
+
+
+def missed_truths(
+    parameters: Mapping[str, Parameter], known: Mapping[str, Parameter]
+) -> list[str]:
+    """Return the parameters whose 95 % interval leaves out what is known to be true."""
+    return [
+        name
+        for name, truth in known.items()
+        if name in parameters and _misses(parameters[name], truth.value)
+    ]
+
+
+def _apart(first: JointFit, second: JointFit | None) -> list[str]:
+    """Return the parameters in which two fits exclude each other."""
+    if second is None:
+        return []
+    one, two = first.fit.parameters, second.fit.parameters
+    return [name for name in SYMBOLS if _disjoint(one[name], two[name])]
+
+
+def _with_error(parameter: Parameter) -> str:
+    half = parameter.std_error
+    if parameter.interval is not None:
+        half = 0.5 * (parameter.interval[1] - parameter.interval[0])
+    number = format_number(parameter.value, half)
+    if not math.isfinite(half):
+        return f'{number} {parameter.unit} (uncertainty unknown)'
+    return f'{number} ± {format_number(half, half)} {parameter.unit}'
+
+
+def _quantity(name: str, parameter: Parameter, what: str) -> str:
+    if NOT_IDENTIFIABLE not in parameter.flags:
+        return f'{_with_error(parameter)} of {what}'
+    return f'{what} that this motion leaves open{_range(name, parameter)}'
+
+
+def _range(name: str, parameter: Parameter) -> str:
+    text = range_text(name, parameter)
+    return f' ({text} {parameter.unit})' if text else ''
+
+
+def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
+    if NOT_IDENTIFIABLE not in stribeck.flags:
+        fading = (
+            f'a speed that it leaves open{_range("stribeck_velocity", velocity)}'
+            if NOT_IDENTIFIABLE in velocity.flags
+            else _with_error(velocity)
+        )
+        return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
+    return (
+        f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
+    )
+
+
+def _interval(parameter: Parameter) -> tuple[float, float] | None:
+    if NOT_IDENTIFIABLE in parameter.flags or parameter.interval is None:
+        return None
+    return parameter.interval if all(map(math.isfinite, parameter.interval)) else None
+
+
+def _covers(parameter: Parameter, value: float) -> bool:
+    interval = _interval(parameter)
+    return interval is not None and interval[0] <= value <= interval[1]
+
+
+def _misses(parameter: Parameter, value: float) -> bool:
+    return _interval(parameter) is not None and not _covers(parameter, value)
+
+
+def _disjoint(first: Parameter, second: Parameter) -> bool:
+    a, b = _interval(first), _interval(second)
+    return a is not None and b is not None and (a[0] > b[1] or b[0] > a[1])
+
+
+def sampling_text(log: JointLog) -> str:
+    """Return how much was recorded, how fast, and what share of the samples is missing."""
+    count, span = len(log), float(log.time[-1])
+    if not span > 0.0:
+        return f'{count} samples'
+    text = f'{count} samples over {span:.1f} s, {(count - 1) / span:.4g} Hz'
+    missing = 1.0 - (count - 1) * float(np.median(np.diff(log.time))) / span
+    if missing > 0.02:
+        text += f'; {100.0 * missing:.0f} % of them are missing: the computer was too busy'
+    return text

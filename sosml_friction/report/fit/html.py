@@ -1,0 +1,144 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The report: one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.html_page import page
+from sosml_friction.report.common.provenance_view import (
+    method_rows,
+    provenance_table,
+    recording_rows,
+)
+from sosml_friction.report.fit.findings import data_remarks, joint_sentence, notes, sampling_text
+from sosml_friction.report.fit.inverse_view import inverse_section
+from sosml_friction.report.fit.joint_section import joint_section
+from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.simulation.text import simulation_lines
+
+#: How it was done, in sentences.
+METHOD = (
+    'The observers (FO: first order; SOSML: second-order sliding mode with linear terms) compute '
+    'from position, velocity and effort the torque that the rigid-body model does not explain; '
+    'that is the friction τ_f.',
+    'Sign: τ_f is positive for positive velocity, the torque the actuator spends on friction, so '
+    'that adding it to a command compensates it: M q″ + C q′ + g = τ − τ_f.',
+    'Fitted is the law τ_f = sgn(v) (C + S exp(−|v| / v_s)) + B v + bias, with C, B and S not '
+    'negative, either to the levels of windows of steady motion (segments) or to every sample in '
+    'motion with the law passed through the observer’s own lag (samples). A law by direction has '
+    'B ± D_B, S ± D_S and C ± bias.',
+    'The weak form, where it is shown, uses no observer: position and effort are averaged under '
+    'short test functions, integrated by parts so that position is not differentiated twice, and '
+    'the law is fitted to these means.',
+    'The velocity of a window is its position difference over its duration.',
+    'Standard errors come from leaving out one window, or one stretch of time, after the other; '
+    'the 95 % interval follows by Student’s t, that of v_s from its profile likelihood. The band '
+    'about a curve is the 95 % interval of the law at that speed, if the law is of that form.',
+    'The Stribeck term (S, v_s) is kept only if it explains more than chance would; what the '
+    'motion cannot tell is called not identifiable and given as a range, not as a number. Its '
+    'curve is the best fit, known at the speeds of the data and nowhere else.',
+)
+
+
+def write_report(
+    path: str | Path,
+    analysis: BagAnalysis,
+    truth: RobotModelFile | None = None,
+    extra: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> Path:
+    """
+    Write the report of an analysis as one HTML file, pictures included, and return its path.
+
+    The file appears when it is complete, in place of an older one.
+
+    :param truth: a model whose friction is known to be that of the robot.
+    :param extra: more rows of provenance, heading to text.
+    :param progress: called with the name of each joint before its pictures are drawn.
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints, or the file
+        cannot be written.
+    """
+    return write_page(Path(path), render_report(analysis, truth, extra, progress))
+
+
+def write_page(path: Path, text: str) -> Path:
+    """
+    Write a document so that it is there whole or not at all, and return its path.
+
+    :raises ConfigurationError: if the file cannot be written.
+    """
+    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            temporary.write_text(text, encoding='utf-8')
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f'the report {path} cannot be written: {error.strerror}: choose another place'
+        ) from error
+    return path
+
+
+def render_report(
+    analysis: BagAnalysis,
+    truth: RobotModelFile | None = None,
+    extra: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> str:
+    """
+    Return the document that :func:`write_report` writes.
+
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
+    views = joint_views(analysis, truth)
+    provenance = analysis.model.provenance
+    bag = str(provenance.get('bag', ''))
+    title = f'Friction of {analysis.model.name}'
+    sentences = ''.join(sentence_line(joint_sentence(view)) for view in views)
+    remarks = [*data_remarks(analysis), *notes(views)]
+    parts = [
+        f'<h1>{escape(title)}</h1>',
+        f'<p>From the recording <code>{escape(bag)}</code>, {sampling_text(analysis.log)}.</p>',
+        f'<div class="result">{sentences}</div>',
+        notes_box(remarks),
+    ]
+    for view in views:
+        progress(view.name)
+        parts.append(joint_section(view))
+    if analysis.inverse is not None:
+        parts.append(inverse_section(analysis, analysis.inverse))
+    simulated = ''.join(f'<li>{escape(line)}.</li>' for line in simulation_lines(analysis))
+    if simulated:
+        parts.append(f'<h2>Simulated forwards</h2><ul>{simulated}</ul>')
+    parts += [
+        '<h2>How it was done</h2>',
+        '<ul>' + ''.join(f'<li>{escape(sentence)}</li>' for sentence in METHOD) + '</ul>',
+        '<h2>Provenance</h2>',
+        provenance_table(recording_rows(analysis) | method_rows(analysis), truth, extra or {}),
+    ]
+    return page(title, parts)
+
+
+def sentence_line(sentence: str) -> str:
+    """Return a sentence as a paragraph, its joint in bold."""
+    name, _, rest = sentence.partition(':')
+    return f'<p><strong>{escape(name)}</strong>:{escape(rest)}</p>'
+
+
+def notes_box(remarks: Sequence[str]) -> str:
+    """Return what a reader should know first, empty where there is nothing."""
+    if not remarks:
+        return ''
+    items = ''.join(f'<li>{escape(remark)}</li>' for remark in remarks)
+    return f'<div class="note"><ul>{items}</ul></div>'

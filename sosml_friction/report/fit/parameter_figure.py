@@ -1,0 +1,272 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters with their 95 % intervals, row by row: the counterpart of the paper's Figure 7."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter
+
+from sosml_friction.identification.friction_fit import WEAK_FORM
+from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.common.drawing import (
+    FONT,
+    GREY,
+    Style,
+    label_axes,
+    legend_below,
+    new_figure,
+    style_of,
+)
+from sosml_friction.report.common.labels import NON_NEGATIVE, observer_label, symbols_of
+from sosml_friction.report.common.number_text import (
+    NOT_IDENTIFIABLE_TEXT,
+    allowed_range,
+    range_text,
+    value_text,
+)
+from sosml_friction.report.fit.joint_view import JointView
+
+_MODEL_ROW = '#f1f6f3'
+_ROW_IN = 0.36
+#: Where there are only ranges, the panel ends so many times above the narrowest.
+_WIDEST = 4.0
+#: Numbers that so many typical distances are from the middle one are beyond the panel.
+_FARTHEST = 12.0
+
+
+class ParameterRow(NamedTuple):
+    """
+    Hold one row: where numbers come from, the numbers, and how they are drawn.
+
+    ``in_use`` is drawn filled, else hollow; ``is_model`` says that the model has these numbers.
+    """
+
+    label: str
+    parameters: Mapping[str, Parameter]
+    style: Style
+    in_use: bool = True
+    is_model: bool = False
+
+
+def parameter_rows(view: JointView) -> list[ParameterRow]:
+    """Return the rows of a joint: for each observer the fit in use, then the other method's."""
+    names = list(view.estimates)
+    return [
+        ParameterRow(
+            row_label(observer, fit.method),
+            fit.fit.parameters,
+            style_of(observer, names.index(observer)),
+            fits is view.fits,
+            fits is view.fits and observer == view.preferred,
+        )
+        for observer in view.fits
+        for fits in (view.fits, view.alternatives)
+        if (fit := fits.get(observer)) is not None
+    ]
+
+
+def row_label(observer: str, method: str) -> str:
+    """Return what a fit is called: observer and method, once where they are the same."""
+    label = observer_label(observer)
+    return label if observer in (WEAK_FORM, OUTPUT_ERROR) else f'{label}, {method}'
+
+
+def parameter_figure(
+    rows: Sequence[ParameterRow], truth: Mapping[str, Parameter] | None = None
+) -> Figure:
+    """
+    Draw each parameter of each row with its 95 % interval, and the truth if known.
+
+    What is not identifiable has no marker: the bare range that the data allow, an arrow where it
+    is open, or the words where they allow everything.
+
+    :param rows: one or more, from top to bottom.
+    """
+    figure = new_figure(10.0, _ROW_IN * len(rows) + 1.3)
+    symbols = symbols_of(*(row.parameters for row in rows))
+    panels: Sequence[Axes] = figure.subplots(1, len(symbols), sharey=True)
+    for axes, (name, symbol) in zip(panels, symbols.items(), strict=True):
+        known = None if truth is None else truth.get(name)
+        unit = next((r.parameters[name].unit for r in rows if name in r.parameters), '')
+        label_axes(axes, f'{symbol} [{unit}]', '')
+        axes.set_xlim(_limits(name, rows, known))
+        for place, row in enumerate(rows):
+            if row.is_model:
+                axes.axhspan(place - 0.5, place + 0.5, color=_MODEL_ROW, zorder=0.1, linewidth=0)
+            parameter = row.parameters.get(name)
+            if parameter is None:
+                _words(axes, place, 'no value')
+            elif NOT_IDENTIFIABLE in parameter.flags:
+                _draw_range(axes, place, name, parameter, row.style)
+            else:
+                _draw_value(axes, place, name, parameter, row)
+        if known is not None:
+            axes.axvline(known.value, color='black', linestyle='--', linewidth=1.2, zorder=1.8)
+        if any(_ends(name, row.parameters.get(name)) for row in rows) or known is not None:
+            axes.locator_params(axis='x', nbins=3 if len(symbols) <= 5 else 2)
+            axes.xaxis.set_major_formatter(FuncFormatter(_tick))
+        else:
+            # Nothing to read off, but the height of a label, so that names are in line.
+            axes.set_xticks([0.5], [' '], fontsize=FONT)
+        axes.grid(False, axis='y')
+        axes.tick_params(axis='y', length=0, pad=9)
+    panels[0].set_yticks(range(len(rows)), [row.label for row in rows], fontsize=FONT)
+    panels[0].set_ylim(len(rows) - 0.5, -0.5)
+    legend_below(figure, _legend(rows, truth is not None))
+    return figure
+
+
+def _tick(value: float, place: int | None) -> str:
+    """Return a number without an offset or power beside the axis, which is narrow."""
+    return f'{value:.5g}'.replace('-', '−')
+
+
+def _draw_range(axes: Axes, place: int, name: str, parameter: Parameter, style: Style) -> None:
+    allowed = allowed_range(name, parameter)
+    if allowed is None:
+        _words(axes, place, NOT_IDENTIFIABLE_TEXT)
+        return
+    left, right = axes.get_xlim()
+    if allowed[0] > right or allowed[1] < left:
+        _beyond(axes, place, allowed[0] > right, range_text(name, parameter), style.colour)
+        return
+    low, high = max(allowed[0], left), min(allowed[1], right)
+    axes.plot([low, high], [place, place], color=style.colour, linewidth=7, alpha=0.3,
+              solid_capstyle='butt', zorder=2.0)  # fmt: skip
+    # What is cut at the edge of the panel goes on.
+    for end, edge, marker in ((allowed[0], left, '<'), (allowed[1], right, '>')):
+        if not left <= end <= right:
+            _arrow(axes, edge, place, marker, style.colour)
+
+
+def _draw_value(
+    axes: Axes, place: int, name: str, parameter: Parameter, row: ParameterRow
+) -> None:
+    if not math.isfinite(parameter.value):
+        _words(axes, place, 'unknown')
+        return
+    colour = row.style.colour
+    left, right = axes.get_xlim()
+    if not left <= parameter.value <= right:
+        text = value_text(name, parameter)
+        _beyond(axes, place, parameter.value > right, text, colour)
+        return
+    if parameter.interval is not None:
+        low, high = parameter.interval
+        axes.plot([max(low, left), min(high, right)], [place, place], color=colour,
+                  linewidth=1.8, zorder=2.2)  # fmt: skip
+        for end, edge, marker in ((low, left, '<'), (high, right, '>')):
+            if left <= end <= right:
+                axes.plot([end, end], [place - 0.17, place + 0.17], color=colour, linewidth=1.8,
+                          zorder=2.2)  # fmt: skip
+            else:
+                _arrow(axes, edge, place, marker, colour)
+    axes.plot([parameter.value], [place], zorder=2.5, **_marker(row.style, row.in_use))
+    if AT_BOUND in parameter.flags:
+        axes.annotate('at bound', (parameter.value, place), xytext=(8, 0), fontsize=FONT,
+                      textcoords='offset points', color=GREY, va='center')  # fmt: skip
+
+
+def _beyond(axes: Axes, place: int, above: bool, text: str, colour: str) -> None:
+    """Write what lies outside of the panel at the edge it is beyond."""
+    edge = axes.get_xlim()[1 if above else 0]
+    _arrow(axes, edge, place, '>' if above else '<', colour)
+    axes.annotate(text, (edge, place), xytext=(-8 if above else 8, 0), fontsize=FONT,
+                  textcoords='offset points', color=colour, va='center', zorder=3,
+                  ha='right' if above else 'left',
+                  bbox={'facecolor': 'white', 'edgecolor': 'none', 'pad': 0.5})  # fmt: skip
+
+
+def _arrow(axes: Axes, x: float, place: int, marker: str, colour: str) -> None:
+    axes.plot([x], [place], marker=marker, markersize=6, color=colour, alpha=0.6, linestyle='',
+              markeredgewidth=0, clip_on=False, zorder=2.1, gid='open end')  # fmt: skip
+
+
+def _words(axes: Axes, place: int, text: str) -> None:
+    axes.text(0.5, place, text, transform=axes.get_yaxis_transform(), color=GREY, fontsize=FONT,
+              ha='center', va='center')  # fmt: skip
+
+
+def _ends(name: str, parameter: Parameter | None) -> list[float]:
+    """Return the finite ends of an interval or range, and the value where it is one."""
+    if parameter is None:
+        return []
+    if NOT_IDENTIFIABLE in parameter.flags:
+        return [x for x in allowed_range(name, parameter) or () if math.isfinite(x)]
+    return [x for x in (parameter.value, *(parameter.interval or ())) if math.isfinite(x)]
+
+
+def _limits(
+    name: str, rows: Sequence[ParameterRow], known: Parameter | None
+) -> tuple[float, float]:
+    """Let ranges that the data hardly bound run out of the panel rather than flatten the rest."""
+    numbers = [] if known is None else [known.value]
+    ends: list[float] = []
+    for row in rows:
+        parameter = row.parameters.get(name)
+        if parameter is None:
+            continue
+        if NOT_IDENTIFIABLE not in parameter.flags and math.isfinite(parameter.value):
+            numbers.append(parameter.value)
+        ends += _ends(name, parameter)
+    if not numbers and not ends:
+        return 0.0, 1.0
+    low, high = min([*numbers, *ends]), max([*numbers, *ends])
+    if numbers:
+        sure = [
+            0.5 * (p.interval[1] - p.interval[0])
+            for row in rows
+            if (p := row.parameters.get(name)) is not None
+            and NOT_IDENTIFIABLE not in p.flags
+            and p.interval is not None
+            and np.isfinite(p.interval).all()
+        ]
+        middle = float(np.median(numbers))
+        typical = float(np.median(np.abs(np.array(numbers) - middle)))
+        reach = _FARTHEST * max(typical, float(np.median(sure)) if sure else 0.0)
+        reach = reach or max(numbers) - min(numbers) or abs(middle) or 1.0
+        low, high = max(low, middle - reach), min(high, middle + reach)
+    elif name in NON_NEGATIVE:
+        high = min(high, _WIDEST * min((x for x in ends if x > 0.0), default=high))
+    margin = 0.12 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - margin, high + margin
+
+
+def _legend(rows: Sequence[ParameterRow], with_truth: bool) -> list[Any]:
+    handles: list[Any] = [Line2D([], [], color=GREY, linewidth=1.8, label='95 % interval')]
+    if any(not row.in_use for row in rows):
+        handles.append(
+            Line2D([], [], linestyle='', marker='o', color=GREY, markerfacecolor='white',
+                   label='the other method')
+        )  # fmt: skip
+    if any(row.is_model for row in rows):
+        handles.append(Patch(color=_MODEL_ROW, linewidth=0, label='the model'))
+    flags = {flag for row in rows for p in row.parameters.values() for flag in p.flags}
+    if NOT_IDENTIFIABLE in flags:
+        handles.append(
+            Line2D([], [], color=GREY, linewidth=7, alpha=0.35, label='not identifiable: range')
+        )
+    if with_truth:
+        handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
+    return handles
+
+
+def _marker(style: Style, in_use: bool) -> dict[str, Any]:
+    return {
+        'marker': style.marker,
+        'markersize': 8,
+        'linestyle': '',
+        'color': style.colour,
+        'markerfacecolor': style.colour if in_use else 'white',
+        'markeredgewidth': 1.4,
+    }

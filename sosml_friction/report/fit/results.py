@@ -1,0 +1,244 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The result of a fit as files: model folder, report and ``fit.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
+from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis
+from sosml_friction.identification.several.consolidation import JOINT, Consolidated
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.output import (
+    OutputKind,
+    check_output_folder,
+    to_plain,
+    write_document,
+    written_together,
+)
+from sosml_friction.report.fit.bags_html import write_bags_report
+from sosml_friction.report.fit.html import write_report
+from sosml_friction.report.fit.joint_view import JointView, joint_views
+from sosml_friction.report.fit.segment_rows import segments_csv
+
+FORMAT = 'sosml_friction/fit/1'
+FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json', 'segments.csv')
+_KIND = OutputKind('fit', 'fit.json', FORMAT, FILES)
+
+
+def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> dict[str, Any]:
+    """
+    Return the object of ``sosml fit --json``; its schema is ``docs/schema/fit.schema.json``.
+
+    What is not known is None.
+
+    :param truth: a model whose friction is known to be that of the robot.
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
+    views = joint_views(analysis, truth)
+    provenance = _provenance(analysis)
+    document: dict[str, Any] = {
+        'format': FORMAT,
+        'bag': provenance.get('bag'),
+        'bags': [_recording(str(provenance.get('bag')), analysis)],
+        **_own_fits(analysis, views),
+        'model': {
+            name: observer
+            for name, joint in analysis.model.joints.items()
+            if joint.friction is not None
+            and (observer := preferred_observer(analysis.fit.joints.get(name, {})))
+        },
+        'provenance': provenance,
+    }
+    if truth is not None:
+        document['truth'] = {view.name: _truth(view) for view in views if view.truth}
+    return to_plain(document)
+
+
+def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> dict[str, Any]:
+    """
+    Return the object of ``sosml fit BAG BAG... --json``, of the same schema as that of one bag.
+
+    ``joints.<joint>.<observer>`` is what all bags say together; ``bags`` has the fits of each, and
+    ``consolidation`` all of how they were put together.
+
+    :param truth: a model whose friction is known to be that of the robot.
+    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    """
+    consolidation = analysis.consolidation
+    provenance = {k: v for k, v in analysis.model.provenance.items() if k != 'consolidation'}
+    bags = []
+    for label, one in analysis.bags.items():
+        views = joint_views(one)
+        entry = {**_recording(label, one), 'role': consolidation.roles[label].role}
+        bags.append({**entry, **_own_fits(one, views)})
+    document: dict[str, Any] = {
+        'format': FORMAT,
+        'bag': ', '.join(analysis.bags),
+        'bags': bags,
+        'joints': {
+            joint: {observer: _consolidated(entry) for observer, entry in entries.items()}
+            for joint, entries in consolidation.joints.items()
+        },
+        'alternatives': {},
+        'unavailable': dict(consolidation.unavailable),
+        'model': {
+            joint: observer
+            for joint, observer in consolidation.model.items()
+            if analysis.model.joints[joint].friction is not None
+        },
+        'provenance': provenance,
+        'consolidation': consolidation.to_dict(),
+    }
+    if truth is not None:
+        document['truth'] = _known_truth(truth, analysis.model)
+    return to_plain(document)
+
+
+def _provenance(analysis: BagAnalysis) -> dict[str, Any]:
+    left_out = ('fits', 'unavailable')
+    return {k: v for k, v in analysis.model.provenance.items() if k not in left_out}
+
+
+def _recording(label: str, analysis: BagAnalysis) -> dict[str, Any]:
+    provenance = analysis.model.provenance
+    known = ('sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'versions')
+    return {'label': label, **{key: provenance[key] for key in known}}
+
+
+def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, Any]:
+    """Return what one recording says alone."""
+    entry: dict[str, Any] = {
+        'joints': {view.name: _fits(view.fits) for view in views if view.fits},
+        'alternatives': {view.name: _fits(view.alternatives) for view in views if view.fits},
+        'unavailable': dict(analysis.fit.unavailable),
+    }
+    if analysis.inverse is not None:
+        entry['inverse_model'] = analysis.inverse.to_dict()
+    if analysis.output_error is not None:
+        entry['output_error'] = analysis.output_error.to_dict()
+    if analysis.data_checks is not None:
+        entry['data_checks'] = analysis.data_checks.to_dict()
+    return entry
+
+
+def _consolidated(entry: Consolidated) -> dict[str, Any]:
+    """Return the preferred law of a joint in the form of a fit."""
+    fit = entry.joint_fit if entry.preferred == JOINT else None
+    return {
+        'method': 'consolidated',
+        'law': entry.law,
+        'parameters': {name: p.to_dict() for name, p in entry.parameters.items()},
+        'derived': {} if fit is None else {n: p.to_dict() for n, p in fit.derived.items()},
+        'checks': [] if fit is None else [check.to_dict() for check in fit.checks],
+        'relative_error': None if fit is None else fit.relative_error,
+        'residual_std': None if fit is None else fit.residual_std,
+        'residual_unit': entry.unit,
+        'pairs': 0 if fit is None else fit.pairs,
+        'clusters': 0 if fit is None else fit.clusters,
+        'segments_used': sum(not s.rejected for f in entry.fits.values() for s in f.segments),
+        'segments_rejected': sum(
+            bool(s.rejected) for f in entry.fits.values() for s in f.segments
+        ),
+    }
+
+
+def _known_truth(truth: RobotModelFile, model: RobotModelFile) -> dict[str, Any]:
+    known = {
+        name: {
+            key: {'value': p.value, 'unit': p.unit} for key, p in joint.friction.parameters.items()
+        }
+        for name, joint in truth.joints.items()
+        if joint.friction is not None and name in model.joints
+    }
+    if not known:
+        raise ConfigurationError(
+            f'the model of the truth has no friction of {", ".join(model.joints)}: give one that '
+            'has'
+        )
+    return known
+
+
+def _fits(fits: Mapping[str, JointFit]) -> dict[str, Any]:
+    return {observer: fit.to_dict() for observer, fit in fits.items()}
+
+
+def _truth(view: JointView) -> dict[str, Any]:
+    assert view.truth is not None
+    return {
+        name: {'value': parameter.value, 'unit': parameter.unit}
+        for name, parameter in view.truth.parameters.items()
+    }
+
+
+def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
+    """
+    Return ``folder`` if results may be written there: it is absent, empty, or holds a fit.
+
+    :param beside: names in the folder that may be there all the same.
+    :raises ConfigurationError: if it is a file or holds something else.
+    """
+    return check_output_folder(folder, _KIND, beside)
+
+
+def write_results(
+    folder: str | Path,
+    analysis: BagAnalysis,
+    truth: RobotModelFile | None = None,
+    extra: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+    beside: Collection[str] = (),
+) -> Path:
+    """
+    Write the model folder, ``report.html``, ``fit.json`` and ``segments.csv``; return the folder.
+
+    They are made beside the folder and moved there together: an interruption leaves what was
+    there before. The fit of an earlier run is replaced, other files beside it are kept.
+
+    :param truth: a model whose friction is known to be that of the robot.
+    :param extra: more rows of provenance for the report, heading to text.
+    :param progress: called with the name of each joint before its pictures are drawn.
+    :param beside: see :func:`check_destination`.
+    :raises ConfigurationError: if the folder holds something else or cannot be written.
+    """
+    folder = check_destination(folder, beside)
+    with written_together(folder, _KIND) as workshop:
+        analysis.model.write(workshop)
+        write_report(workshop / 'report.html', analysis, truth, extra, progress)
+        label = str(analysis.model.provenance.get('bag'))
+        _write_data(workshop, fit_document(analysis, truth), {label: analysis})
+    return folder
+
+
+def write_bags_results(
+    folder: str | Path,
+    analysis: BagsAnalysis,
+    truth: RobotModelFile | None = None,
+    extra: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+    beside: Collection[str] = (),
+) -> Path:
+    """
+    Write what several bags say together, the same files as for one; return the folder.
+
+    Parameters and errors are those of :func:`write_results`.
+    """
+    folder = check_destination(folder, beside)
+    with written_together(folder, _KIND) as workshop:
+        analysis.model.write(workshop)
+        write_bags_report(workshop / 'report.html', analysis, truth, extra, progress)
+        _write_data(workshop, bags_document(analysis, truth), analysis.bags)
+    return folder
+
+
+def _write_data(
+    workshop: Path, document: Mapping[str, Any], analyses: Mapping[str, BagAnalysis]
+) -> None:
+    write_document(workshop, _KIND, document)
+    table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
+    (workshop / 'segments.csv').write_text(table, encoding='utf-8')

@@ -1,0 +1,135 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The study's tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.common.number_text import UNKNOWN
+from sosml_friction.report.study.view import case_text, findings
+from sosml_friction.study.metrics import Score
+from sosml_friction.study.run import Study, rmse_mean
+from sosml_friction.study.task import Case
+
+
+def study_tables(study: Study) -> RenderableType:
+    """
+    Return what a person reads first: RMSE of both joints, then noise, settling and loop width.
+
+    The JSON document and the HTML report have every figure of every row.
+    """
+    cases = list(study.observations)
+    noisy = [case for case in cases if case[1] == 'noise']
+    parts: list[RenderableType] = []
+    for joint, name in enumerate(study.joints):
+        parts += [
+            Text(f'RMSE [mNm] of the {name}, each observer tuned for each case {_spread(study)}'),
+            _rmse_table(study, joint, cases, 'case'),
+        ]
+    if len(noisy) > 1:
+        parts += [
+            Text(f'RMSE [mNm] of the {study.joints[0]}, one gain set per observer, tuned for both '
+                 'noisy motions at once'),
+            _rmse_table(study, 0, cases, 'shared'),
+        ]  # fmt: skip
+    if noisy:
+        parts += [
+            Text(f'With noise, {study.joints[0]}, tuned for each case: std of the noise [mNm], '
+                 'time until settled to 10 % after a reversal [ms], loop width at zero velocity '
+                 '[mNm]'),
+            _dynamics_table(study, noisy),
+        ]  # fmt: skip
+    parts.append(Text('\n'.join([*findings(study), *_legend(study)])))
+    return Group(*parts)
+
+
+def _legend(study: Study) -> list[str]:
+    """Return what the names and dashes of the tables mean, of those that are there."""
+    meanings = {
+        'first_order_capped': 'cutoff at most 300 1/s, as slow as in the paper',
+        'kalman_stribeck_wrong_knee': 'believes in a Stribeck velocity three times too high',
+    }
+    words = [
+        f'{observer_label(name)}: {meaning}.'
+        for name, meaning in meanings.items()
+        if name in study.settings.observers
+    ]
+    if any(case[1] == 'mismatch' for case in study.observations):
+        words.append('Offset floor: what an ideal observer has with that wrong model.')
+    words.append('-: not known, or not settled before the next reversal.')
+    return [' '.join(words)]
+
+
+def rmse_text(condition: str, score: Score) -> str:
+    """Return the mean RMSE [mNm], with the standard deviation over seeds where there are some."""
+    mean = 1e3 * rmse_mean(condition, score)
+    if not mean < 1e6:
+        return UNKNOWN
+    text = short(mean)
+    if condition == 'noise' and len(score.rmse) > 1:
+        text += f' ({1e3 * float(np.std(score.rmse, ddof=1)):.1f})'
+    return text
+
+
+def short(value: float) -> str:
+    """Return a number of a table, three digits or one decimal; a dash for what is not known."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    return f'{value:.2f}' if abs(value) < 10.0 else f'{value:.1f}'
+
+
+def settle_text(score: Score) -> str:
+    """Return the settle time in ms."""
+    return f'{1e3 * score.settle_s:.0f}' if math.isfinite(score.settle_s) else UNKNOWN
+
+
+def _spread(study: Study) -> str:
+    n = study.settings.seeds
+    return f'(with noise: mean, in brackets std, over {n} seeds)' if n > 1 else '(one noise seed)'
+
+
+def _rmse_table(study: Study, joint: int, cases: Sequence[Case], tuning: str) -> Table:
+    table = _table(['observer', *(case_text(case).replace(', ', '\n') for case in cases)])
+    for name in study.settings.observers:
+        cells = [rmse_text(case[1], study.row(case, name, tuning).scores[joint]) for case in cases]
+        table.add_row(observer_label(name), *cells)
+    if any(case[1] == 'mismatch' for case in cases):
+        floors = [
+            short(1e3 * float(study.floors[case][joint])) if case[1] == 'mismatch' else ''
+            for case in cases
+        ]
+        table.add_row('offset floor', *floors, style='dim')
+    return table
+
+
+def _dynamics_table(study: Study, cases: Sequence[Case]) -> Table:
+    heads = [f'{case[0]}\n{what}' for case in cases for what in ('noise', 'settle', 'width')]
+    table = _table(['observer', *heads])
+    for name in study.settings.observers:
+        cells = []
+        for case in cases:
+            score = study.row(case, name).scores[0]
+            cells += [
+                short(1e3 * score.noise_std),
+                settle_text(score),
+                short(1e3 * score.loop_width),
+            ]
+        table.add_row(observer_label(name), *cells)
+    return table
+
+
+def _table(heads: Sequence[str]) -> Table:
+    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(heads[0], no_wrap=True)
+    for head in heads[1:]:
+        table.add_column(head, justify='right', no_wrap=True)
+    return table

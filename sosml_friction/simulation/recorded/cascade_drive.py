@@ -1,0 +1,65 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The controllers of a recording, driving a simulation in their loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.identification.output_error.fits import ControlledJoint
+from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.recorded.loop_drive import LoopDrive
+
+FloatArray = NDArray[np.float64]
+
+
+class CascadeDrive(LoopDrive):
+    """
+    Drive one window by a :class:`CascadeController` for each joint, as in the recording.
+
+    :param names: joints in the model's order, each with a controller.
+    :param reference: (N, n) wanted positions, finite.
+    :param q: position (n,) and v: velocity (n,) at the first sample.
+    """
+
+    def __init__(
+        self,
+        model: ForwardModel,
+        names: Sequence[str],
+        controlled: Mapping[str, ControlledJoint],
+        reference: FloatArray,
+        q: FloatArray,
+        v: FloatArray,
+        period: float,
+    ) -> None:
+        super().__init__(model, period)
+        loops = [controlled[name].controller for name in names]
+        self._kp, self._kv, self._scale, self._limit = (
+            np.array([getattr(loop, key) for loop in loops])
+            for key in ('kp', 'kv', 'scale', 'limit')
+        )
+        self._reference = reference
+        self._last = q - v * period
+        self._last_mean = q - 1.5 * v * period
+
+    def begin(self, k: int, q: FloatArray) -> None:
+        """Compute the command of sample ``k``, which holds until the next."""
+        super().begin(k, q)
+        x = q[0]
+        mean = 0.5 * (x + self._last)
+        rate = (mean - self._last_mean) / self._period
+        command = self._kp * self._kv * (self._reference[k] - x) - self._kv * rate
+        self._last, self._last_mean = x, mean
+        self.ask(float(k), self._scale * np.clip(command, -self._limit, self._limit))
+
+    def reported(self) -> FloatArray:
+        """Return the efforts that were reported, (N, n), late where the model says so."""
+        asked = np.array(self.commands)
+        late = max(0.0, self._model.delay) / self._period
+        if late == 0.0:
+            return asked
+        samples = np.arange(len(asked), dtype=np.float64)
+        return np.column_stack([np.interp(samples - late, samples, x) for x in asked.T])

@@ -1,0 +1,148 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What gains will do, before they are used: noise and settling in a simulated to and fro."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.observers.configuration import make_observer
+from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
+from sosml_friction.study.metrics import SETTLED, settled_after
+
+FloatArray = NDArray[np.float64]
+
+#: Runs with other noise: so many, and more until the mean error is known to a share of the jump.
+_SEEDS, _MOST_SEEDS, _KNOWN = 6, 32, 0.025
+#: Reversals in a run, of which the first half are for learning, and bounds of their spacing [s].
+_REVERSALS, _LEARNED, _SHORTEST, _LONGEST = 6, 3, 0.4, 3.0
+#: Noise counts late in a way, and all ends before the next reversal begins.
+_LATE, _END = 0.6, 0.95
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """
+    Hold what an observer is expected to do, per joint.
+
+    :param noise: standard deviation over noise, long after a reversal [Nm or N].
+    :param settle_s: time from a reversal until the mean error stays below 10 % of the jump; NaN
+        where it does not before the next one, or noise hides it.
+    """
+
+    noise: FloatArray
+    settle_s: FloatArray
+
+
+def expected_performance(
+    gains: Mapping[str, Mapping[str, Sequence[float]]],
+    inertia: FloatArray,
+    step: float,
+    position_noise: FloatArray,
+    velocity_noise: FloatArray,
+    velocity_span: int,
+    friction_jump: FloatArray,
+    reversal_time: FloatArray,
+    top_speed: FloatArray,
+) -> dict[str, Expectation]:
+    """
+    Run observers over sinusoidal motion with friction of D / 2 and the noise of the encoders.
+
+    M is constant, gravity none, v_i = V_i sin(pi t / T_i), tau_f = D / 2 tanh(v / v0): what an
+    observer is driven by is then known exactly, and everything but noise and lag is left out. The
+    velocity has the lag of the slope of ``velocity_span`` positions, or, where that is 0, white
+    noise of its own. The first half of the reversals are for the observers to learn from.
+
+    :param gains: of the observers to run, by identifier.
+    :param inertia: M at the posture, (n, n).
+    :return: by identifier.
+    """
+    n = len(position_noise)
+    way = np.clip(reversal_time, _SHORTEST, _LONGEST)
+    count = int(np.ceil(_REVERSALS * float(way.max()) / step)) + 1
+    t = np.arange(count)[:, None] * step
+    omega = np.pi / way
+    q = top_speed / omega * (1.0 - np.cos(omega * t))
+    v = top_speed * np.sin(omega * t)
+    # Where M q' and tau_f are known at all times, the mean forcing of an interval is exact.
+    fine = 8
+    sub = (np.arange(fine) + 0.5) / fine * step
+    friction = np.zeros((count, n))
+    for i in range(n):
+        inner = top_speed[i] * np.sin(omega[i] * (t[1:] - step + sub))
+        friction[1:, i] = 0.5 * friction_jump[i] * smooth_sign(inner, SMOOTHING_VELOCITY).mean(1)
+    truth = 0.5 * friction_jump * smooth_sign(v, SMOOTHING_VELOCITY)
+    forcing = np.diff(v, axis=0) @ inertia / step + friction[1:]
+    fixed = np.broadcast_to(inertia, (count - 1, n, n)).copy()
+    h = np.full(count - 1, step)
+    measurements: list[tuple[FloatArray, MomentumSamples]] = []
+
+    def measurement(seed: int) -> tuple[FloatArray, MomentumSamples]:
+        if seed == len(measurements):
+            rng = np.random.default_rng(seed)
+            measured = q + position_noise * rng.normal(size=q.shape)
+            if velocity_span:
+                seen = _slope(measured, velocity_span, step)
+            else:
+                seen = v + velocity_noise * rng.normal(size=v.shape)
+            samples = MomentumSamples(
+                h, seen[1:] @ inertia, np.diff(measured, axis=0) @ inertia, forcing, fixed
+            )
+            measurements.append((seen[0] @ inertia, samples))
+        return measurements[seed]
+
+    found = {}
+    for name, values in gains.items():
+        errors: list[FloatArray] = []
+        wanted = _SEEDS
+        while len(errors) < wanted:
+            p_start, samples = measurement(len(errors))
+            observer = make_observer(name, values)
+            observer.start(p_start)
+            errors.append(-observer.run(samples) - truth[1:])
+            if len(errors) == _SEEDS:
+                noise = _judge(np.array(errors), way, step, friction_jump).noise
+                ratio = float(np.nanmax(noise / (_KNOWN * friction_jump), initial=0.0))
+                means = _REVERSALS - _LEARNED
+                wanted = int(np.clip(np.ceil(ratio**2 / means), _SEEDS, _MOST_SEEDS))
+        found[name] = _judge(np.array(errors), way, step, friction_jump)
+    return found
+
+
+def _slope(q: FloatArray, span: int, step: float) -> FloatArray:
+    """Return the least-squares slope of the last ``span`` positions; the first one is at rest."""
+    centred = np.arange(span) - 0.5 * (span - 1)
+    weights = centred / (np.sum(centred**2) * step)
+    padded = np.concatenate([np.repeat(q[:1], span - 1, axis=0), q])
+    windows = np.lib.stride_tricks.sliding_window_view(padded, span, axis=0)
+    return np.array(windows @ weights)
+
+
+def _judge(
+    errors: FloatArray, way: FloatArray, step: float, friction_jump: FloatArray
+) -> Expectation:
+    """Return noise and settling of errors (seeds, N, n) from the second half of the reversals."""
+    n = errors.shape[2]
+    noise, settle = np.full(n, np.nan), np.full(n, np.nan)
+    for i in range(n):
+        length = round(_END * way[i] / step)
+        starts = [round(k * way[i] / step) for k in range(_LEARNED, _REVERSALS)]
+        signs = [1.0 if k % 2 == 0 else -1.0 for k in range(_LEARNED, _REVERSALS)]
+        after = np.array(
+            [
+                sign * errors[:, start : start + length, i]
+                for start, sign in zip(starts, signs, strict=True)
+            ]
+        )
+        noise[i] = np.sqrt(np.mean(np.var(after[:, :, int(_LATE * length) :], axis=1, ddof=1)))
+        means = after.shape[0] * after.shape[1]
+        if noise[i] <= 2.0 * _KNOWN * friction_jump[i] * np.sqrt(means):
+            mean = after.mean(axis=(0, 1))
+            settle[i] = settled_after(mean, SETTLED * friction_jump[i], step)
+    return Expectation(noise, settle)

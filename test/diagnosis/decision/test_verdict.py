@@ -1,0 +1,81 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What causes and what is left beside them amount to, and how it is said."""
+
+import numpy as np
+import pytest
+
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.verdict import verdict_of
+from sosml_friction.diagnosis.extended_model.gain import Gain
+from sosml_friction.diagnosis.wording import describe, sentence_of
+from sosml_friction.model.parameter import Parameter
+
+
+@pytest.mark.parametrize(
+    ('over', 'effect', 'verdict'),
+    [
+        (True, 'velocity_lag', 'unknown_structure'),
+        (False, 'velocity_lag', 'named'),
+        (True, 'dropped_samples', 'unknown_structure'),
+        (True, 'external_contact', 'named'),
+    ],
+)
+def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
+    over, effect, verdict
+):
+    """The diagnosis does not use a late velocity, and bridges short holes."""
+    gain = np.array([0.5 if over else 0.0])
+    no_fit = (None,) * 4
+    selection = Selection(
+        *no_fit,
+        structure_gain=gain,
+        structure_floor=np.array([0.1]),
+        structure_energy=gain,
+    )
+    parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
+    cause = Cause(effect, 'elbow', parameters, {})
+    assert verdict_of([cause], selection) == verdict
+    assert describe(cause) == f'elbow: {effect.replace("_", " ")} (lag 0.01 s)'
+    sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
+    assert (effect.replace('_', ' ') in sentence) == (verdict == 'named')
+    assert ('The refitted model explains the data' in sentence) != over
+
+
+def unmoved(position_after=1.0):
+    """Return a gain of nothing but in the simulated position, known to a tenth."""
+    one = np.ones(1)
+    after, error = np.full(1, position_after), np.full(1, 0.1)
+    return Gain(one, one, one, one, one, after, error, 0.3, 'folds left out')
+
+
+def told(causes, gain):
+    selection = Selection(*(None,) * 4, structure_gain=np.zeros(1), structure_floor=np.ones(1))
+    return sentence_of('named', causes, gain, selection, ('elbow',), ('Nm',))
+
+
+def cause_of(effect, in_model):
+    return Cause(effect, 'elbow', {}, {}, terms=(({}, np.ones(1)),) if in_model else ())
+
+
+def test_no_gain_is_told_of_a_model_that_no_cause_is_in():
+    sentence = told([cause_of('backlash', False)], unmoved())
+    assert 'effort error' not in sentence
+    assert 'The model is not extended' in sentence
+    assert 'The extended model has no' not in sentence
+
+
+def test_a_cause_that_the_extended_model_lacks_is_said_beside_those_it_has():
+    causes = [cause_of('coulomb', True), cause_of('backlash', False)]
+    sentence = told([*causes, cause_of('velocity_lag', False)], unmoved())
+    assert 'effort error' in sentence
+    assert 'The extended model has no backlash (elbow).' in sentence
+    assert 'The extended model has no' not in told(causes[:1], unmoved())
+
+
+def test_a_simulated_position_that_changes_by_chance_is_called_that():
+    """Of twice 0.1, the standard error of the ratio, 0.05 is chance and 0.5 is not."""
+    causes = [cause_of('coulomb', True)]
+    assert '1e+03 -> 950 mrad (chance)' in told(causes, unmoved(0.95))
+    assert '1e+03 -> 500 mrad.' in told(causes, unmoved(0.5))

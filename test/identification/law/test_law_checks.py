@@ -1,0 +1,64 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of a fitted law: sentences with the right numbers, and only where they are true."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sosml_friction.identification.law.law_checks import dissipation_check, odd_even_check
+
+
+def best(**values):
+    return {name: (value, None) for name, value in values.items()}
+
+
+def test_a_bias_above_coulomb_friction_drives_the_joint():
+    """The paper's numbers: from 7.2 exp(-w / 2.5e-3) = 0.17 on, at w = 9.4 mrad/s."""
+    check = dissipation_check(
+        best(coulomb=0.26, viscous=2.5e-3, stribeck=7.2, stribeck_velocity=2.5e-3, bias=0.43),
+        'Nm',
+        1e-3,
+        0.7,
+    )
+    assert not check.passed
+    assert check.sentence.startswith(
+        'The bias 0.43 Nm is larger than Coulomb friction 0.26 Nm, so that the law drives the '
+        'joint backwards from 0.009'
+    )
+    assert check.sentence.endswith('offset of gravity or of the current, not friction.')
+
+
+@pytest.mark.parametrize('bias', [0.1, -0.1, 0.0])
+def test_a_bias_below_friction_passes_with_its_share(bias):
+    check = dissipation_check(best(coulomb=0.5, viscous=0.1, bias=bias), 'Nm', 0.01, 1.0)
+    assert check.passed
+    assert f'{100.0 * abs(bias) / 0.501:.0f} % of the least friction, 0.501 Nm' in check.sentence
+
+
+def test_negative_friction_speeds_are_named_where_viscous_friction_saves_the_rest():
+    check = dissipation_check(best(coulomb=0.1, viscous=1.0, bias=-0.3), 'N', 0.01, 1.0)
+    assert not check.passed
+    assert 'forwards from 0.01 to 0.19' in check.sentence or 'to 0.2 m/s' in check.sentence
+
+
+def test_the_even_part_is_an_offset_if_it_stays_and_an_asymmetry_if_it_changes():
+    speeds, odd = np.array([0.01, 0.7]), np.array([1.0, 1.2])
+    same = odd_even_check(speeds, odd, np.array([0.1, 0.1]), 1e-9, 'Nm')
+    assert same.passed
+    assert 'constant offset of 0.1 Nm' in same.sentence
+    noise = odd_even_check(speeds, odd, np.array([0.1, 0.2]), 0.3, 'Nm')
+    assert noise.passed
+    other = odd_even_check(speeds, odd, np.array([0.1, 0.2]), 1e-6, 'Nm')
+    assert not other.passed
+    assert 'differs by direction' in other.sentence
+    assert '0.2 at 0.7' in other.sentence
+
+
+def test_an_asymmetry_that_is_in_the_law_is_no_fault_and_no_reason_to_fit_it():
+    speeds, odd = np.array([0.01, 0.7]), np.array([1.0, 1.2])
+    check = odd_even_check(speeds, odd, np.array([0.1, 0.2]), 1e-6, 'Nm', True)
+    assert check.passed
+    assert 'differs by direction' in check.sentence
+    assert 'fit the asymmetric form' not in check.sentence

@@ -1,0 +1,409 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The fit of the law: exact on exact data, and as uncertain as it says on noisy data."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.law.law_fit import fit_law, jackknife_errors
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
+
+TRUTH = {
+    'coulomb': 0.8,
+    'viscous': 0.35,
+    'stribeck': 0.5,
+    'stribeck_velocity': 0.03,
+    'bias': 0.1,
+}
+#: A third of v_s to 20 v_s: T1 and T3 of the observer study together.
+LOW = np.array([0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.12, 0.2, 0.35, 0.6])
+#: From 4 v_s up: the knee is not in the data.
+HIGH = np.array([0.12, 0.16, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62])
+SETS = 200
+
+
+def law(v, truth):
+    level = truth['coulomb'] + truth['stribeck'] * np.exp(-np.abs(v) / truth['stribeck_velocity'])
+    return level * np.sign(v) + truth['viscous'] * v + truth['bias']
+
+
+def plateaus(speeds):
+    """Return each speed in both directions, twice, as a ladder up and down does."""
+    return np.concatenate([speeds, -speeds, speeds, -speeds])
+
+
+def data_sets(speeds, truth, noise, pairs=1, count=SETS):
+    """
+    Yield (v, y, clusters) with one error per plateau from ``noise(rng, size)``.
+
+    With several pairs per plateau 80 % of the variance is common to a plateau.
+    """
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        v = plateaus(speeds)
+        clusters = np.repeat(np.arange(len(v)), pairs)
+        common = noise(rng, len(v))[clusters]
+        own = noise(rng, len(clusters))
+        error = common if pairs == 1 else np.sqrt(0.8) * common + np.sqrt(0.2) * own
+        yield v[clusters], law(v[clusters], truth) + error, clusters
+
+
+def normal(rng, size):
+    return 0.01 * rng.normal(size=size)
+
+
+def heavy(rng, size):
+    """Return Student's t with 2.5 degrees of freedom, and one plateau in 30 quite wrong."""
+    wrong = rng.random(size) < 1.0 / 30.0
+    return 0.01 * rng.standard_t(2.5, size=size) + wrong * rng.normal(size=size)
+
+
+def coverage(fits, truth, name):
+    """Return how many fits gave an interval for ``name``, and how many of those hold the truth."""
+    given = [fit.parameters[name].interval for fit in fits]
+    given = [interval for interval in given if interval is not None]
+    return len(given), sum(low <= truth[name] <= high for low, high in given)
+
+
+def assert_covers(fits, truth, names, level=0.95):
+    """Judge by what 999 of 1000 correct programs would show, and five points of approximation."""
+    for name in names:
+        count, hits = coverage(fits, truth, name)
+        assert count == len(fits), name
+        assert hits >= binom.ppf(0.001, count, level - 0.05), f'{name}: {hits} of {count}'
+
+
+@pytest.fixture(scope='module')
+def stribeck_fits():
+    return [fit_law(*data, 'Nm') for data in data_sets(LOW, TRUTH, normal)]
+
+
+@pytest.fixture(scope='module')
+def null_fits():
+    truth = {**TRUTH, 'stribeck': 0.0}
+    return [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal)]
+
+
+def test_exact_data_with_stribeck_are_recovered():
+    """To 1e-6: the one-dimensional search of v_s ends at a relative 1e-8."""
+    v = plateaus(LOW)
+    fit = fit_law(v, law(v, TRUTH), np.arange(len(v)), 'Nm')
+    assert fit.law == 'stribeck'
+    for name, value in TRUTH.items():
+        assert fit.parameters[name].value == pytest.approx(value, rel=1e-6), name
+        assert fit.parameters[name].flags == ()
+        assert fit.parameters[name].std_error < 1e-6
+    assert fit.residual_std < 1e-8
+    assert (fit.pairs, fit.clusters) == (40, 40)
+
+
+@pytest.mark.parametrize('speeds', [LOW, HIGH])
+def test_exact_data_without_stribeck_are_recovered_and_none_is_made_of_rounding(speeds):
+    truth = {**TRUTH, 'stribeck': 0.0}
+    v = plateaus(speeds)
+    fit = fit_law(v, law(v, truth), np.arange(len(v)), 'Nm')
+    assert fit.law == 'coulomb_viscous'
+    for name in ('coulomb', 'viscous', 'bias'):
+        assert fit.parameters[name].value == pytest.approx(truth[name], rel=1e-10), name
+
+
+def test_units_and_order_of_parameters_follow_the_joint():
+    v = plateaus(LOW)
+    for unit, viscous, velocity in (('Nm', 'Nm s/rad', 'rad/s'), ('N', 'N s/m', 'm/s')):
+        p = fit_law(v, law(v, TRUTH), np.arange(len(v)), unit).parameters
+        assert list(p) == ['coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias']
+        assert [x.unit for x in p.values()] == [unit, viscous, unit, velocity, unit]
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say_with_stribeck(stribeck_fits):
+    assert all(fit.law == 'stribeck' for fit in stribeck_fits)
+    assert_covers(stribeck_fits, TRUTH, TRUTH)
+
+
+def test_standard_errors_are_the_spread_of_the_estimates(stribeck_fits):
+    """200 sets know a spread to 5 %; delete-one errors from 40 clusters vary: within 20 %."""
+    for name in TRUTH:
+        values = np.array([fit.parameters[name].value for fit in stribeck_fits])
+        errors = np.array([fit.parameters[name].std_error for fit in stribeck_fits])
+        # One that is flagged as not identifiable has neither.
+        assert np.isnan(values).sum() <= 0.05 * len(values)
+        assert np.nanmedian(errors) == pytest.approx(np.nanstd(values, ddof=1), rel=0.2), name
+        # No bias beyond half of a standard error.
+        assert abs(np.nanmean(values) - TRUTH[name]) < 0.5 * np.nanstd(values), name
+
+
+def test_intervals_hold_the_truth_as_often_as_they_say_without_stribeck(null_fits):
+    truth = {**TRUTH, 'stribeck': 0.0}
+    assert_covers(null_fits, truth, ('coulomb', 'viscous', 'bias'))
+
+
+def test_stribeck_is_not_invented(null_fits):
+    """Named by chance in at most 5 %: 15 of 200 would show once in 20 at exactly that rate."""
+    assert sum(fit.law == 'stribeck' for fit in null_fits) <= 15
+
+
+def test_what_is_said_of_absent_stribeck_is_that_it_is_not_identifiable(null_fits):
+    for fit in null_fits:
+        s, v_s = fit.parameters['stribeck'], fit.parameters['stribeck_velocity']
+        assert NOT_IDENTIFIABLE in s.flags or fit.law == 'stribeck'
+        if fit.law == 'coulomb_viscous':
+            assert np.isnan(s.value)
+            assert np.isnan(v_s.value)
+            assert s.interval[0] == 0.0
+            assert s.interval[1] > 0.0
+
+
+def test_noise_shared_within_a_plateau_does_not_count_as_many_measurements():
+    """Ten pairs per plateau, 80 % of their variance in common."""
+    truth = {**TRUTH, 'stribeck': 0.0}
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, pairs=10, count=100)]
+    assert_covers(fits, truth, ('coulomb', 'viscous', 'bias'))
+    assert sum(fit.law == 'stribeck' for fit in fits) <= 9
+
+
+def test_heavy_tails_and_gross_errors_widen_the_intervals_but_do_not_move_them():
+    truth = {**TRUTH, 'stribeck': 0.0}
+    data = list(data_sets(HIGH, truth, heavy, count=100))
+    fits = [fit_law(*one, 'Nm') for one in data]
+    assert_covers(fits, truth, ('coulomb', 'viscous', 'bias'))
+    assert sum(fit.law == 'stribeck' for fit in fits) <= 9
+
+    def spread_of_least_squares(v, y, clusters):
+        X = np.column_stack([np.sign(v), v, np.ones_like(v)])
+        return np.linalg.lstsq(X, y, rcond=None)[0][0]
+
+    ours = np.std([fit.parameters['coulomb'].value for fit in fits])
+    assert ours < 0.5 * np.std([spread_of_least_squares(*one) for one in data])
+
+
+def test_stribeck_beyond_the_slowest_plateau_is_flagged_whether_named_or_not():
+    """Plateaus from 4 v_s up (S e^-4 = 9 mNm in 10 mNm of noise): only S e^(-v/v_s) is known."""
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, TRUTH, normal, count=60)]
+    for fit in fits:
+        for name in ('stribeck', 'stribeck_velocity'):
+            assert NOT_IDENTIFIABLE in fit.parameters[name].flags
+        if fit.law == 'stribeck':
+            low, high = fit.parameters['stribeck_velocity'].interval
+            assert low == 0.0 or high == np.inf
+
+
+def test_what_is_left_open_for_stribeck_holds_a_knee_too_small_to_be_seen():
+    """S 30 mNm at v_s 0.06: at most 4 mNm of it in 10 mNm of noise; v_s above 0.12 / 3."""
+    truth = {**TRUTH, 'stribeck': 0.03, 'stribeck_velocity': 0.06}
+    fits = [fit_law(*data, 'Nm') for data in data_sets(HIGH, truth, normal, count=60)]
+    plain = [fit for fit in fits if fit.law == 'coulomb_viscous']
+    assert len(plain) > 50
+    count, hits = coverage(plain, truth, 'stribeck')
+    assert hits >= 0.9 * count
+
+
+def test_a_lag_that_is_known_is_not_taken_for_friction():
+    """Any linear filter of the columns: here a mean of the last 0.3 s."""
+    t = np.arange(4000) * 0.01
+    v = 0.4 * np.sin(t) + 0.1 * np.sin(3.7 * t)
+    kernel = np.ones(30) / 30.0
+    truth = {**TRUTH, 'stribeck': 0.0}
+    y = np.convolve(law(v, truth), kernel)[: len(v)]
+
+    def lag(column):
+        return np.convolve(column, kernel)[: len(column)]
+
+    keep = np.arange(len(v)) > 30
+    clusters = (t / 0.5).astype(np.int64)
+    fit = fit_law(v, y, clusters, 'Nm', lag=lag, keep=keep)
+    assert fit.parameters['coulomb'].value == pytest.approx(0.8, rel=1e-9)
+    assert fit.parameters['viscous'].value == pytest.approx(0.35, rel=1e-9)
+    wrong = fit_law(v, y, clusters, 'Nm', keep=keep)
+    assert wrong.parameters['coulomb'].value != pytest.approx(0.8, rel=1e-3)
+
+
+def test_friction_that_would_be_negative_stays_at_its_bound_and_says_so():
+    v = plateaus(HIGH)
+    rng = np.random.default_rng(0)
+    y = 0.9 * v - 0.05 * np.sign(v) + 0.005 * rng.normal(size=len(v))
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+    c = fit.parameters['coulomb']
+    assert c.value == 0.0
+    assert c.flags == (AT_BOUND,)
+    assert np.isnan(c.std_error)
+    assert c.interval == (0.0, 0.0)
+    assert np.isfinite(fit.parameters['viscous'].std_error)
+    y = 0.8 * np.sign(v) - 0.3 * v + 0.005 * rng.normal(size=len(v))
+    form = LawForm(law='coulomb_viscous')
+    b = fit_law(v, y, np.arange(len(v)), 'Nm', form=form).parameters['viscous']
+    assert (b.value, b.flags) == (0.0, (AT_BOUND,))
+
+
+def test_pairs_that_are_not_known_take_no_part():
+    v = plateaus(LOW)
+    y = law(v, TRUTH)
+    clean = fit_law(v, y, np.arange(len(v)), 'Nm')
+    v2, y2 = np.append(v, [np.nan, 0.3, 0.1]), np.append(y, [0.5, np.nan, 99.0])
+    keep = np.ones(len(v2), dtype=bool)
+    keep[-1] = False
+    fit = fit_law(v2, y2, np.arange(len(v2)), 'Nm', keep=keep)
+    assert fit.pairs == clean.pairs
+    for name in TRUTH:
+        assert fit.parameters[name].value == pytest.approx(clean.parameters[name].value, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('v', 'clusters', 'words'),
+    [
+        (np.array([0.1, -0.1, 0.2, -0.2, 0.3]), np.arange(5), 'only 5 separate pieces'),
+        (plateaus(LOW), np.zeros(40, dtype=int), 'only 1 separate pieces'),
+        (np.array([]), np.array([], dtype=int), 'only 0 separate pieces'),
+        (np.abs(plateaus(LOW)), np.arange(40), 'in one direction only'),
+        (0.2 * np.sign(plateaus(LOW)), np.arange(40), r'at one speed only \(0.2\)'),
+    ],
+)
+def test_motion_that_cannot_answer_is_refused_in_one_sentence(v, clusters, words):
+    with pytest.raises(DataError, match=words) as caught:
+        fit_law(v, law(v, TRUTH), clusters, 'Nm')
+    assert '\n' not in str(caught.value)
+
+
+def test_six_pairs_are_fitted_with_wide_intervals():
+    v = np.array([0.1, -0.1, 0.3, -0.3, 0.6, -0.6])
+    y = law(v, {**TRUTH, 'stribeck': 0.0}) + 0.01 * np.array([1, -1, -1, 1, 0.5, 0.2])
+    fit = fit_law(v, y, np.arange(6), 'Nm')
+    low, high = fit.parameters['coulomb'].interval
+    assert low < 0.8 < high
+    assert high - low > 0.02
+
+
+def test_relative_error_and_residual_are_of_the_pairs_fitted():
+    v = plateaus(HIGH)
+    y = law(v, {**TRUTH, 'stribeck': 0.0}) + 0.01 * np.random.default_rng(3).normal(size=len(v))
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+    p = {name: fit.parameters[name].value for name in ('coulomb', 'viscous', 'bias')}
+    residual = y - (p['coulomb'] * np.sign(v) + p['viscous'] * v + p['bias'])
+    assert fit.residual_std == pytest.approx(np.sqrt(np.mean(residual**2)), rel=1e-9)
+    expected = 100.0 * np.linalg.norm(residual) / np.linalg.norm(y)
+    assert fit.relative_error == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_jackknife_is_that_of_refits_without_one_cluster():
+    rng = np.random.default_rng(5)
+    X, weights = rng.normal(size=(60, 3)), rng.uniform(0.2, 1.0, 60)
+    groups = np.repeat(np.arange(12), 5)
+    y = X @ [1.0, -2.0, 0.5] + rng.normal(size=12)[groups] + rng.normal(size=60)
+
+    def solve(rows):
+        root = np.sqrt(weights[rows])
+        return np.linalg.lstsq(X[rows] * root[:, None], y[rows] * root, rcond=None)[0]
+
+    whole = solve(np.full(60, True))
+    refits = np.array([solve(groups != g) for g in range(12)])
+    expected = np.sqrt(11.0 / 12.0 * np.sum((refits - refits.mean(0)) ** 2, axis=0))
+    errors = jackknife_errors(X, y - X @ whole, groups, weights)
+    np.testing.assert_allclose(errors, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize('smoothing_velocity', [0.0, 0.005])
+def test_pairs_may_be_means_of_many_samples(smoothing_velocity):
+    """Means over a stretch in which velocity changes: exact, where the mean velocity is not."""
+    v = np.repeat(plateaus(LOW), 50) * np.tile(np.linspace(0.5, 1.5, 50), 4 * len(LOW))
+    sign = np.sign(v) if smoothing_velocity == 0.0 else np.tanh(v / smoothing_velocity)
+    level = TRUTH['coulomb'] + TRUTH['stribeck'] * np.exp(-np.abs(v) / TRUTH['stribeck_velocity'])
+
+    def means(column):
+        return column.reshape(-1, 50).mean(axis=1)
+
+    y = means(level * sign + TRUTH['viscous'] * v + TRUTH['bias'])
+    fit = fit_law(
+        v,
+        y,
+        np.arange(len(y)),
+        'Nm',
+        lag=means,
+        smoothing_velocity=smoothing_velocity,
+        mean_v=means(v),
+    )
+    for name, truth in TRUTH.items():
+        assert fit.parameters[name].value == pytest.approx(truth, rel=1e-5)
+    assert fit.smoothing_velocity == smoothing_velocity
+
+
+@pytest.mark.parametrize(('forwards', 'kept'), [(-1.0, False), (2.0, True)])
+def test_a_stribeck_term_below_the_data_is_kept_only_if_it_is_friction_both_ways(forwards, kept):
+    """
+    EMPS, fitted with asymmetry: the slowest plateaus are off the line by what is no knee.
+
+    At the slowest speed only, friction is ``forwards`` off the line that way and 3 N more
+    backwards: exp(-|v| / v_s) of a v_s far below it fits that whatever the signs.
+    """
+    speeds = np.array([0.042, 0.06, 0.083, 0.1, 0.125])
+    v = plateaus(speeds)
+    y = 20.0 * np.sign(v) + 200.0 * v - 40.0 * np.abs(v)
+    slow = np.abs(v) < 0.05
+    y[slow] += np.where(v[slow] > 0.0, forwards, -3.0)
+    y += np.random.default_rng(0).normal(0.0, 0.05, v.shape)
+    fit = fit_law(v, y, np.arange(len(v)), 'N', form=LawForm('auto', symmetric=False))
+    assert ('stribeck' in fit.drawn) == kept
+    assert (NOT_IDENTIFIABLE in fit.parameters['coulomb'].flags) <= kept
+
+
+def test_a_knee_in_the_place_of_coulomb_friction_makes_all_of_them_ranges():
+    """The level falls to below zero: the best fit has C = 0, which is not how friction is."""
+    v = plateaus(LOW)
+    rng = np.random.default_rng(1)
+    level = 0.8 * np.exp(-np.abs(v) / 0.1) - 0.05
+    y = level * np.sign(v) + 0.9 * v + 0.005 * rng.normal(size=len(v))
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+    c = fit.parameters['coulomb']
+    assert fit.drawn_law == 'stribeck'
+    assert fit.law == 'coulomb_viscous'
+    assert c.flags == (AT_BOUND, NOT_IDENTIFIABLE)
+    assert c.interval[0] == 0.0
+    assert c.interval[1] >= fit.drawn['stribeck']
+    for name in ('coulomb', 'stribeck', 'stribeck_velocity'):
+        assert np.isnan(fit.parameters[name].value)
+        assert 'no Coulomb friction' in fit.parameters[name].reason
+
+
+@pytest.mark.parametrize('stribeck', [0.0, 0.5])
+@pytest.mark.parametrize(('effort', 'speed'), [(100.0, 1.0), (1.0, 0.01), (1e-3, 1e3)])
+def test_other_units_give_the_same_numbers(stribeck, effort, speed):
+    """To a thousandth of a standard error, which is where the searches end."""
+    units = {'viscous': effort / speed, 'stribeck_velocity': speed}
+    for v, y, groups in data_sets(LOW, {**TRUTH, 'stribeck': stribeck}, normal, count=4):
+        one = fit_law(v, y, groups, 'Nm')
+        other = fit_law(speed * v, effort * y, groups, 'Nm')
+        assert one.law == other.law
+        for name, p in one.parameters.items():
+            q, unit = other.parameters[name], units.get(name, effort)
+            assert q.flags == p.flags
+            if not np.isnan(p.value):
+                assert abs(q.value / unit - p.value) < 1e-3 * p.std_error, name
+                assert q.std_error / unit == pytest.approx(p.std_error, rel=1e-3), name
+
+
+def test_coulomb_and_viscous_hold_the_truth_where_a_knee_shows_but_is_not_known():
+    """S 30 mNm in 10 mNm of noise: v_s may be anything, and C and B go with it."""
+    truth = {**TRUTH, 'stribeck': 0.03}
+    fits = [fit_law(*data, 'Nm') for data in data_sets(LOW, truth, normal, count=50)]
+    shown = [fit for fit in fits if fit.drawn_law == 'stribeck' and fit.law != 'stribeck']
+    assert len(shown) > 30
+    assert_covers(shown, truth, ('coulomb', 'viscous'))
+    widths = []
+    for fit in shown:
+        low, high = fit.parameters['coulomb'].interval
+        k = fit.covariance_of.index('coulomb')
+        widths.append((high - low) / (4.0 * np.sqrt(fit.covariance[k, k])))
+    # Wider than the jackknife at the best fit, which does not know of the other v_s.
+    assert np.quantile(widths, 0.8) > 1.5
+
+
+def test_a_profile_that_is_closed_by_little_is_open_at_more():
+    u = np.linspace(-3.0, 3.0, 61)
+    excess = np.where(u < 0.0, np.minimum(u**2, 1.5), u**2)
+    profile = LawProfile(np.exp(u), excess, np.ones(61), np.ones(61))
+    assert profile.velocity_interval() == pytest.approx((np.exp(-1.0), np.exp(1.0)), rel=1e-9)
+    assert profile.velocity_interval(2.25) == pytest.approx((0.0, np.exp(1.5)), rel=1e-9)

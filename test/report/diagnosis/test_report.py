@@ -1,0 +1,167 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the figures and tables of a diagnosis draw is what the numbers say."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import re
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_STEP, slider_model, slider_recording
+
+from sosml_friction.diagnosis.decision.confusability import Confusability
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.regression.noise_model import ORDER, NoiseModel
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.report.diagnosis.confusability import (
+    ambiguous_pairs,
+    confusability_map,
+    shown,
+)
+from sosml_friction.report.diagnosis.correlation import autocorrelation, lowest, shifted_error
+from sosml_friction.report.diagnosis.figures import way_since_reversal
+from sosml_friction.report.diagnosis.html import render_diagnosis
+from sosml_friction.report.diagnosis.periodogram import position_spectrum
+from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
+from sosml_friction.report.diagnosis.variance import noise_variance, variance_steps
+
+
+@pytest.fixture(scope='module')
+def diagnosis():
+    """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
+    log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
+    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
+
+
+def test_a_line_in_position_has_its_size_and_place():
+    rng = np.random.default_rng(2)
+    q = np.cumsum(rng.uniform(0.0, 0.004, 5000))
+    effort = 0.3 * np.cos(40.0 * q + 1.0) + 2.0
+    size = position_spectrum(q, effort, 20.0, 0.5, 100)
+    assert int(np.argmax(size)) == 40
+    # 0.5 %: the mean that is taken off is not quite that of the line's whole periods.
+    assert size[40] == pytest.approx(0.3, rel=5e-3)
+    assert np.median(size) < 0.03
+
+
+def test_the_way_since_a_reversal_starts_at_the_turn_and_noise_is_no_turn():
+    q = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(0.99, 0.5, 50)])
+    way = way_since_reversal(q, 0.005)
+    assert way[:101] == pytest.approx(q[:101], abs=1e-12)
+    assert way[101:] == pytest.approx(1.0 - q[101:], abs=1e-12)
+    noisy = q[:101] + 1e-3 * np.where(np.arange(101) % 2, 1.0, -1.0)
+    assert way_since_reversal(noisy, 0.05)[-1] == pytest.approx(1.0, abs=3e-3)
+    # A rest is not a motion.
+    assert way_since_reversal(np.zeros(5), 0.01) == pytest.approx(0.0)
+
+
+def test_the_autocorrelation_is_that_of_numpy():
+    e = np.random.default_rng(3).normal(size=300)
+    full = np.correlate(e, e, 'full')[299:]
+    assert autocorrelation(e, 20) == pytest.approx(full[:21] / full[0], abs=1e-12)
+
+
+def test_the_error_is_least_where_a_late_effort_is_shifted_back():
+    step = 7e-3
+    t = step * np.arange(3000)
+    signal = np.sin(3.0 * t) + 0.4 * np.sin(11.0 * t)
+    late = np.sin(3.0 * (t - 4e-3)) + 0.4 * np.sin(11.0 * (t - 4e-3))
+    shifts = np.linspace(-0.02, 0.02, 41)
+    error = shifted_error(late, late - signal, step, shifts, (1000,))
+    place, least = lowest(shifts, error)
+    assert place == pytest.approx(4e-3, abs=2e-4)
+    assert least < 0.01
+    # Without a shift it is the error itself.
+    inner = slice(10, -10)
+    usual = float(np.sqrt(np.mean((late - signal)[inner] ** 2)))
+    assert error[20] == pytest.approx(usual, rel=0.02)
+
+
+def test_the_lowest_point_is_that_of_the_parabola():
+    x = np.linspace(-1.0, 1.0, 9)
+    assert lowest(x, 2.0 + 3.0 * (x - 0.1) ** 2) == pytest.approx((0.1, 2.0))
+
+
+def test_the_variance_of_an_autoregression_is_the_closed_form():
+    coefficients = np.zeros(ORDER)
+    coefficients[0] = 0.9
+    noise = NoiseModel(coefficients, 0.5)
+    assert noise_variance(noise) == pytest.approx(0.25 / (1.0 - 0.81), rel=1e-9)
+
+
+def test_the_cascade_of_variance_falls_from_all_to_the_noise(diagnosis):
+    steps = variance_steps(diagnosis, 0)
+    assert (steps[0].low, steps[0].high) == (0.0, 100.0)
+    assert [step.label for step in steps[-2:]] == ['unexplained', 'noise']
+    for above, below in itertools.pairwise(steps[1:]):
+        assert above.low == pytest.approx(below.high)
+    assert steps[1].high == pytest.approx(100.0)
+    assert steps[-1].low == 0.0
+    # The noise of 1 N at 250 Hz is 2 f_band / 250 of its variance in the band.
+    left = diagnosis.stages[0]['relative_error_percent']['slider']
+    band = np.sqrt(2.0 * diagnosis.band_hz * SLIDER_STEP)
+    tau = diagnosis.laboratory.signals[0].band.apply(diagnosis.laboratory.signals[0].tau)
+    wanted = 100.0 * band / float(np.sqrt(np.mean(tau**2)))
+    assert np.sqrt(steps[-1].high / 100.0) * left == pytest.approx(wanted, rel=0.2)
+
+
+def test_the_set_that_is_left_open_is_marked_in_the_map(diagnosis):
+    assert diagnosis.verdict == 'ambiguous'
+    pairs = ambiguous_pairs(diagnosis)
+    names = {effect for pair in pairs for effect, _ in pair}
+    assert {'effort_bias', 'asymmetric_friction'} <= names
+    figure = confusability_map(diagnosis)
+    boxes = figure.axes[0].patches
+    # Both directions of each pair whose two causes were candidates.
+    assert len(boxes) == 2 * len(pairs)
+    for box in boxes:
+        column, row = round(box.get_x() + 0.5), round(box.get_y() + 0.5)
+        labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+        one, other = (
+            (label.partition(',')[0].replace(' ', '_'), 'slider')
+            for label in (labels[row], labels[column])
+        )
+        assert (one, other) in pairs or (other, one) in pairs
+
+
+def test_a_map_too_large_keeps_what_was_named_and_the_most_alike():
+    m = 90
+    share = np.eye(m)
+    share[7, 80] = share[80, 7] = 0.9
+    joints = tuple('*' if k == 0 else f'joint_{k % 3}' for k in range(m))
+    found = Confusability(tuple(f'effect_{k}' for k in range(m)), joints, share, np.zeros(m))
+    kept = shown(found, {('effect_33', 'joint_0')})
+    assert len(kept) < m
+    assert {7, 80, 33} <= set(kept.tolist())
+    assert list(dict.fromkeys(joints[k] for k in kept))[-1] == '*'
+    assert len(set(kept.tolist())) == len(kept)
+
+
+def test_the_tables_say_what_to_do_what_changed_and_what_the_controls_gave(diagnosis):
+    text = experiments(diagnosis)
+    assert 'free hanging hold' in text
+    assert text.index('these data') < text.index('multisine')
+    rows = re.findall(r'<tr><td>(slider [a-z]+)</td>', parameters(diagnosis))
+    assert rows == ['slider coulomb', 'slider viscous', 'slider bias', 'slider armature']
+    text = controls(diagnosis)
+    assert diagnosis.library_hash in text
+    assert '4 recordings' in text
+    finding = diagnosis.selection.accepted[0]
+    assert f'{100.0 * finding.floor:.2f} %' in text
+    assert f'{100.0 * finding.score.cv_gain:.2f} %' in text
+
+
+def test_the_page_starts_with_the_verdict_and_its_sentence(diagnosis):
+    text = render_diagnosis(diagnosis)
+    body = text[text.index('<body>') :]
+    assert body.index(diagnosis.recommendation.pair[0].replace('_', ' ')) < body.index('<img')
+    assert body.index('class="result"') < body.index('<table')
+    assert text.count('<img') == 7
+    bare = dataclasses.replace(
+        diagnosis, laboratory=None, selection=None, confusability=None, gain=None, causes=(),
+        recommendation=None, rejected=None,
+    )  # fmt: skip
+    assert '<img' not in render_diagnosis(bare)

@@ -1,0 +1,141 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is not known is said so, as a range, with the reason and the experiment."""
+
+import dataclasses
+import math
+import re
+
+import pytest
+
+from sosml_friction.identification.law.law_checks import LawCheck
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.fit.findings import (
+    caveats,
+    data_remarks,
+    joint_sentence,
+    law_remarks,
+    law_sentence,
+    notes,
+    open_questions,
+)
+from sosml_friction.report.fit.joint_view import joint_views
+
+
+@pytest.fixture(scope='module')
+def view(analysis):
+    return joint_views(analysis)[0]
+
+
+def unknown(unit, interval=None):
+    return Parameter(
+        math.nan,
+        unit,
+        interval=interval,
+        flags=(NOT_IDENTIFIABLE,),
+        reason='the slowest speed is 9 times the Stribeck velocity',
+        experiment='record T3, a slow ladder',
+    )
+
+
+def changed(view, observers=None, law='coulomb_viscous', derived=None, checks=(), **parameters):
+    """Return the view with parameters of the fits of some observers replaced."""
+    fits = {}
+    for observer, fit in view.fits.items():
+        fits[observer] = fit
+        if observers is None or observer in observers:
+            new = dataclasses.replace(
+                fit.fit,
+                law=law,
+                parameters={**fit.fit.parameters, **parameters},
+                derived=derived or {},
+                checks=tuple(checks),
+            )
+            fits[observer] = dataclasses.replace(fit, fit=new)
+    return dataclasses.replace(view, fits=fits)
+
+
+@pytest.mark.parametrize(
+    ('interval', 'words'),
+    [
+        ((0.0, 1.23), 'is not identifiable from this motion (0 to 1.23 Nm)'),
+        ((0.5, math.inf), 'more near standstill, whose size this motion leaves open (above 0.50'),
+        ((0.0, math.inf), 'is not identifiable from this motion ('),
+        (None, 'is not identifiable from this motion ('),
+    ],
+)
+def test_a_stribeck_term_that_is_open_is_a_range_in_the_sentence(view, interval, words):
+    sentence = joint_sentence(
+        changed(view, stribeck=unknown('Nm', interval), stribeck_velocity=unknown('rad/s'))
+    )
+    assert words in sentence
+    assert not re.search(r'\bnan\b|\binf\b', sentence)
+
+
+def test_any_parameter_that_is_open_is_a_range_in_the_sentence(view):
+    parameters = dict(view.fits['sosml'].fit.parameters)
+    for name, interval in (('coulomb', (0.1, 0.9)), ('viscous', None), ('bias', (-1.0, 2.0))):
+        parameters[name] = unknown('Nm', interval)
+    text = law_sentence('shoulder', parameters, 'stribeck')
+    assert 'Coulomb friction that this motion leaves open (0.10 to 0.90 Nm)' in text
+    assert 'viscous friction that this motion leaves open and' in text
+    assert 'a bias that this motion leaves open (-1.00 to 2.00 Nm)' in text
+    assert not re.search(r'\bnan\b|\binf\b', text)
+
+
+def test_a_reason_and_its_experiment_are_said_once_for_all_they_hold_of(view):
+    both = changed(view, stribeck=unknown('Nm', (0.0, 1.0)), stribeck_velocity=unknown('rad/s'))
+    reason = 'the slowest speed is 9 times the Stribeck velocity; record T3, a slow ladder.'
+    assert open_questions(both) == [f'S, v_s: {reason}']
+    one = changed(view, ('first_order',), stribeck=unknown('Nm', (0.0, 1.0)))
+    assert open_questions(one) == [f'S (FO): {reason}']
+    assert open_questions(view) == []
+
+
+def test_a_check_that_fails_is_noted_and_one_that_passes_is_not(view):
+    failed = LawCheck('dissipation', False, 'The bias is larger than Coulomb friction.')
+    passed = LawCheck('odd_even', True, 'Friction is the same in both directions.')
+    told = notes([changed(view, law='stribeck', checks=(failed, passed))])
+    assert [note for note in told if 'larger than Coulomb' in note] == [
+        'shoulder (SOSML): The bias is larger than Coulomb friction.'
+    ]
+    assert not any('same in both directions' in note for note in told)
+
+
+def test_what_the_data_tell_instead_is_said_with_the_speed(view):
+    derived = {STRIBECK_AT_SLOWEST: Parameter(0.049, 'Nm', math.nan, (0.047, 0.051))}
+    fit = changed(view, derived=derived).fits['sosml'].fit
+    (remark,) = law_remarks(dataclasses.replace(fit, slowest=0.0125))
+    assert remark.endswith('0.0490 ± 0.0020 Nm (w = 0.01250 rad/s).')
+    open_ = {STRIBECK_AT_SLOWEST: unknown('Nm', (0.0, 0.3))}
+    (remark,) = law_remarks(changed(view, derived=open_).fits['sosml'].fit)
+    assert ': 0 to 0.300 Nm (w = ' in remark
+
+
+def test_what_is_wrong_with_the_recording_and_a_joint_left_out_are_said(analysis):
+    shoulder = analysis.model.joints['shoulder']
+    model = dataclasses.replace(
+        analysis.model,
+        joints={**analysis.model.joints, 'shoulder': dataclasses.replace(shoulder, friction=None)},
+    )
+    (remark,) = data_remarks(dataclasses.replace(analysis, model=model))
+    assert remark.startswith('shoulder: the model has no friction for it, because ')
+    assert data_remarks(analysis) == []
+
+
+def test_the_terminal_hears_of_failed_checks_directions_and_what_to_record(view):
+    check = LawCheck('dissipation', False, 'The bias is larger than Coulomb friction.')
+    passed = LawCheck('odd_even', True, 'Friction is the same in both directions.')
+    forwards = Parameter(1.5, 'Nm s/rad', 0.1, (1.3, 1.7))
+    shown = changed(
+        view,
+        derived={'viscous_positive': forwards},
+        checks=(check, passed),
+        stribeck=unknown('Nm', (0.0, 2.0)),
+    )
+    text = '\n'.join(caveats([shown]))
+    assert check.sentence in text
+    assert passed.sentence not in text
+    assert 'Viscous friction forwards, B + its asymmetry: 1.50 ± 0.20 Nm s/rad.' in text
+    assert 'record T3, a slow ladder' in text
