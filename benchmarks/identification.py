@@ -45,9 +45,9 @@ from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.several.bag_roles import BagRole
 from sosml_friction.identification.several.consolidation import consolidate
 from sosml_friction.identification.weak_form import WeakForm
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.configuration import make_observer
@@ -140,7 +140,7 @@ def truth(name: str) -> JointLog:
         return Reference(*(spline(min(t, trajectory.duration)) for spline in splines))
 
     laws = [
-        Stribeck({**own, 'bias': BIAS if i == 0 else 0.0}, SMOOTHING_VELOCITY)
+        make_friction_law('stribeck', {**own, 'bias': BIAS if i == 0 else 0.0}, SMOOTHING_VELOCITY)
         for i, own in enumerate(TRUTH)
     ]
     return simulate(study_robot(), reference, trajectory.duration, _PLANT_STEP, laws).log

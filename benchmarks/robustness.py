@@ -22,7 +22,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.recipe import gains_for_conditions
@@ -102,7 +102,9 @@ def errors(world: World) -> dict[str, tuple[float, float]]:
     """Return mean and standard deviation of the RMSE [mNm] by observer."""
     robot = study_robot()
     laws = [
-        Stribeck({**truth, **dict(world.friction if i == 0 else ())}, SMOOTHING_VELOCITY)
+        make_friction_law(
+            'stribeck', {**truth, **dict(world.friction if i == 0 else ())}, SMOOTHING_VELOCITY
+        )
         for i, truth in enumerate(TRUTH)
     ]
     run = simulate(robot, world.motion, world.duration, laws=laws, disturbance=world.disturbance)

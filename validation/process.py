@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.diagnosis.model_effects import known_effects
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import read_model
 from validation.trial import Trial, nominal_model
 
@@ -79,6 +79,6 @@ def _check_model(folder: Path, document: dict[str, Any]) -> None:
         raise RuntimeError('an extended model without a cause in it, or such a cause without one')
     if (folder / 'model.yaml').exists():
         try:
-            known_effects(read_model(folder))
+            known_terms(read_model(folder))
         except ConfigurationError as error:
             raise RuntimeError(f'the extended model is of no use: {error}') from None

@@ -25,7 +25,8 @@ import numpy as np
 from numba import njit
 from scipy.optimize import lsq_linear
 
-from sosml_friction.regression.band import Band, first_derivative
+from sosml_friction.model.finite_differences import first_derivative
+from sosml_friction.regression.band import Band
 from validation import plant as bp
 from validation.motion import reference
 

@@ -13,7 +13,6 @@ from typing import Any
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
-from sosml_friction.diagnosis.model_effects import known_effects
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import (
     RecordedRobot,
@@ -21,6 +20,7 @@ from sosml_friction.identification.bag_analysis import (
     read_recorded_robot,
 )
 from sosml_friction.identification.several.bags_analysis import bag_labels
+from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
 
@@ -71,7 +71,7 @@ def diagnose_bags(
 
     recorded = {label: read(path, label) for label, path in labels.items()}
     first, nominal = next((label, robot.nominal) for label, robot in recorded.items())
-    known_effects(nominal)
+    known_terms(nominal)
     hashes: dict[str, str] = {}
     for label, path in labels.items():
         copy_of = hashes.setdefault(bag_hash(path), label)

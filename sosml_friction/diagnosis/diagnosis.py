@@ -29,12 +29,13 @@ from sosml_friction.diagnosis.extended_model.effort_error import (
 )
 from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
-from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
@@ -107,7 +108,7 @@ def diagnose(
     logs = [log.select(robot.names) for log in logs]
     library = make_library(without)
     # A term of the model that cannot be used is refused before anything is computed.
-    known_effects(model)
+    known_terms(model)
     step('checking the data')
     checks = [check for log in logs for check in check_log(log)]
     try:

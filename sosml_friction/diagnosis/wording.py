@@ -14,12 +14,12 @@ from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import more_along_axis
-from sosml_friction.diagnosis.effect import ALL_JOINTS
 from sosml_friction.diagnosis.extended_model.gain import Gain
-from sosml_friction.diagnosis.library import DATA_CAUSES
+from sosml_friction.model.known_terms import DATA_CAUSES
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 
-#: Numbers that a sentence does without: a switch between forms, and what a data check looks at.
-_NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')
+#: Numbers of data checks that a sentence does without; those of a term are the term's to say.
+_NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
 #: So many numbers of a cause are told.
 _MOST_NUMBERS = 3
 #: What is said in the place of the gain.
@@ -32,7 +32,9 @@ def describe(cause: Cause) -> str:
     """Return a cause in words, with its first numbers."""
     where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
     numbers = []
-    told = [(name, p) for name, p in cause.parameters.items() if name not in _NOT_TOLD]
+    kind = TERMS.classes.get(cause.effect)
+    unspoken = _NOT_TOLD if kind is None else kind.unspoken
+    told = [(name, p) for name, p in cause.parameters.items() if name not in unspoken]
     for name, p in told[:_MOST_NUMBERS]:
         # The names of what data checks found end in their unit.
         name = name.removesuffix(f'_{p.unit}')

@@ -46,8 +46,8 @@ from sosml_friction.identification.output_error.fits import (
 )
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
-from sosml_friction.model.effort_correction import CORRECTED, EffortCorrection
-from sosml_friction.model.friction_laws import FRICTION_LAWS
+from sosml_friction.model.effort_correction import EffortCorrection, is_corrected
+from sosml_friction.model.laws import FRICTION_LAWS
 from sosml_friction.model.model_folder import (
     EffectTerm,
     FrictionParameters,
@@ -488,7 +488,7 @@ def _with_friction(
 
 def kept_effects(model: RobotModelFile) -> tuple[EffectTerm, ...]:
     """Return the effects that a fit leaves in a model: those of the effort it was corrected by."""
-    return tuple(term for term in model.effects if term.effect in CORRECTED)
+    return tuple(term for term in model.effects if is_corrected(term))
 
 
 def kept_provenance(model: RobotModelFile) -> dict[str, Any]:
@@ -498,7 +498,7 @@ def kept_provenance(model: RobotModelFile) -> dict[str, Any]:
     The effects that the law now stands for are named: they were in the friction that was fitted.
     """
     kept = {key: model.provenance[key] for key in ('rigid_body',) if key in model.provenance}
-    gone = [f'{t.effect} of {t.joint}' for t in model.effects if t.effect not in CORRECTED]
+    gone = [f'{t.effect} of {t.joint}' for t in model.effects if not is_corrected(t)]
     return {**kept, 'effects_left_out': gone} if gone else kept
 
 

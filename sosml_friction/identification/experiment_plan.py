@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import SegmentSettings
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import FRICTION_LAWS
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 FloatArray = NDArray[np.float64]
 #: From information (..., 5, 5) to what is minimised (...).
 Score = Callable[[FloatArray], FloatArray]
 
-PARAMETERS = Stribeck.parameter_names
+PARAMETERS = FRICTION_LAWS['stribeck'].parameter_names
 #: Four speeds are the fewest that determine C, B, S and v_s; both directions give the bias.
 FEWEST_SPEEDS = 4
 LONGEST_S = 3600.0
@@ -128,7 +128,7 @@ def plan_experiment(
     :param wanted: standard errors by parameter.
     :param budget_s: longest duration of the ladder [s].
     :param assumed: parameters of the Stribeck law (17), see
-        :class:`~sosml_friction.model.stribeck.Stribeck`.
+        :mod:`~sosml_friction.model.laws`.
     :raises ConfigurationError: if a name or number cannot be used, or the budget is too short for
         four speeds.
     """

@@ -25,8 +25,7 @@ from sosml_friction.identification.segments import (
     segment_levels,
     unsure_sign,
 )
-from sosml_friction.model.friction_law import unit_of
-from sosml_friction.model.friction_laws import FRICTION_LAWS
+from sosml_friction.model.laws import FRICTION_LAWS, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 
 #: Largest half width of an interval as a share of the value and of the friction level, and of that
 #: for what may be negative.

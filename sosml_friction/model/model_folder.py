@@ -38,8 +38,7 @@ from typing import Any
 import yaml
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.friction_law import FrictionLaw, unit_of
-from sosml_friction.model.friction_laws import make_friction_law
+from sosml_friction.model.laws import FrictionLaw, make_friction_law, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 

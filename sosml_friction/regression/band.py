@@ -11,8 +11,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
-from scipy.ndimage import convolve1d
 from scipy.signal import firwin
+
+from sosml_friction.model.finite_differences import convolved
 
 FloatArray = NDArray[np.float64]
 
@@ -90,7 +91,7 @@ class Band:
         if cutoff * self.step >= 0.4:
             return np.array(x)
         half = max(1, round(2.0 / (cutoff * self.step)))
-        return _convolved(x, _taps(cutoff, half, self.step))
+        return convolved(x, _taps(cutoff, half, self.step))
 
 
 @lru_cache(maxsize=64)
@@ -107,25 +108,3 @@ def _decimator(band: Band, outputs: int) -> FloatArray:
     for k in range(outputs):
         matrix[k, k * band.factor : k * band.factor + len(taps)] = taps
     return matrix
-
-
-def first_derivative(x: FloatArray, step: float) -> FloatArray:
-    """Return dx/dt by the five-point rule, its error of order step^4, (N, ...)."""
-    return _convolved(x, np.array([-1.0, 8.0, 0.0, -8.0, 1.0]) / (12.0 * step))
-
-
-def second_derivative(x: FloatArray, step: float) -> FloatArray:
-    """Return d2x/dt2 by the five-point rule, its error of order step^4, (N, ...)."""
-    return _convolved(x, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * step**2))
-
-
-def _convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
-    """
-    Return ``x`` (N, ...) convolved with an odd number of weights, (N, ...).
-
-    Beyond its ends it goes on as it came, turned about the end: held, it would seem to stop.
-    """
-    pad = min(len(weights) // 2, len(x) - 1)
-    ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
-    longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
-    return np.asarray(convolve1d(longer, weights, axis=0, mode='nearest')[pad : pad + len(x)])

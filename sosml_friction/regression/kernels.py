@@ -51,24 +51,6 @@ def squares(part: FloatArray) -> FloatArray:
 
 
 @njit(cache=True)
-def lines(q: FloatArray, first: float, step: float, count: int) -> FloatArray:
-    """
-    Return cos w q and sin w q, (N, count, 2), of the frequencies first, first + step, ...
-
-    Each by one rotation of the one before: rounding grows with ``count``, which is to be tens.
-    """
-    result = np.empty((len(q), count, 2))
-    for t in range(len(q)):
-        c, s = np.cos(first * q[t]), np.sin(first * q[t])
-        turn_c, turn_s = np.cos(step * q[t]), np.sin(step * q[t])
-        for k in range(count):
-            result[t, k, 0] = c
-            result[t, k, 1] = s
-            c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
-    return result
-
-
-@njit(cache=True)
 def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
     """
     Return hat functions of x, (N, knots): 1 at their knot, 0 at the others, lines between.

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effect import ROBOT, Effect, Inner
-from sosml_friction.diagnosis.library import EVERYWHERE
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.terms.kinds.term import ROBOT, Inner, Term
 from sosml_friction.regression.bursts import LOAD_SMOOTHER, Bursts, find_bursts
 from sosml_friction.regression.evidence import (
     Blocks,
@@ -57,7 +56,7 @@ _LEAST_NOISE = 1e-6
 class Candidate:
     """Hold one effect in one joint (0 or :data:`ROBOT`: in the whole robot) and its grid."""
 
-    effect: Effect
+    effect: Term
     joint: int
     grid: Sequence[Inner]
 
@@ -74,7 +73,7 @@ class Laboratory:
     def __init__(
         self,
         signals: Sequence[Signals],
-        library: dict[str, Effect],
+        library: dict[str, Term],
         settings: DiagnosisSettings,
         step: Callable[[str], None] = lambda text: None,
     ) -> None:
@@ -113,7 +112,7 @@ class Laboratory:
             left = self._left_by_library()
         self._whiten(left)
 
-    def _candidates(self, library: dict[str, Effect]) -> list[Candidate]:
+    def _candidates(self, library: dict[str, Term]) -> list[Candidate]:
         first = self.signals[0]
         result = []
         for effect in library.values():
@@ -123,8 +122,8 @@ class Laboratory:
                     grid = effect.grid(first, i)
                     if grid:
                         result.append(Candidate(effect, i, tuple(grid)))
-            if effect.identifier in EVERYWHERE and self.robot.n > 1:
-                both = EVERYWHERE[effect.identifier]()
+            if effect.everywhere is not None and self.robot.n > 1:
+                both = effect.everywhere()
                 result.append(Candidate(both, ROBOT, tuple(both.grid(first, ROBOT))))
         return result
 
@@ -404,18 +403,18 @@ class Laboratory:
         parts = [signals.in_band(signals.tau)[ORDER:] for signals in self.signals]
         return np.concatenate(parts)
 
-    def own_columns(self, effect: Effect, joint: int, inner: Inner) -> FloatArray:
+    def own_columns(self, effect: Term, joint: int, inner: Inner) -> FloatArray:
         """Return an effect's columns in the band (rows, n, k), in Nm or N."""
         parts = [
             self._own(signals, effect.columns(signals, joint, inner)) for signals in self.signals
         ]
         return np.concatenate([part[ORDER:] for part in parts])
 
-    def single(self, effect: Effect, joint: int, inner: Inner) -> CandidateColumns:
+    def single(self, effect: Term, joint: int, inner: Inner) -> CandidateColumns:
         """Return the whitened columns of an effect at one value of its inner parameters."""
         return self._products(*self._all_columns(Candidate(effect, joint, (inner,))))
 
-    def inseparable(self, effect: Effect) -> tuple[str, ...]:
+    def inseparable(self, effect: Term) -> tuple[str, ...]:
         """Return the causes looked for that joint sensors cannot tell from an effect at all."""
         sought = {candidate.effect.identifier for candidate in self.candidates}
         return tuple(name for name in effect.inseparable if name in sought)

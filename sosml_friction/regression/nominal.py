@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
-from sosml_friction.regression.band import first_derivative
+from sosml_friction.model.terms.effort_delay import effort_slope
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump
 
 FloatArray = NDArray[np.float64]
@@ -28,8 +31,6 @@ _SOONER, _SHAPE = 0.2, 0.45
 TURNS = {'sooner': 0.3, 'later': 2.0}
 #: The name of friction that turns around late by a time within a sampling interval.
 LATE = 'late'
-#: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
-_SMOOTHER = 0.5
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
 #: Share of a column that the others must leave for it to count as one of its own.
@@ -82,7 +83,7 @@ def friction_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     columns = {'coulomb': s, 'viscous': v, 'bias': np.ones(len(s))}
     if np.isfinite(signals.scales.stribeck[joint]):
         vs = signals.scales.stribeck_velocity[joint]
-        columns['stribeck'] = s * np.exp(-np.abs(v) / vs)
+        columns['stribeck'] = s * fade(v, vs, 1.0)
     return columns
 
 
@@ -99,23 +100,12 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     return {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
 
 
-def turn_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
+def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
     """Return z - s of states z that change over less and over more than s, by name."""
     q = np.ascontiguousarray(signals.q[:, joint])
     scale = float(signals.scales.displacement[joint])
     s = signals.sign[:, joint]
     return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
-
-
-def effort_slope(signals: Signals) -> FloatArray:
-    """
-    Return the slope of the nominal effort in time, (N, n) [Nm/s or N/s].
-
-    Rigid effort is smoothed first: the noise of position, differentiated three times, would
-    attenuate what is fitted to it.
-    """
-    smooth = signals.band.smooth(signals.rigid, _SMOOTHER)
-    return first_derivative(smooth + signals.friction, signals.band.step)
 
 
 def make_nominal(signals: Signals, tolerance: float) -> Nominal:

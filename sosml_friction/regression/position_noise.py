@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.regression.band import Band, second_derivative
+from sosml_friction.model.finite_differences import second_derivative
+from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.noise_model import fit_noise
 

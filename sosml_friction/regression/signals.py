@@ -13,10 +13,14 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.model.terms.kinds.scales import Scales
+from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.observers.signal_noise import signal_noise
-from sosml_friction.regression.band import Band, first_derivative
+from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -42,35 +46,6 @@ _NARROWEST, _LOWEST = 12.0, 10.0
 _FEIGNED, _FEIGNED_LEFT, _LOWER = 0.05, 0.02, 0.85
 #: Largest share of the sampling frequency that the band may be.
 _HIGHEST = 0.1
-
-
-@dataclass(frozen=True)
-class Scales:
-    """
-    Hold what is characteristic of a robot and its data, per joint (n,).
-
-    ``displacement`` [rad or m] over which the sign of motion changes, and ``sign_limit``, what it
-    may be at most; ``speed`` [rad/s or m/s]:
-    the fastest but for 1 % of samples; ``span`` [rad or m]: the range of motion; ``coulomb``,
-    ``viscous``, ``stribeck``, ``stribeck_velocity``, ``bias``: nominal friction; NaN where the
-    model has none. ``effort`` [Nm or N]: root mean square of the measured effort.
-    """
-
-    displacement: FloatArray
-    sign_limit: FloatArray
-    speed: FloatArray
-    span: FloatArray
-    effort: FloatArray
-    coulomb: FloatArray
-    viscous: FloatArray
-    stribeck: FloatArray
-    stribeck_velocity: FloatArray
-    bias: FloatArray
-
-    def level(self, joint: int) -> float:
-        """Return what a friction term of a joint is measured against [Nm or N]."""
-        coulomb = float(self.coulomb[joint])
-        return coulomb if np.isfinite(coulomb) and coulomb > 0.0 else self.effort[joint]
 
 
 @dataclass(frozen=True)
@@ -111,6 +86,14 @@ class Signals:
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
+
+    @property
+    def motion(self) -> Motion:
+        """Return the motion as terms look at it; the load is that of the nominal bodies."""
+        warm = np.full_like(self.q, np.nan)
+        if self.temperature is not None:
+            warm = self.temperature - self.temperature[0]
+        return Motion(self.time, self.q, self.v, self.sign, self.rigid, warm)
 
     def effort_unit(self, joint: int) -> str:
         """Return the unit of effort of a joint, Nm or N."""
@@ -331,7 +314,7 @@ def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatAr
         for name in ('coulomb', 'viscous', 'stribeck', 'bias')
     }
     vs = np.where(np.isfinite(scales.stribeck_velocity), scales.stribeck_velocity, 1.0)
-    level = known['coulomb'] + known['stribeck'] * np.exp(-np.abs(v) / vs)
+    level = known['coulomb'] + known['stribeck'] * fade(v, vs, np.ones_like(vs))
     return np.asarray(level * sign + known['viscous'] * v + known['bias'])
 
 

@@ -9,13 +9,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
 
 _HATS = 9
 #: The axes, as signals (N, n).
-_AXES: tuple[Callable[[Signals], FloatArray], ...] = (
+_AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.v,
     lambda s: s.q,
     lambda s: s.a,
@@ -23,7 +25,7 @@ _AXES: tuple[Callable[[Signals], FloatArray], ...] = (
 )
 
 
-class Structure(Effect):
+class Structure(Curve):
     """
     Add any smooth function of velocity, position, acceleration, load, and s times each.
 
@@ -37,11 +39,11 @@ class Structure(Effect):
     def __init__(self, stretches: Sequence[Signals]) -> None:
         self._knots = [knots_of(stretches, axis, _HATS) for axis in _AXES]
 
-    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
         return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
 
-    def own_columns(self, signals: Signals, joint: int, grid: Sequence[Inner]) -> FloatArray:
+    def own_columns(self, signals: Recording, joint: int, grid: Sequence[Inner]) -> FloatArray:
         """Return the hats of the joint alone, (N, 1, k)."""
         factors = 1.0, signals.sign[:, joint]
         parts = [

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.joint_friction import JointFriction
 from sosml_friction.model.robot import Robot
-from sosml_friction.simulation.forward_friction import ForwardFriction
-from sosml_friction.simulation.forward_term import Body, ForwardTerm, Gear
+from sosml_friction.model.terms.kinds.simulated_term import Body, Gear, SimulatedTerm
 
 FloatArray = NDArray[np.float64]
 
@@ -42,9 +42,9 @@ class ForwardModel:
     def __init__(
         self,
         robot: Robot,
-        friction: ForwardFriction,
+        friction: JointFriction,
         displacement: FloatArray,
-        terms: Sequence[ForwardTerm] = (),
+        terms: Sequence[SimulatedTerm] = (),
         delay: float = 0.0,
     ) -> None:
         self.friction = friction
@@ -145,7 +145,7 @@ class ForwardModel:
         stiff = level / self.displacement + sum(
             (term.stiffness() for term in self.terms), start=np.zeros(self.n)
         )
-        viscous = np.abs(self.friction.viscous) + np.abs(self.friction.viscous_asymmetry)
+        viscous = self.friction.damping
         rate = np.maximum(np.sqrt(stiff / light) / _RADIANS, viscous / light / _DAMPED)
         for gear, motor in zip(self.gears, self.motors(q), strict=True):
             i = gear.joint

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.dahl import dahl_step
+from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.forward_start import Start
-from sosml_friction.simulation.forward_term import Gear, Motion
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.model.friction_law import FrictionLaw
+from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.friction_table import (
     friction_table,

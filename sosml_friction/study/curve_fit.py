@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, minimize_scalar
 
+from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.stribeck import Stribeck
 
 FloatArray = NDArray[np.float64]
 
@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _LOWEST, _HIGHEST = 1e-3, 1.0
 
 
-def fit_raw(v: FloatArray, tau_f: FloatArray, smoothing_velocity: float) -> Stribeck:
+def fit_raw(v: FloatArray, tau_f: FloatArray, smoothing_velocity: float) -> FrictionLaw:
     """
     Fit tau_f = s(v) (C + S exp(-|v| / v_s)) + B v + bias by least squares, C, B, S >= 0.
 
@@ -50,7 +50,8 @@ def fit_raw(v: FloatArray, tau_f: FloatArray, smoothing_velocity: float) -> Stri
     )
     v_s = float(np.exp(refined.x))
     C, B, S, bias = (float(x) for x in solve(v_s)[1])
-    return Stribeck(
+    return make_friction_law(
+        'stribeck',
         {'coulomb': C, 'viscous': B, 'stribeck': S, 'stribeck_velocity': v_s, 'bias': bias},
         smoothing_velocity,
     )

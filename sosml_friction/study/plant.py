@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.model.friction_law import FrictionLaw
+from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.plant import Plant
 from sosml_friction.study.motion import Reference
@@ -60,7 +59,7 @@ def study_robot() -> Robot:
 
 def study_laws() -> list[FrictionLaw]:
     """Return the friction of the study's joints."""
-    return [Stribeck(parameters, SMOOTHING_VELOCITY) for parameters in TRUTH]
+    return [make_friction_law('stribeck', parameters, SMOOTHING_VELOCITY) for parameters in TRUTH]
 
 
 def simulate(

@@ -14,7 +14,8 @@ from known_robots import slider_model, slider_recording
 
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.diagnosis.library import searched_terms
+from sosml_friction.model.known_terms import DATA_CAUSES
 from sosml_friction.model.model_folder import read_model
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.json'
@@ -139,4 +140,4 @@ def test_a_recording_left_out_that_is_too_short_is_refused_before_anything_is_do
 
 def test_the_schema_knows_every_effect():
     known = json.loads(SCHEMA.read_text())['$defs']['effect']['enum']
-    assert set(EFFECTS) | {'velocity_lag', 'dropped_samples', 'external_contact'} == set(known)
+    assert {*searched_terms(), *DATA_CAUSES} == set(known)

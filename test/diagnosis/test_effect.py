@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.signals import Scales, Signals
 
 TURNS, SLIDES = 0, 1
@@ -42,15 +42,15 @@ def signals():
     ],
 )
 def test_units_follow_the_kind_of_joint(signals, name, parameter, turns, slides):
-    effect = EFFECTS[name]()
+    effect = TERMS[name]()
     k = len(effect.amplitudes)
     for joint, unit in ((TURNS, turns), (SLIDES, slides)):
         fit = Fitted(signals, joint, dict.fromkeys(effect.inner, 1.0), np.ones(k), np.ones(k))
-        assert effect.parameters(fit)[parameter].unit == unit
+        assert effect.reported(fit)[parameter].unit == unit
 
 
 def test_a_drift_is_per_degree_where_temperature_is_measured(signals):
-    drift = EFFECTS['thermal_drift']()
+    drift = TERMS['thermal_drift']()
     warm = replace(signals, temperature=np.outer(np.arange(5.0), [1.0, 0.0]))
     assert drift.units(warm, TURNS) == {
         'viscous_drift': 'Nm s/rad/degC', 'coulomb_drift': 'Nm/degC', 'time_constant': 's',
@@ -91,4 +91,4 @@ def test_friction_that_builds_up_grows_as_the_joint_moves_on(
         replace(signals, scales=scales), TURNS, {'displacement': displacement},
         np.array([0.5 * share]), np.ones(1),
     )  # fmt: skip
-    assert (EFFECTS['presliding_hysteresis']().implausible(fit) == '') == possible
+    assert (TERMS['presliding_hysteresis']().implausible(fit) == '') == possible

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.decision.selection import Finding, Selector
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.evidence import CandidateColumns, Score
 
 EMPTY = np.zeros((1, 1, 1, 1))
@@ -20,7 +20,7 @@ SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.01, 0.001, 1.0, 50
 
 
 def finding(name, joint, bic, objection=''):
-    return Finding(EFFECTS[name](), joint, {}, SCORE, COLUMNS, bic, 0.0, objection=objection)
+    return Finding(TERMS[name](), joint, {}, SCORE, COLUMNS, bic, 0.0, objection=objection)
 
 
 class Told(Selector):

@@ -11,10 +11,11 @@ import pytest
 
 from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.decision.verdict import VERDICTS
-from sosml_friction.diagnosis.extended_model.extension import OF_LAW
-from sosml_friction.diagnosis.extended_model.rigid_changes import RIGID
-from sosml_friction.diagnosis.library import DATA_CAUSES, EFFECTS, EVERYWHERE
-from sosml_friction.model.effort_correction import CORRECTED
+from sosml_friction.diagnosis.library import searched_terms
+from sosml_friction.model.known_terms import DATA_CAUSES
+from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
+from sosml_friction.model.terms.kinds.term import TERMS
 
 PAGE = (Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.md').read_text()
 
@@ -31,18 +32,18 @@ TABLE = {row[0].strip('`'): row for row in rows('The effects')}
 
 
 def test_the_table_names_exactly_the_registry_and_the_faults_of_data():
-    assert sorted(TABLE) == sorted([*EFFECTS, *DATA_CAUSES])
+    assert sorted(TABLE) == sorted([*searched_terms(), *DATA_CAUSES])
     assert len(rows('The effects')) == len(TABLE)
     assert all(len(row) == 7 for row in TABLE.values())
     assert f'a catalogue of {len(TABLE)}' in PAGE
 
 
-@pytest.mark.parametrize('name', sorted(EFFECTS))
+@pytest.mark.parametrize('name', sorted(searched_terms()))
 def test_twins_are_those_of_the_effect(name):
     told = re.findall(r'`(\w+)`( \(I\))?', TABLE[name][4])
-    kinds = [EFFECTS[name], *([EVERYWHERE[name]] if name in EVERYWHERE else [])]
+    kinds = [TERMS[name], *filter(None, [TERMS[name].everywhere])]
     inseparable = {twin for kind in kinds for twin in kind.inseparable}
-    assert {twin for twin, _ in told} == {*EFFECTS[name].twins} | inseparable
+    assert {twin for twin, _ in told} == {*TERMS[name].twins} | inseparable
     assert {twin for twin, mark in told if mark} == inseparable
 
 
@@ -51,12 +52,14 @@ def test_where_an_effect_lives_is_where_the_extension_puts_it(name):
     place = TABLE[name][6]
     if name in DATA_CAUSES:
         assert place == 'nowhere'
-    elif name in RIGID:
+    elif issubclass(TERMS[name], BodyTerm):
         assert place == ('armature' if name == 'inertia' else 'robot.urdf')
-    elif name in OF_LAW:
+    elif TERMS[name].of_law and TERMS[name].parameter_error:
         assert place == 'law'
     else:
-        assert place == ('effects, corrected' if name in CORRECTED else 'effects')
+        assert place == (
+            'effects, corrected' if issubclass(TERMS[name], MeasurementTerm) else 'effects'
+        )
 
 
 def test_every_verdict_is_explained():

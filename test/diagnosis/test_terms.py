@@ -11,14 +11,15 @@ import pytest
 from known_robots import arm_model
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.effect import ALL_JOINTS
-from sosml_friction.diagnosis.fitted import Fitted
-from sosml_friction.diagnosis.library import EFFECTS
-from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
+from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
+from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import nominal_friction, prepare
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -102,33 +103,35 @@ def test_the_nominal_model_moves_as_it_was_measured(signals):
     assert astray(signals, signals.torque, []) < 1e-5
 
 
-@pytest.mark.parametrize('name', EFFECTS)
+@pytest.mark.parametrize('name', searched_terms())
 def test_with_its_term_the_simulation_follows_effort_that_has_the_effects_columns(signals, name):
     """The same effort moves the nominal model elsewhere, and the model with the term as told."""
-    effect = EFFECTS[name]()
+    effect = TERMS[name]()
     amplitude, inner = np.array(SIZES[name][0]), SIZES[name][1]
     tau = signals.torque + effect.columns(signals, 0, inner) @ amplitude
     without = astray(signals, tau, [])
-    term = effect.term(signals.robot, 0, inner, amplitude)
+    term = effect.simulated(signals.robot, 0, inner, amplitude)
     assert without > 3e-4
     assert astray(signals, tau, [term]) < SHARES.get(name, SHARE) * without
     # A term of the other sign would make it worse: the test knows the sign.
     if 'amplitude' not in effect.amplitudes and name != 'presliding_hysteresis':
-        assert astray(signals, tau, [effect.term(signals.robot, 0, inner, -amplitude)]) > without
+        assert (
+            astray(signals, tau, [effect.simulated(signals.robot, 0, inner, -amplitude)]) > without
+        )
 
 
-@pytest.mark.parametrize('name', EFFECTS)
+@pytest.mark.parametrize('name', searched_terms())
 def test_a_model_folder_holds_the_effect_and_the_signals_have_it(signals, name, tmp_path):
-    effect = EFFECTS[name]()
+    effect = TERMS[name]()
     amplitude, inner = np.array(SIZES[name][0]), SIZES[name][1]
     fit = Fitted(signals, 0, inner, amplitude, np.zeros(len(amplitude)))
-    parameters = effect.parameters(fit)
+    parameters = effect.reported(fit)
     where = ALL_JOINTS if effect.of_robot else 'shoulder'
     model = replace(nominal_model(), effects=(EffectTerm(name, where, parameters),))
     model.write(tmp_path)
     model = read_model(tmp_path)
-    (found,) = known_effects(model)
-    assert (found.effect.identifier, found.joint, found.inner) == (name, 0, inner)
+    (found,) = known_terms(model)
+    assert (found.term.identifier, found.joint, found.inner) == (name, 0, inner)
     assert found.amplitude == pytest.approx(amplitude)
     (extended,) = with_known([signals], model)
     wanted = effect.columns(signals, 0, inner) @ amplitude
@@ -139,7 +142,7 @@ def test_harmonics_are_terms_of_their_own():
     p = {'cosine': 0.1, 'sine': 0.2, 'frequency': 7.0,
          'cosine_2': 0.3, 'sine_2': 0.4, 'frequency_2': 14.0}  # fmt: skip
     entry = EffectTerm('cogging', 'elbow', {k: Parameter(v, '1') for k, v in p.items()})
-    found = known_effects(replace(nominal_model(), effects=(entry,)))
+    found = known_terms(replace(nominal_model(), effects=(entry,)))
     assert [(f.joint, f.inner['frequency']) for f in found] == [(1, 7.0), (1, 14.0)]
     assert found[1].amplitude == pytest.approx([0.3, 0.4])
 
@@ -158,9 +161,9 @@ def test_harmonics_are_terms_of_their_own():
 def test_an_effect_that_cannot_be_read_is_refused_in_a_sentence(effect, joint, parameters, what):
     entry = EffectTerm(effect, joint, {k: Parameter(v, '1') for k, v in parameters.items()})
     with pytest.raises(ConfigurationError, match=what):
-        known_effects(replace(nominal_model(), effects=(entry,)))
+        known_terms(replace(nominal_model(), effects=(entry,)))
 
 
 def test_faults_of_the_data_are_no_terms():
     entries = tuple(EffectTerm(name, '*', {}) for name in ('velocity_lag', 'dropped_samples'))
-    assert known_effects(replace(nominal_model(), effects=entries)) == []
+    assert known_terms(replace(nominal_model(), effects=entries)) == []

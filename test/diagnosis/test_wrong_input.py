@@ -14,7 +14,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.recorder import BagRecorder
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
@@ -148,5 +148,5 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(
 
 
 def test_without_every_cause(refused, tmp_path):
-    err = refused(bag_of(tmp_path / 'bag'), '--without', ','.join(EFFECTS))
+    err = refused(bag_of(tmp_path / 'bag'), '--without', ','.join(searched_terms()))
     assert 'no cause is left' in err

@@ -14,14 +14,15 @@ import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.diagnosis.effect import ALL_JOINTS
-from sosml_friction.diagnosis.model_effects import known_effects, with_known
 from sosml_friction.model.effort_correction import EffortCorrection
+from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import (
     EffectTerm,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
+from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.diagnosis.document import write_diagnosis
 from validation.trial import Spec, build, nominal_model
@@ -176,8 +177,8 @@ def test_one_wrong_scale_of_all_effort_is_one_cause_and_what_equations_cannot_te
     wanted = 1.08 * signals[0].torque
     assert with_known(signals, extended)[0].torque == pytest.approx(wanted, abs=1e-12)
     assert EffortCorrection(extended).torque(1.08 * tau) == pytest.approx(tau)
-    (known,) = known_effects(extended)
-    terms = known.term(extended.make_robot())
+    (known,) = known_terms(extended)
+    terms = known.simulated(extended.make_robot())
     assert terms.reported(tau) == pytest.approx(1.08 * tau)
     assert terms.torque(1.08 * tau) == pytest.approx(tau)
 

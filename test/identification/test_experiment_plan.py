@@ -19,7 +19,7 @@ from sosml_friction.identification.experiment_plan import (
     ladder_duration,
     plan_experiment,
 )
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 TRUTH = {
@@ -43,7 +43,9 @@ def test_information_is_that_of_the_law_by_differences():
     v = np.repeat([*T1, *(-w for w in T1)], 2)
 
     def level(values):
-        return Stribeck(dict(zip(PARAMETERS, values, strict=True)), 0.0).torque(v)
+        return make_friction_law(
+            'stribeck', dict(zip(PARAMETERS, values, strict=True)), 0.0
+        ).torque(v)
 
     values = np.array([TRUTH[name] for name in PARAMETERS])
     steps = 1e-6 * np.eye(5)

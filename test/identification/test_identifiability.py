@@ -13,7 +13,7 @@ import pytest
 from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, fit_law
 from sosml_friction.identification.law.law_form import LawForm
-from sosml_friction.model.friction_laws import make_friction_law
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '8'))

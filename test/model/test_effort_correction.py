@@ -57,7 +57,7 @@ def test_the_torque_comes_back(effects, reported):
 def test_unknown_effort_stays_unknown_and_spoils_only_what_it_is_passed_to():
     effort = np.array([1.0, np.nan])
     assert np.isnan(EffortCorrection(model(BIAS)).torque(effort)[1])
-    assert EffortCorrection(model(SCALE)).torque(effort)[0] == 1.0 / 1.08
+    assert EffortCorrection(model(SCALE)).torque(effort)[0] == pytest.approx(1.0 / 1.08, rel=1e-15)
     assert np.isnan(EffortCorrection(model(CROSS)).torque(effort)).all()
 
 
@@ -84,12 +84,12 @@ def test_a_delay_is_left_out_and_told_in_one_sentence():
     ('effect', 'words'),
     [
         (term('effort_scale', 'shoulder'), 'no error'),
-        (term('effort_scale', 'shoulder', error=float('nan')), 'no error'),
+        (term('effort_scale', 'shoulder', error=float('nan')), 'no value of error'),
         (term('effort_scale', 'shoulder', error=-1.0), 'cannot be undone'),
         (term('effort_saturation', 'elbow', excess=-0.1, reference=1.0), 'cannot be undone'),
         (term('joint_coupling', 'elbow', coupling=0.1, source=1.0), 'cannot be undone'),
         (term('joint_coupling', 'elbow', coupling=0.1, source=7.0), 'cannot be undone'),
-        (term('effort_bias', '*', bias=0.1), 'cannot be undone'),
+        (term('effort_bias', '*', bias=0.1), 'acts in one joint'),
     ],
 )
 def test_what_cannot_be_undone_is_refused(effect, words):

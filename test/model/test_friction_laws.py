@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.friction_law import unit_of
-from sosml_friction.model.friction_laws import FRICTION_LAWS, make_friction_law
+from sosml_friction.model.laws import FRICTION_LAWS, make_friction_law, unit_of
 from sosml_friction.model.smooth_sign import smooth_sign
 
 positive = st.floats(1e-4, 1e2)

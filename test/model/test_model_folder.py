@@ -14,8 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.friction_law import unit_of
-from sosml_friction.model.friction_laws import FRICTION_LAWS
+from sosml_friction.model.laws import FRICTION_LAWS, unit_of
 from sosml_friction.model.model_folder import (
     FrictionParameters,
     JointModel,

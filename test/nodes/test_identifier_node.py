@@ -20,7 +20,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
-from sosml_friction.diagnosis.library import EFFECTS
+from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory import Trajectory
@@ -373,7 +373,7 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     latched = ros.node.create_publisher(String, 'controller_configuration', LATCHED)
     latched.publish(String(data=json.dumps(controller)))
     # A small catalogue, for a short test.
-    without = sorted(set(EFFECTS) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
+    without = sorted(set(searched_terms()) - {'stribeck', 'asymmetric_friction', 'gravity_tilt'})
     _, arrays = begin_short_run(
         ros, start_node, tmp_path, 'diagnose:=true', f'diagnose_without:={without}'
     )

@@ -21,7 +21,7 @@ from scipy.optimize import brentq, least_squares
 from scipy.signal import lfilter
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.model.friction_laws import make_friction_law
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.first_order import FirstOrder
 from sosml_friction.observers.sosml import Sosml

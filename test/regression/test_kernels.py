@@ -9,10 +9,11 @@ import pytest
 from scipy.optimize import lsq_linear
 from scipy.signal import firwin, lfilter, upfirdn
 
+from sosml_friction.model.terms.cogging import lines
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns, System, make_blocks, whiten_all
-from sosml_friction.regression.kernels import acts, convolve_rows, hats, lines, squares
+from sosml_friction.regression.kernels import acts, convolve_rows, hats, squares
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 
 

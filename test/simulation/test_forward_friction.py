@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.model.friction_laws import FRICTION_LAWS, make_friction_law
-from sosml_friction.simulation.forward_friction import ForwardFriction
+from sosml_friction.model.joint_friction import JointFriction
+from sosml_friction.model.laws import FRICTION_LAWS, make_friction_law
 
 VALUES = {
     'coulomb': 0.8, 'viscous': 0.35, 'bias': 0.05, 'stribeck': 0.3, 'stribeck_velocity': 0.07,
@@ -21,7 +21,7 @@ def test_with_the_sign_itself_it_is_the_law(name):
     own = {key: VALUES[key] for key in FRICTION_LAWS[name].parameter_names}
     law = make_friction_law(name, own, 0.0)
     v = np.linspace(-1.0, 1.0, 101)
-    friction = ForwardFriction.of([law, None])
+    friction = JointFriction([law, None])
     tau = friction.torque(np.column_stack([v, v]), np.sign(np.column_stack([v, v])))
     assert tau[:, 0] == pytest.approx(law.torque(v), abs=1e-14)
     assert not tau[:, 1].any()

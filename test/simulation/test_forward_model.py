@@ -7,10 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sosml_friction.model.joint_friction import JointFriction
 from sosml_friction.model.robot import Robot
-from sosml_friction.simulation.forward_friction import ForwardFriction
+from sosml_friction.model.terms.kinds.body_term import ChangedBody
+from sosml_friction.model.terms.kinds.simulated_term import Body
+from sosml_friction.model.terms.kinds.term import ROBOT, TERMS
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_terms import BodyTerm, EncoderTerm, ReportTerm
 
 
 def test_a_changed_robot_obeys_its_regressor_and_the_old_one_is_as_it_was(make_serial_arm):
@@ -34,16 +36,17 @@ def test_a_changed_robot_obeys_its_regressor_and_the_old_one_is_as_it_was(make_s
 
 
 def test_reports_and_encoders_are_undone_in_the_reverse_order(seven_joints):
-    def heavier(body):
-        body.rotors += 0.5
-
+    robot = seven_joints
+    heavier = Body.unchanged(7)
+    heavier.rotors += 0.5
     terms = [
-        ReportTerm(lambda x: 1.1 * x, lambda x: x / 1.1, 2e-3),
-        ReportTerm(lambda x: x + 0.3, lambda x: x - 0.3, 1e-3),
-        EncoderTerm(1, lambda q: 0.01 * np.cos(q)),
-        BodyTerm(heavier),
+        TERMS['effort_scale'].everywhere().simulated(robot, ROBOT, {}, np.array([0.1])),
+        *(TERMS['effort_bias']().simulated(robot, i, {}, np.array([0.3])) for i in range(7)),
+        TERMS['effort_delay']().simulated(robot, 0, {}, np.array([3e-3])),
+        TERMS['encoder_eccentricity']().simulated(robot, 1, {}, np.array([0.01, 0.0])),
+        ChangedBody([heavier], [1.0]),
     ]
-    friction = ForwardFriction.of([None] * 7)
+    friction = JointFriction([None] * 7)
     model = ForwardModel(seven_joints, friction, np.full(7, 1e-3), terms, 5e-4)
     torque = np.linspace(-3.0, 3.0, 14).reshape(2, 7)
     assert model.reported(torque) == pytest.approx(1.1 * torque + 0.3)

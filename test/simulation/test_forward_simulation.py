@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.friction_laws import make_friction_law
+from sosml_friction.model.joint_friction import JointFriction
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.simulated_term import Gear
+from sosml_friction.model.terms.kinds.transmission_term import SimulatedGear
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.forward_drive import RecordedDrive
-from sosml_friction.simulation.forward_friction import ForwardFriction
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.forward_start import Start
-from sosml_friction.simulation.forward_term import Gear
-from sosml_friction.simulation.forward_terms import GearTerm
 from sosml_friction.simulation.plant import Plant
 
 #: A rotor alone, no gravity about its axis.
@@ -34,7 +34,7 @@ def rotor(body=1e-5, motor=2e-5):
 
 
 def friction(*laws):
-    return ForwardFriction.of(
+    return JointFriction(
         [
             None
             if law is None
@@ -122,7 +122,7 @@ def test_two_masses_ring_at_the_frequency_of_the_books(stiffness):
     body, motor = 4e-5, 2e-5
     model = ForwardModel(
         rotor(body, motor), friction(None), np.array([1e-3]),
-        [GearTerm(Gear(0, stiffness, 0.0, 0.0))],
+        [SimulatedGear(Gear(0, stiffness, 0.0, 0.0))],
     )  # fmt: skip
     torque = np.zeros((2000, 1))
     torque[1] = 1e-3
@@ -142,7 +142,7 @@ def test_a_gap_lets_the_motor_go_alone_until_it_is_crossed():
     body, motor, gap, tau, period = 4e-5, 2e-5, 0.02, 1e-4, 1e-3
     model = ForwardModel(
         rotor(body, motor), friction(None), np.array([1e-3]),
-        [GearTerm(Gear(0, 50.0, gap, 0.0))],
+        [SimulatedGear(Gear(0, 50.0, gap, 0.0))],
     )  # fmt: skip
     # Without a load it starts in the middle: the motor is free for half of the gap.
     q, _ = run(model, np.full((200, 1), tau), period=period)
@@ -168,7 +168,7 @@ def test_a_body_behind_a_gear_starts_as_fast_as_its_motor_whatever_the_noise_of_
     at = np.linspace(400, 3600, 40).astype(np.int64)
     model = ForwardModel(
         rotor(body, motor), friction(None), np.array([1e-3]),
-        [GearTerm(Gear(0, stiffness, 0.0, 0.002))],
+        [SimulatedGear(Gear(0, stiffness, 0.0, 0.002))],
     )  # fmt: skip
     still = np.zeros((len(at), 1))
     start = Start(
@@ -187,7 +187,7 @@ def test_a_gear_with_a_gap_is_found_on_the_side_where_it_was():
     Half a gap is 2 mrad: in the wrong place the motor would be off by more than that.
     """
     body, motor, period, samples = 4e-3, 2e-3, 2e-3, 150
-    gear = GearTerm(Gear(0, 50.0, 4e-3, 0.2))
+    gear = SimulatedGear(Gear(0, 50.0, 4e-3, 0.2))
     model = ForwardModel(
         rotor(body, motor), friction((0.0, 0.01, 0.0)), np.array([1e-3]), [gear]
     )  # fmt: skip

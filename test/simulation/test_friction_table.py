@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
-from sosml_friction.model.coulomb_viscous import CoulombViscous
-from sosml_friction.model.friction_law import FrictionLaw
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.friction_table import friction_table, table_torque
 from sosml_friction.simulation.plant import Plant
@@ -24,11 +26,15 @@ STRIBECK = {
 }
 
 
+MORE = {'viscous_asymmetry': 0.1, 'stribeck_asymmetry': -0.2}
+
+
 @pytest.mark.parametrize('v0', [0.0, 0.005])
-def test_the_table_gives_what_the_laws_give(v0):
+@pytest.mark.parametrize('law', ['stribeck_asymmetric', 'stribeck_gaussian_asymmetric'])
+def test_the_table_gives_what_the_laws_give(v0, law):
     laws = [
-        Stribeck(STRIBECK, v0),
-        CoulombViscous({'coulomb': 0.4, 'viscous': 0.2, 'bias': 0.05}, v0),
+        make_friction_law('stribeck', STRIBECK, v0),
+        make_friction_law(law, {**STRIBECK, **MORE}, v0),
     ]
     table = friction_table(laws)
     for v in np.concatenate([np.linspace(-2, 2, 41), [1e-4, -3e-3, 0.0]]):
@@ -36,12 +42,21 @@ def test_the_table_gives_what_the_laws_give(v0):
         np.testing.assert_allclose(table_torque(table, np.full(2, v)), expected, atol=1e-14)
 
 
-class Quadratic(FrictionLaw):
-    identifier = 'quadratic'
-    parameter_names = ('c',)
+@pytest.fixture
+def quadratic():
+    """Return a law that is not compiled, of a term that is not the package's."""
 
-    def torque(self, v):
-        return self.parameters['c'] * np.asarray(v) * np.abs(v)
+    class Quadratic(EffortTerm):
+        identifier = 'quadratic'
+        amplitudes: ClassVar = {'c': '{effort} s2/{length}2'}
+        of_law = True
+
+        def effort(self, motion, joint, inner, state):
+            v = motion.v[:, joint]
+            return (v * np.abs(v),)
+
+    yield make_friction_law('quadratic', {'c': 0.5}, 0.0)
+    TERMS.remove('quadratic')
 
 
 def make(laws):
@@ -49,8 +64,8 @@ def make(laws):
     return Plant(model.make_robot(), laws, np.array([-1.2, 0.4]), np.array([0.3, -0.2]))
 
 
-def test_a_law_the_table_does_not_know_is_still_integrated():
-    laws = [Quadratic({'c': 0.5}, 0.0), Stribeck(STRIBECK, 0.005)]
+def test_a_law_the_table_does_not_know_is_still_integrated(quadratic):
+    laws = [quadratic, make_friction_law('stribeck', STRIBECK, 0.005)]
     assert friction_table(laws) is None
     plant = make(laws)
     np.testing.assert_allclose(plant.friction_torque(np.array([2.0, 0.1]))[0], 2.0)

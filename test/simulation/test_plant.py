@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
 
-from sosml_friction.model.friction_laws import make_friction_law
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation import plant as plant_module
 from sosml_friction.simulation.plant import Plant

@@ -5,13 +5,14 @@
 import numpy as np
 import pytest
 
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.study.curve_fit import fit_raw
 
 
 @pytest.mark.parametrize('v_s', [0.01, 0.03, 0.2])
 def test_it_finds_the_law_that_made_the_data(v_s):
-    law = Stribeck(
+    law = make_friction_law(
+        'stribeck',
         {'coulomb': 0.8, 'viscous': 0.35, 'stribeck': 0.5, 'stribeck_velocity': v_s, 'bias': -0.1},
         0.005,
     )

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
-from sosml_friction.diagnosis.effect import Effect
+from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.curves.neighbour_curve import NeighbourCurve
 from sosml_friction.regression.curves.neighbour_friction import NeighbourFriction
 from sosml_friction.regression.curves.position_curve import PositionCurve
@@ -29,24 +29,14 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-#: Axis along which each effect says how effort depends on it.
-AXES: Mapping[str, str] = {
-    'coulomb': 'speed',
-    'viscous': 'speed',
-    'stribeck': 'speed',
-    'presliding_hysteresis': 'speed',
-    'thermal_drift': 'speed',
-}
 #: Axes that no cause has.
 NEIGHBOURS = 'the position of the next joint'
 NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
-#: The axis of a curve of position that repeats nowhere, the causes that it could make up, and the
-#: share of what it and they explain from which on they are not the whole.
-POSITION = 'position'
-_BY_POSITION = ('spring', 'gravity', 'encoder_eccentricity')
+#: Axes of free curves that could stand for causes (``Term.free_axis``); of the curve of position,
+#: which repeats nowhere, the share of what it and the causes explain from which on these are not
+#: the whole.
+SPEED, POSITION = 'speed', 'position'
 _POSITION_SHARE = 0.1
-#: Causes by speed that a single other power of it could stand for.
-_BY_SPEED = ('coulomb', 'viscous', 'stribeck')
 #: That power has to explain more by the first, beside the price of the parameters; in the place of
 #: one cause, as simple as it is, also by the second as a share: columns are not known any better.
 _MORE, _MORE_SHARE = 10.0, 0.005
@@ -96,7 +86,7 @@ class _Probe:
 
     axis: str
     joint: int
-    effect: Effect
+    effect: Term
     causes: Sequence[Finding]
     least: float
     beside_speed: bool = False
@@ -117,9 +107,9 @@ def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]
     probes = []
     for i in range(laboratory.robot.n):
         mine = [f for f in accepted if f.joint == i]
-        if by_speed := [f for f in mine if f.effect.identifier in AXES]:
-            probes.append(_Probe('speed', i, SpeedCurve(), by_speed, share))
-        if by_position := [f for f in mine if f.effect.identifier in _BY_POSITION]:
+        if by_speed := [f for f in mine if f.effect.free_axis == SPEED]:
+            probes.append(_Probe(SPEED, i, SpeedCurve(), by_speed, share))
+        if by_position := [f for f in mine if f.effect.free_axis == POSITION]:
             probes.append(
                 _Probe(POSITION, i, position, by_position, _POSITION_SHARE, foreign=True)
             )
@@ -204,7 +194,7 @@ def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftov
     result = []
     power = SpeedPower()
     for i in range(laboratory.robot.n):
-        mine = [f for f in accepted if f.joint == i and f.effect.identifier in _BY_SPEED]
+        mine = [f for f in accepted if f.joint == i and f.effect.one_power]
         if not mine:
             continue
         others = [f.columns for f in accepted if f not in mine]
@@ -224,5 +214,5 @@ def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftov
         more = _MORE if len(mine) > 1 else max(_MORE, _MORE_SHARE * named)
         floor = named + (2 - k) * _price(laboratory) + more
         if best.gain > floor:
-            result.append(Leftover('speed', i, best.gain, best.energy, floor, 1.0, 0.0, True))
+            result.append(Leftover(SPEED, i, best.gain, best.energy, floor, 1.0, 0.0, True))
     return result

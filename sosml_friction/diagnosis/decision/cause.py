@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effect import ALL_JOINTS, Effect, Inner
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner, Term
 
 FloatArray = NDArray[np.float64]
 
@@ -62,6 +62,6 @@ class Cause:
         }
 
 
-def joint_name(effect: Effect, joint: int, names: tuple[str, ...]) -> str:
+def joint_name(effect: Term, joint: int, names: tuple[str, ...]) -> str:
     """Return the name under which a cause is reported."""
     return ALL_JOINTS if effect.of_robot else names[joint]

@@ -11,8 +11,8 @@ import numpy as np
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.bursts import Impacts
 from sosml_friction.regression.laboratory import Laboratory
 
@@ -77,7 +77,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     Their waveform is hardly predicted, so that both are rough, have no standard errors, and are
     not for the model: a simulation with them goes more astray than one without.
     """
-    effect, first = EFFECTS['backlash'](), laboratory.signals[0]
+    effect, first = TERMS['backlash'](), laboratory.signals[0]
     y, Z = laboratory.unwhitened()
     left = y - Z @ selection.after.x[: Z.shape[2]]
     rows = laboratory.bursts.mask[:, joint]

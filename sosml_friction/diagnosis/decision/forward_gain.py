@@ -5,25 +5,29 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.selection import Finding
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
-from sosml_friction.diagnosis.model_effects import known_effects, model_friction
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.body_term import ChangedBody
+from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, SimulatedTerm
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.nominal import LATE, TURNS
-from sosml_friction.regression.signals import Signals
-from sosml_friction.simulation.forward_friction import ForwardFriction
+from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_term import Body, ForwardTerm, Motion
-from sosml_friction.simulation.forward_terms import BodyTerm, BuildUpTerm, LoadTerm
 from sosml_friction.simulation.recorded.resimulation import simulate_windows
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +38,8 @@ HORIZON_S = 0.3
 #: Windows of each block of the folds, and of another recording, at most: they do not overlap, as
 #: their errors would not be independent.
 _PER_BLOCK, _PER_RECORDING = 10, 140
-_FRICTION = tuple(field.name for field in fields(ForwardFriction))
+#: Deviations of the nominal that are amplitudes of a friction law.
+LAW_PARAMETERS = ('coulomb', 'viscous', 'bias', 'stribeck')
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class ForwardGain:
     ) -> None:
         self._laboratory = laboratory
         self._friction = model_friction(model)
-        self._terms = [found.term(laboratory.robot) for found in known_effects(model)]
+        self._terms = [found.simulated(laboratory.robot) for found in known_terms(model)]
         self._windows = _of_folds(laboratory) if others is None else _of_recording(others)
 
     def squares(
@@ -97,58 +102,66 @@ class ForwardGain:
     def _model(self, signals: Signals, findings: Sequence[Finding], x: FloatArray) -> ForwardModel:
         """Return the nominal with deviations and causes."""
         nominal, robot = self._laboratory.nominal, self._laboratory.robot
-        friction = {name: getattr(self._friction, name).copy() for name in _FRICTION}
-        inertias, rotors = np.zeros((robot.n, 10)), np.zeros(robot.n)
+        friction: dict[str, FloatArray] = {}
+        body = Body.unchanged(robot.n)
         delay, terms = 0.0, [*self._terms]
         displacement = signals.scales.displacement
         for name, value in zip(nominal.names, x, strict=False):
             joint, _, what = name.partition(' ')
             i = robot.names.index(joint) if joint in robot.names else -1
-            if i >= 0 and what in friction:
-                friction[what][i] += value
+            if i >= 0 and what in LAW_PARAMETERS:
+                friction.setdefault(what, np.zeros(robot.n))[i] += value
             elif i >= 0 and what.startswith('body '):
-                inertias[i, int(what.removeprefix('body '))] += value
+                body.inertias[i, int(what.removeprefix('body '))] += value
             elif i >= 0 and what == 'armature':
-                rotors[i] += value
+                body.rotors[i] += value
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
                 # Before its state friction cannot turn around in a simulation; with and without
                 # the causes it does not.
                 if turn != LATE:
-                    terms.append(reversal_term(i, turn, float(value), float(displacement[i])))
+                    terms.append(
+                        reversal_term(robot, i, turn, float(value), float(displacement[i]))
+                    )
             elif name == 'effort hold':
                 delay += float(value)
             else:
                 raise ValueError(f'the simulation does not know the parameter {name!r}')
 
-        def refit(body: Body) -> None:
-            body.inertias += inertias
-            body.rotors += rotors
-
-        terms.append(BodyTerm(refit))
+        terms.append(ChangedBody([body], [1.0]))
         first = len(nominal.names)
         for finding in findings:
             last = first + finding.columns.C.shape[3]
-            terms.append(finding.effect.term(robot, finding.joint, finding.inner, x[first:last]))
+            terms.append(
+                finding.effect.simulated(robot, finding.joint, finding.inner, x[first:last])
+            )
             first = last
-        return ForwardModel(robot, ForwardFriction(**friction), displacement, terms, delay)
+        return ForwardModel(robot, self._friction.changed(friction), displacement, terms, delay)
 
 
-def reversal_term(joint: int, turn: str, size: float, displacement: float) -> ForwardTerm:
+def reversal_term(
+    robot: Robot, joint: int, turn: str, size: float, displacement: float
+) -> SimulatedTerm:
     """
     Return friction that turns around at a reversal otherwise than the sign s does.
 
     size (z - s) of a state z that changes ``sooner`` or ``later``, or, its ``shape``, size s (1 -
     s^2): what a nominal whose friction builds up in another way is refitted with.
     """
-    if turn == 'shape':
+    term: EffortTerm = _ReversalShape() if turn == 'shape' else PreslidingHysteresis()
+    inner = {} if turn == 'shape' else {'displacement': TURNS[turn] * displacement}
+    return term.simulated(robot, joint, inner, np.array([size]))
 
-        def load(motion: Motion) -> FloatArray:
-            s = motion.sign[:, joint]
-            return np.asarray(size * s * (1.0 - s * s))
 
-        return LoadTerm(joint, load, size)
-    return BuildUpTerm(joint, size, TURNS[turn] * displacement)
+class _ReversalShape(EffortTerm):
+    """s (1 - s^2): 0 before and after a reversal's build-up, another shape within."""
+
+    amplitudes: ClassVar[Mapping[str, str]] = {'size': '{effort}'}
+
+    def effort(
+        self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        return (bump(motion.sign[:, joint]),)
 
 
 def _of_folds(laboratory: Laboratory) -> list[WindowSet]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Finding, Selection
-from sosml_friction.diagnosis.fitted import Fitted
+from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.regression.laboratory import Laboratory
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +29,7 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
         error = errors[first : first + k]
         first += k
         fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, error)
-        parameters = finding.effect.parameters(fit)
+        parameters = finding.effect.reported(fit)
         term = ((dict(finding.inner), np.array(amplitude)),)
         if finding.key in causes:
             old = causes[finding.key]

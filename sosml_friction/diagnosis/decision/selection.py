@@ -17,8 +17,8 @@ from scipy.stats import f as f_distribution
 from sosml_friction.diagnosis.decision.adequacy import Leftover, leftovers
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
-from sosml_friction.diagnosis.effect import Effect, Inner
-from sosml_friction.diagnosis.fitted import Fitted
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import (
     Baseline,
     CandidateColumns,
@@ -67,7 +67,7 @@ class Finding:
     ``reduced``: the cause that it is where its own part is not seen, or ''.
     """
 
-    effect: Effect
+    effect: Term
     joint: int
     inner: Inner
     score: Score
@@ -128,7 +128,7 @@ class Selector:
         self.step = step
         self.trials = sum(len(c.grid) for c in laboratory.candidates)
         self._impossible = 0.0
-        #: Effect and joint that were accepted and became impossible, and why.
+        #: Term and joint that were accepted and became impossible, and why.
         self._refused: dict[tuple[str, int], str] = {}
 
     def run(self) -> Selection:
@@ -247,7 +247,7 @@ class Selector:
 
     def _finding(
         self,
-        effect: Effect,
+        effect: Term,
         joint: int,
         inner: Inner,
         s: Score,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import AXES, Leftover
+from sosml_friction.diagnosis.decision.adequacy import SPEED, Leftover
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -47,7 +47,7 @@ def _causes_are_not_all(selection: Selection) -> bool:
     more = more_along_axis(selection)
     if any(x.instead or x.foreign for x in more):
         return True
-    on_axis = all(f.effect.identifier in AXES for f in selection.accepted)
+    on_axis = all(f.effect.free_axis == SPEED for f in selection.accepted)
     return bool(selection.accepted and on_axis and more)
 
 

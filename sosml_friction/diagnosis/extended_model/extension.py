@@ -19,13 +19,13 @@ import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.rigid_changes import (
-    RIGID,
     cause_change,
     change_name,
     refit_change,
     tilted,
     with_changes,
 )
+from sosml_friction.model.known_terms import read_term
 from sosml_friction.model.model_folder import (
     EffectTerm,
     FrictionParameters,
@@ -33,9 +33,9 @@ from sosml_friction.model.model_folder import (
     RobotModelFile,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.term import TERMS
 
-#: Causes that are a parameter of the friction law.
-OF_LAW = ('coulomb', 'viscous')
 #: Law of a joint whose friction the model did not know.
 _PLAIN = ('coulomb', 'viscous', 'bias')
 
@@ -83,15 +83,17 @@ def _with_rigid_body(
     if diagnosis.laboratory is None:
         return model, terms, {'written': written, 'refused': {}}
     result, left = model, []
-    changes = [refit_change(diagnosis.laboratory.robot, diagnosis.refit)]
+    robot = diagnosis.laboratory.robot
+    changes = [refit_change(robot, diagnosis.refit)]
     for term in terms:
-        if term.effect == 'gravity_tilt':
+        known = next(iter(read_term(term, model)), None)
+        if known is None or not isinstance(known.term, BodyTerm):
+            left.append(term)
+        elif any(c.gravity.any() for c in known.term.changes(robot, known.joint, known.inner)):
             result = tilted(result, term)
             written.append(change_name(term))
-        elif term.effect in RIGID:
-            changes.append(cause_change(diagnosis.laboratory.signals[0], term))
         else:
-            left.append(term)
+            changes.append(cause_change(robot, known, change_name(term)))
     found = with_changes(result, changes)
     left += [term for term in terms if change_name(term) in found.refused]
     left.sort(key=terms.index)
@@ -115,7 +117,7 @@ def _with_friction(
             value = old.value + diagnosis.refit.get(f'{name} {key}', 0.0)
             error = float('nan')
             term = next((t for t in left if (t.effect, t.joint) == (key, name)), None)
-            if term is not None and key in OF_LAW and value + _change(term) >= 0.0:
+            if term is not None and _is_of_law(key) and value + _change(term) >= 0.0:
                 left.remove(term)
                 value += _change(term)
                 error = term.parameters['change'].std_error
@@ -133,6 +135,11 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _is_of_law(name: str) -> bool:
+    """Tell whether a cause is a wrong parameter of the friction law."""
+    return name in TERMS.classes and TERMS[name].of_law and TERMS[name].parameter_error
 
 
 def _change(term: EffectTerm) -> float:

@@ -10,19 +10,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effects.gravity import Gravity
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.consistent_inertias import consistent_inertias
+from sosml_friction.model.known_terms import KnownTerm
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.urdf_bodies import with_bodies, with_turned_base
-from sosml_friction.regression.signals import Signals
 
 FloatArray = NDArray[np.float64]
 
-#: Causes that are the rigid body itself.
-RIGID = ('gravity', 'gravity_tilt', 'inertia', 'payload')
 #: What the refit of base parameters is called among the changes.
 REFIT = 'refit'
 
@@ -68,37 +67,16 @@ def refit_change(robot: Robot, refit: Mapping[str, float]) -> Change:
     return Change(REFIT, bodies, rotors)
 
 
-def cause_change(signals: Signals, term: EffectTerm) -> Change:
-    """
-    Return what a cause adds: its columns times its amplitudes, as parameters of bodies and rotors.
-
-    :param signals: those the cause was found in.
-    """
-    robot = signals.robot
-    bodies, rotors = np.zeros((robot.n, 10)), np.zeros(robot.n)
-    values = {name: parameter.value for name, parameter in term.parameters.items()}
-    if term.effect == 'payload':
-        own = robot.inertial_parameters()[-1]
-        r = own[1:4] / np.linalg.norm(own[1:4]) * values['distance']
-        tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
-        point = [1.0, *r, *tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]]
-        bodies[-1] = values['mass'] * np.array(point)
-        return Change(change_name(term), bodies, rotors)
-    joint = robot.names.index(term.joint)
-    if term.effect == 'inertia':
-        rotors[joint] = values['change']
-    else:
-        columns = Gravity().columns(signals, joint, {})
-        for m, name in enumerate(Gravity.amplitudes):
-            k = _column_of(signals, joint, columns[:, :, m])
-            bodies[joint, k] = values[name]
-    return Change(change_name(term), bodies, rotors)
-
-
-def _column_of(signals: Signals, joint: int, column: FloatArray) -> int:
-    """Return which of the ten numbers of a joint's body has this column of the regressor."""
-    block = signals.regressor[:, :, 10 * joint : 10 * joint + 10]
-    return next(k for k in range(1, 10) if np.array_equal(block[:, :, k], column))
+def cause_change(robot: Robot, term: KnownTerm, name: str) -> Change:
+    """Return what a term of the body adds to the ten numbers of the bodies and to the rotors."""
+    kind = term.term
+    assert isinstance(kind, BodyTerm)
+    body = Body.unchanged(robot.n)
+    for change, size in zip(
+        kind.changes(robot, term.joint, term.inner), term.amplitude, strict=True
+    ):
+        body.add(change, float(size))
+    return Change(name, body.inertias, body.rotors)
 
 
 def with_changes(model: RobotModelFile, changes: Sequence[Change]) -> RigidResult:

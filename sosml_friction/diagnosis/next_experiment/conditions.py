@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from sosml_friction.diagnosis.next_experiment.separation import Stretch
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.signals import Signals
 
 #: A hold lasts so long; a repetition that is warm comes so long after the cold one [s].
@@ -21,8 +22,6 @@ _MOMENT, _DISTANCE = 0.5, 1.5
 _LEAST = 0.2
 #: A robot hangs free where gravity asks less than this share of the usual effort.
 _LOAD = 1e-4
-#: Effects of what is worn or hangs on the robot.
-WORN = frozenset({'spring', 'external_contact'})
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def conditions(signals: tuple[Signals, ...]) -> Mapping[str, Condition]:
             'not_worn',
             'repeat the recording without person or cable (not worn): a spring goes, '
             'the rest stays',
-            tuple(Stretch(replace(s, cache={}), absent=WORN) for s in signals),
+            tuple(Stretch(replace(s, cache={}), absent=_worn()) for s in signals),
         ),
     }
     hold = _hold(signals[0])
@@ -78,6 +77,12 @@ def conditions(signals: tuple[Signals, ...]) -> Mapping[str, Condition]:
             stretches,
         )
     return result
+
+
+def _worn() -> frozenset[str]:
+    """Return what comes with a person or cable, and goes with them."""
+    worn = (name for name, kind in TERMS.classes.items() if kind.worn)
+    return frozenset({*worn, 'external_contact'})
 
 
 def _hold(signals: Signals) -> tuple[Stretch, ...]:

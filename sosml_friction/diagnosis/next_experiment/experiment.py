@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Finding, Selection
-from sosml_friction.diagnosis.effect import Inner
 from sosml_friction.diagnosis.next_experiment.conditions import conditions
-from sosml_friction.diagnosis.next_experiment.pair_conditions import PAIR_CONDITIONS, PairCondition
+from sosml_friction.diagnosis.next_experiment.pair_conditions import PairCondition, pair_condition
 from sosml_friction.diagnosis.next_experiment.recommendation import Option, Recommendation
 from sosml_friction.diagnosis.next_experiment.separation import Stretch, Supposed, separation
 from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.motion.building_blocks import begin_motion
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
@@ -64,7 +64,7 @@ def recommend(
         margin = max(0.5 * (finding.score.gain - closest.score.gain), 0.0)
     pair = (own, other)
     _, where = finding.reported(names)
-    known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
+    known, said = pair_condition(*pair) or PairCondition('', '')
     if closest is None or other in inseparable:
         # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
         return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
@@ -97,7 +97,7 @@ def _closest(finding: Finding) -> Finding | None:
     """Return the rival that another condition is known to tell apart, else the first; or none."""
     own = finding.effect.identifier
     for rival in finding.rivals:
-        if frozenset({own, rival.effect.identifier}) in PAIR_CONDITIONS:
+        if pair_condition(own, rival.effect.identifier) is not None:
             return rival
     return finding.rivals[0] if finding.rivals else None
 
@@ -108,8 +108,9 @@ def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
         return None
     pair = ('backlash', 'joint_elasticity')
     where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
-    said = PAIR_CONDITIONS[frozenset(pair)].instruction
-    return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=said)
+    said = pair_condition(*pair)
+    instruction = said.instruction if said else ''
+    return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=instruction)
 
 
 def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Option, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 
 
 @dataclass(frozen=True)

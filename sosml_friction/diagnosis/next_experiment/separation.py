@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.effect import Effect, Inner
+from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, falls, whiten_all
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals
@@ -27,7 +27,7 @@ class Supposed:
     with ``x`` (p,) the nominal deviations beside it.
     """
 
-    effect: Effect
+    effect: Term
     joint: int
     points: Sequence[Inner]
     columns: CandidateColumns
@@ -52,7 +52,7 @@ class Stretch:
         """Return how long it lasts [s]."""
         return float(len(self.signals.q) * self.signals.band.step)
 
-    def acts(self, effect: Effect) -> bool:
+    def acts(self, effect: Term) -> bool:
         """Tell whether an effect acts here."""
         if self.only is not None:
             return effect.identifier in self.only

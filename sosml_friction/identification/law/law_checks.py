@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 
 FloatArray = NDArray[np.float64]
 

@@ -27,7 +27,7 @@ from sosml_friction.identification.law.law_checks import (
 )
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 

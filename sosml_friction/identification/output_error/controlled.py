@@ -15,7 +15,7 @@ from scipy.stats import t as t_distribution
 
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.law.law_fit import LawFit, jackknife_errors
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 
 FloatArray = NDArray[np.float64]

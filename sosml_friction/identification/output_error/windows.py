@@ -18,7 +18,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.identification.output_error.controlled import OutputErrorFit, Simulated
 from sosml_friction.identification.segments import centred_difference
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.first_order import FirstOrder

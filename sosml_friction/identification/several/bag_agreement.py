@@ -16,7 +16,7 @@ from scipy.stats import t as t_distribution
 
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_stack import LawStack
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 

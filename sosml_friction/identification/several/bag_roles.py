@@ -17,7 +17,7 @@ from sosml_friction.identification.segments import (
     centred_difference,
     find_segments,
 )
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.motion.trajectories import TRAJECTORIES
 
 FloatArray = NDArray[np.float64]

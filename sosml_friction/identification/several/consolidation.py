@@ -21,7 +21,7 @@ from sosml_friction.identification.several.bag_agreement import (
     find_agreement,
 )
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 
 #: What of the law comes from bags of which role, by the paper's rule.

@@ -7,7 +7,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
 
@@ -19,7 +21,7 @@ def neighbours(n: int, joint: int) -> list[int]:
     return [k for k in (joint - 1, joint + 1) if 0 <= k < n]
 
 
-class NeighbourCurve(Effect):
+class NeighbourCurve(Curve):
     """Add f(q_k) + s g(q_k), q_k of the joint before and after: no cause of the catalogue does."""
 
     identifier: ClassVar[str] = 'neighbours'
@@ -28,7 +30,7 @@ class NeighbourCurve(Effect):
     def __init__(self, stretches: Sequence[Signals]) -> None:
         self._knots = knots_of(stretches, lambda s: s.q, _HATS)
 
-    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return hat functions on quantiles of q_k, and s times each, (N, n, 2 hats each)."""
         factors = 1.0, signals.sign[:, joint]
         curves = [

@@ -7,12 +7,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.neighbour_curve import neighbours
-from sosml_friction.regression.signals import Signals
 
 
-class NeighbourFriction(Effect):
+class NeighbourFriction(Curve):
     """
     Add s (a x_k + b x_k^2), x_k where the joint before and after is: friction that follows them.
 
@@ -23,7 +24,7 @@ class NeighbourFriction(Effect):
     identifier: ClassVar[str] = 'friction_by_neighbours'
     amplitudes: ClassVar[Mapping[str, str]] = {f'power_{k}': '{effort}' for k in range(4)}
 
-    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return s x_k and s x_k^2 of each neighbour, (N, n, 2 each)."""
         s = signals.sign[:, joint]
         powers = []

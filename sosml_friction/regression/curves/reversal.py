@@ -9,16 +9,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from sosml_friction.diagnosis.effect import Effect, FloatArray, Inner
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.nominal import turn_columns
-from sosml_friction.regression.signals import Signals
 
 #: Position is smoothed so much more where the sign turns around more smoothly.
 _WIDER = 3.0
 
 
-class Reversal(Effect):
+class Reversal(Curve):
     """Add the differences between ways to turn around at a reversal and the fitted one."""
 
     identifier: ClassVar[str] = 'reversal'
@@ -26,7 +27,7 @@ class Reversal(Effect):
         ('sooner', 'later', 'smoother'), '{effort}'
     )
 
-    def columns(self, signals: Signals, joint: int, inner: Inner) -> FloatArray:
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the differences of the sign."""
         q = signals.band.smooth(signals.q[:, joint : joint + 1], _WIDER)[:, 0]
         scale = float(signals.scales.displacement[joint])

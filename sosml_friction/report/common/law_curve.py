@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as t_distribution
 
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.model.friction_law import FrictionLaw
-from sosml_friction.model.friction_laws import FRICTION_LAWS, make_friction_law
+from sosml_friction.model.laws import FRICTION_LAWS, FrictionLaw, make_friction_law
 
 FloatArray = NDArray[np.float64]
 

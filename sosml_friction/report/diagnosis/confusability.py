@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.confusability import Confusability
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.diagnosis.effect import ALL_JOINTS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.report.common.drawing import fix_axes, new_figure
 
 #: More rows than this cannot be read: those that look least alike are left out.

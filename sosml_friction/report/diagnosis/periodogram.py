@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.regression.kernels import lines, squares
+from sosml_friction.model.terms.cogging import lines
+from sosml_friction.model.terms.kinds.term import TERMS
+from sosml_friction.regression.kernels import squares
 from sosml_friction.report.common.drawing import (
     AFTER,
     BEFORE,
@@ -79,7 +81,8 @@ def position_periodogram(diagnosis: Diagnosis, i: int, before: FloatArray, after
         cause.parameters[name].value
         for cause in diagnosis.causes
         if cause.joint == diagnosis.names[i]
-        and cause.effect in ('cogging', 'position_dependent_friction')
+        and cause.effect in TERMS.classes
+        and TERMS[cause.effect].repeats
         for name in cause.parameters
         if name.startswith('frequency')
     ]

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.identification.friction_fit import FrictionFit
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated, Consolidation
-from sosml_friction.model.friction_law import FrictionLaw
-from sosml_friction.model.friction_laws import FRICTION_LAWS, make_friction_law
+from sosml_friction.model.laws import FRICTION_LAWS, FrictionLaw, make_friction_law
 from sosml_friction.model.model_folder import FrictionParameters
 from sosml_friction.report.common.drawing import (
     GREY,

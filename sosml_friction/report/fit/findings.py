@@ -15,7 +15,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.model.friction_law import unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import SYMBOLS, observer_label, symbols_of
 from sosml_friction.report.common.number_text import format_number, range_text, value_text

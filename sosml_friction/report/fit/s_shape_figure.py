@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from sosml_friction.model.friction_law import FrictionLaw
+from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.report.common.drawing import (
     FONT,
     GREY,

@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from sosml_friction.model.friction_law import unit_of
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import make_friction_law, unit_of
 from sosml_friction.report.common.drawing import (
     FONT,
     GREY,
@@ -262,7 +261,7 @@ def _phase_plane(
     v = observation.velocity[kept, 0]
     laws = fitted_laws(study, case, shown)
     estimates = {name: study.estimate(study.row(case, name))[kept, 0] for name in shown}
-    truth = Stribeck(TRUTH[0], SMOOTHING_VELOCITY)
+    truth = make_friction_law('stribeck', TRUTH[0], SMOOTHING_VELOCITY)
     for axes, limit in zip(panels, limits, strict=True):
         inside = np.flatnonzero(np.abs(v) <= limit)
         grid = np.linspace(-limit, limit, 801)

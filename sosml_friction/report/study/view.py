@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from sosml_friction.model.stribeck import Stribeck
+from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.report.common.drawing import style_of
 from sosml_friction.report.common.labels import observer_label
@@ -55,7 +55,7 @@ def shown_observers(study: Study, case: Case) -> list[str]:
     return sorted(chosen, key=lambda name: -style_of(name, 0).width)
 
 
-def fitted_laws(study: Study, case: Case, observers: Sequence[str]) -> dict[str, Stribeck]:
+def fitted_laws(study: Study, case: Case, observers: Sequence[str]) -> dict[str, FrictionLaw]:
     """Return by observer the law through its estimates of joint 1, from 0.5 s on."""
     observation = study.observations[case]
     kept = observation.time > SCORED_FROM_S

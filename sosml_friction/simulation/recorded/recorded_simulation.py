@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.output_error.fits import ControlledJoint
+from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -143,7 +144,7 @@ def simulate_recording(
         ) from error
     signals = with_known(prepared, model)
     displacement = signals[0].scales.displacement
-    terms = [found.term(robot) for found in known_effects(model)]
+    terms = [found.simulated(robot) for found in known_terms(model)]
     forward = ForwardModel(robot, model_friction(model), displacement, terms)
     if reference is not None and isinstance(loop, RecordedLoop):
         return _in_driver_loop(forward, model, log, signals, loop, reference, step)

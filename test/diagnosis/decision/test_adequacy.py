@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 
 from sosml_friction.diagnosis.decision.selection import Selector
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.diagnosis.effects.effort_bias import EffortBias
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.terms.effort_bias import EffortBias
 from sosml_friction.regression.settings import DiagnosisSettings
 from validation.trial import Spec, build, nominal_model
 

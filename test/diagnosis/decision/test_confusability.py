@@ -9,8 +9,8 @@ import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
-from sosml_friction.diagnosis.effect import ALL_JOINTS
 from sosml_friction.diagnosis.library import make_library
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare

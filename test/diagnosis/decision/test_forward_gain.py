@@ -14,10 +14,10 @@ from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_wor
 from sosml_friction.diagnosis.decision.selection import Selector
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
-from sosml_friction.diagnosis.model_effects import known_effects
 from sosml_friction.model.dahl import dahl_path
+from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.simulation.forward_term import Motion
+from sosml_friction.model.terms.kinds.motion import Motion
 
 COULOMB, VISCOUS, SLIP = 20.0, 200.0, 5e-5
 #: Hidden: friction by direction [N s/m] and a force that repeats every 20 mm [N, rad/m].
@@ -75,7 +75,7 @@ def test_no_floor_is_below_what_noise_of_position_feigns(found, monkeypatch):
 def test_with_the_extended_model_nothing_is_left_to_name(found, nominal, tmp_path):
     extended_model(nominal, found, {}).write(tmp_path)
     model = read_model(tmp_path)
-    assert len(known_effects(model)) == 2
+    assert len(known_terms(model)) == 2
     again = diagnose([make_log(28.0, 0)], model)
     assert again.verdict == 'nothing_above_floor'
     assert again.causes == ()

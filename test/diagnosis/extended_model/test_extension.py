@@ -15,7 +15,6 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
-from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.model.consistent_inertias import is_possible
 from sosml_friction.model.model_folder import (
@@ -24,6 +23,7 @@ from sosml_friction.model.model_folder import (
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.regression.nominal import make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -62,7 +62,7 @@ def cause_of(signals, effect, joint, amplitudes, inner=None):
     found = make_library()[effect]
     i = 0 if joint == '*' else NAMES.index(joint)
     errors = np.full(len(amplitudes), 1e-3)
-    parameters = found.parameters(Fitted(signals, i, inner or {}, np.array(amplitudes), errors))
+    parameters = found.reported(Fitted(signals, i, inner or {}, np.array(amplitudes), errors))
     terms = ((inner or {}, np.array(amplitudes)),)
     return Cause(effect, joint, parameters, EVIDENCE, terms=terms)
 

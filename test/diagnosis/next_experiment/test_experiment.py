@@ -31,7 +31,7 @@ from sosml_friction.diagnosis.next_experiment.experiment import (
     supposed,
     weigh,
 )
-from sosml_friction.diagnosis.next_experiment.pair_conditions import PAIR_CONDITIONS
+from sosml_friction.diagnosis.next_experiment.pair_conditions import pair_condition
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
 from sosml_friction.diagnosis.next_experiment.separation import separation
 from sosml_friction.motion.building_blocks import begin_motion
@@ -159,7 +159,7 @@ def found(laboratory, *keys):
 
 def of_gravity_everywhere(monkeypatch):
     """Take the same components of first moments in all stretches: the arm moves in a plane."""
-    from sosml_friction.diagnosis.effects import gravity
+    from sosml_friction.model.terms import gravity
 
     monkeypatch.setattr(gravity, 'first_moments', lambda *_: [0, 2], raising=True)
 
@@ -227,7 +227,7 @@ def margins(case, seed):
 def test_a_recommendation_says_the_pair_the_margin_and_what_to_do():
     said = Recommendation(
         ('effort_bias', 'asymmetric_friction'), 'elbow', 0.97, 1.3, NEEDED, None, 20.0, 0.34, 48.0,
-        PAIR_CONDITIONS[frozenset({'effort_bias', 'asymmetric_friction'})].instruction,
+        pair_condition('effort_bias', 'asymmetric_friction').instruction,
     )  # fmt: skip
     assert said.sentence == (
         'effort bias and asymmetric friction (elbow) are 97.0 % the same in these data (margin '

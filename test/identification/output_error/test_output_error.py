@@ -26,8 +26,8 @@ from sosml_friction.identification.output_error.fits import (
     recorded_controllers,
 )
 from sosml_friction.identification.output_error.windows import fit_windows
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.plant import Plant
@@ -196,7 +196,7 @@ def test_emps_is_fitted_under_its_recorded_controller(data_directory, tmp_path):
 def exact_run():
     """Return the slider under its effort at 250 Hz, with a Stribeck term: t, q, tau, robot."""
     robot = read_model(share_directory() / 'config' / 'emps').make_robot()
-    law = Stribeck(STRIBECK, 1e-3)
+    law = make_friction_law('stribeck', STRIBECK, 1e-3)
     path = speed_ladder({'slider': 0.0}, {'slider': 0.0}, [0.005, 0.01, 0.03, 0.1], 0.5)
     spline = path.spline()
     h, fine = 0.004, 8

@@ -19,13 +19,13 @@ from sosml_friction.cli.main import main as cli
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.several.bags_analysis import analyse_bags, bag_labels
+from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import (
     FrictionParameters,
     RobotModelFile,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.share import share_directory
 
@@ -70,7 +70,9 @@ def record(nominal, tmp_path_factory):
         state = (spline(np.minimum(t + 0.5 * h, path.duration), k) for k in range(3))
         q, v, a = state
         tau = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
-        law = Stribeck({**TRUTH, 'coulomb': coulomb * TRUTH['coulomb'], 'bias': bias}, V0)
+        law = make_friction_law(
+            'stribeck', {**TRUTH, 'coulomb': coulomb * TRUTH['coulomb'], 'bias': bias}, V0
+        )
         tau += law.torque(v) + noise.normal(0.0, 0.5, v.shape)
         q = spline(t) + noise.normal(0.0, 2e-7, v.shape)
         log = JointLog(

@@ -26,7 +26,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.cli.main import main
-from sosml_friction.diagnosis.model_effects import model_friction
+from sosml_friction.model.known_terms import model_friction
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.joint_trajectory import JointTrajectory
 from sosml_friction.motion.reference_motion import ReferenceMotion

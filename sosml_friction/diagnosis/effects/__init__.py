@@ -1,3 +1,0 @@
-# Copyright 2026 the sosml_friction authors
-# SPDX-License-Identifier: Apache-2.0
-"""The catalogue of causes, one file each."""

@@ -1,0 +1,33 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Derivatives of even samples, and convolution that goes on beyond the ends."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import convolve1d
+
+FloatArray = NDArray[np.float64]
+
+
+def first_derivative(x: FloatArray, step: float) -> FloatArray:
+    """Return dx/dt by the five-point rule, its error of order step^4, (N, ...)."""
+    return convolved(x, np.array([-1.0, 8.0, 0.0, -8.0, 1.0]) / (12.0 * step))
+
+
+def second_derivative(x: FloatArray, step: float) -> FloatArray:
+    """Return d2x/dt2 by the five-point rule, its error of order step^4, (N, ...)."""
+    return convolved(x, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / (12.0 * step**2))
+
+
+def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
+    """
+    Return ``x`` (N, ...) convolved with an odd number of weights, (N, ...).
+
+    Beyond its ends it goes on as it came, turned about the end: held, it would seem to stop.
+    """
+    pad = min(len(weights) // 2, len(x) - 1)
+    ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
+    longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
+    return np.asarray(convolve1d(longer, weights, axis=0, mode='nearest')[pad : pad + len(x)])

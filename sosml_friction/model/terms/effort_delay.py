@@ -1,0 +1,68 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Effort that is late, or early, beside position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.finite_differences import first_derivative
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
+from sosml_friction.model.terms.kinds.term import Inner, Term
+
+FloatArray = NDArray[np.float64]
+
+
+#: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
+_SMOOTHER = 0.5
+
+
+def effort_slope(signals: Recording) -> FloatArray:
+    """
+    Return the slope of the nominal effort in time, (N, n) [Nm/s or N/s].
+
+    Rigid effort is smoothed first: the noise of position, differentiated three times, would
+    attenuate what is fitted to it.
+    """
+    smooth = signals.band.smooth(signals.rigid, _SMOOTHER)
+    return first_derivative(smooth + signals.friction, signals.band.step)
+
+
+class EffortDelay(Term):
+    """Add -d dtau/dt: effort comes a ``delay`` d [s] after position, in all joints."""
+
+    identifier: ClassVar[str] = 'effort_delay'
+    amplitudes: ClassVar[Mapping[str, str]] = {'delay': 's'}
+    of_robot: ClassVar[bool] = True
+    axis: ClassVar[str] = 'effort'
+    left_out: ClassVar[str] = (
+        'the effort belongs to an earlier position, which shows as viscous friction where gravity '
+        'changes: mend it in the driver'
+    )
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return -dtau/dt."""
+        return -effort_slope(signals)[:, :, None]
+
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """Return a report that is late."""
+        late = SimulatedTerm()
+        late.delay = float(amplitude[0])
+        return late
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if abs(fit.amplitude[0]) < 0.75 * fit.signals.band.step:
+            return 'a delay within a sampling interval is where in it a sample is taken'
+        if abs(fit.amplitude[0]) > 0.05:
+            return 'a delay of over 50 ms would be seen'
+        return ''

@@ -1,0 +1,69 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Terms that change the rigid body: inertias, rotors or gravity."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.moved_body import between, coarse_rows
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import Body, SimulatedTerm
+from sosml_friction.model.terms.kinds.term import Inner, Term
+
+FloatArray = NDArray[np.float64]
+
+
+class BodyTerm(Term):
+    """State a change of the rigid body, linear in the amplitudes."""
+
+    axis = 'body'
+
+    @abstractmethod
+    def changes(self, robot: Robot, joint: int, inner: Inner) -> tuple[Body, ...]:
+        """Return by how much the body changes per unit of each amplitude."""
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of each change: regressor, rotors and gravity are linear in it."""
+        changes = self.changes(signals.robot, joint, inner)
+        return np.stack([_effort(signals, change) for change in changes], axis=2)
+
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """Return the changed body."""
+        return ChangedBody(self.changes(robot, joint, inner), amplitude)
+
+
+def _effort(signals: Recording, change: Body) -> FloatArray:
+    """Return the effort (N, n) that a small change of the body takes along a recording."""
+    result = signals.a * change.rotors
+    used = np.flatnonzero(change.inertias.ravel())
+    if len(used):
+        result = result + signals.regressor[:, :, used] @ change.inertias.ravel()[used]
+    if change.gravity.any():
+        key = ('gravity', *change.gravity)
+        if key not in signals.cache:
+            rows = coarse_rows(signals)
+            under = [signals.robot.gravity_under(q, change.gravity) for q in signals.q[rows]]
+            signals.cache[key] = between(signals, rows, np.array(under))
+        result = result + signals.cache[key]
+    return np.asarray(result)
+
+
+class ChangedBody(SimulatedTerm):
+    """Bodies that are changed by so much of each change."""
+
+    def __init__(self, changes: Sequence[Body], amplitude: Sequence[float] | FloatArray) -> None:
+        self._changes = tuple(changes)
+        self._amplitude = amplitude
+
+    def change_body(self, body: Body) -> None:
+        """Add the changes."""
+        for change, size in zip(self._changes, self._amplitude, strict=True):
+            body.add(change, float(size))

@@ -1,0 +1,51 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Terms of the encoder: the position is another than it says."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.moved_body import moved_body
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
+from sosml_friction.model.terms.kinds.term import Inner, Term
+
+FloatArray = NDArray[np.float64]
+
+
+class EncoderTerm(Term):
+    """State by how much the joint is ahead of its encoder, linear in the amplitudes."""
+
+    @abstractmethod
+    def error(self, q: FloatArray, inner: Inner) -> tuple[FloatArray, ...]:
+        """Return true less measured position per unit of each amplitude, as ``q`` [rad or m]."""
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of a body that is where the encoder does not say."""
+        parts = self.error(signals.q[:, joint], inner)
+        return np.stack([moved_body(signals, joint, x) for x in parts], axis=2)
+
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """Return the encoder."""
+        return _SimulatedEncoder(self, joint, inner, amplitude)
+
+
+class _SimulatedEncoder(SimulatedTerm):
+    def __init__(self, term: EncoderTerm, joint: int, inner: Inner, amplitude: FloatArray) -> None:
+        self._term, self._joint, self._inner = term, joint, inner
+        self._amplitude = [float(x) for x in amplitude]
+
+    def true_position(self, measured: FloatArray) -> FloatArray:
+        result = np.array(measured)
+        parts = self._term.error(measured[..., self._joint], self._inner)
+        result[..., self._joint] += sum(
+            x * part for x, part in zip(self._amplitude, parts, strict=True)
+        )
+        return result

@@ -1,0 +1,61 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the rigid body does where its position is not quite the measured one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.finite_differences import second_derivative
+from sosml_friction.model.terms.kinds.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+#: Step of position for the slope of gravity [rad or m].
+_STEP = 1e-4
+
+
+def coarse_rows(signals: Recording) -> NDArray[np.int64]:
+    """Return samples close enough for what changes as slowly as posture does."""
+    rows = np.arange(0, len(signals.q), max(1, signals.band.factor))
+    return np.unique(np.append(rows, len(signals.q) - 1))
+
+
+def between(signals: Recording, rows: NDArray[np.int64], coarse: FloatArray) -> FloatArray:
+    """Return ``coarse`` (len(rows), ...) at every sample, by lines."""
+    flat = coarse.reshape(len(rows), -1)
+    samples = np.arange(len(signals.q))
+    lines = np.column_stack([np.interp(samples, rows, x) for x in flat.T])
+    return lines.reshape(len(signals.q), *coarse.shape[1:])
+
+
+def moved_body(signals: Recording, joint: int, displacement: FloatArray) -> FloatArray:
+    """
+    Return M e_j d'' + dg/dq e_j d, (N, n): effort where body ``joint`` is d beside its motor.
+
+    The first order in d of M q'' + g; that of C q' is left out. The rotor is not moved.
+
+    :param displacement: d (N,) [rad or m].
+    """
+    if ('mass', 0) not in signals.cache:
+        rows = coarse_rows(signals)
+        robot = signals.robot
+        n = robot.n
+        rotors = np.diag(robot.armature)
+        M = np.array([robot.inertia(q) - rotors for q in signals.q[rows]])
+        slope = np.empty((len(rows), n, n))
+        for j in range(n):
+            e = np.zeros(n)
+            e[j] = _STEP
+            slope[:, :, j] = [
+                (robot.gravity(q + e) - robot.gravity(q - e)) / (2.0 * _STEP)
+                for q in signals.q[rows]
+            ]
+        signals.cache[('mass', 0)] = between(signals, rows, M)
+        signals.cache[('slope', 0)] = between(signals, rows, slope)
+    acceleration = second_derivative(displacement, signals.band.step)
+    return np.asarray(
+        signals.cache[('mass', 0)][:, :, joint] * acceleration[:, None]
+        + signals.cache[('slope', 0)][:, :, joint] * displacement[:, None]
+    )

@@ -1,0 +1,191 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The abstract base of terms: one physical idea of a joint model, stated once."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
+from sosml_friction.registry import Registry
+
+FloatArray = NDArray[np.float64]
+Inner = Mapping[str, float]
+
+#: The joint of a term that acts in all joints together, in files.
+ALL_JOINTS = '*'
+#: Its index where there is a term of the same identifier in one joint, too.
+ROBOT = -1
+
+
+class Term(ABC):
+    """
+    Say what a term adds to the measured effort: columns(inner) @ amplitudes, [Nm or N].
+
+    A term is made from one of the kinds beside this file, which derive its columns and its place
+    in the simulation from the one function in which it states its equation.
+
+    ``identifier``: its name in files. ``amplitudes`` and ``inner``: the parameters that it is
+    linear in, and the others, each with its unit, in which {effort}, {length} and {inertia} stand
+    for those of the joint. ``refined``: inner parameters that are continuous, and fitted.
+
+    Where it acts: ``of_robot``: one for the robot, not one per joint; ``everywhere``: the class
+    that has the same identifier in all joints at once.
+
+    What a diagnosis needs to know: ``searched``: whether it is looked for unless asked not to;
+    ``parameter_error``: it is a nominal parameter that is wrong, not a term that is missing;
+    ``reported_as``: names of amplitudes as a deviation from the nominal, where they differ;
+    ``axis``: along which axis it says how effort depends on it: ``speed``, ``position``,
+    ``load``, ``effort``, ``acceleration`` or ``none``; ``free_axis``: the axis of the free curve
+    that could stand for it; ``one_power``: one power of speed could stand for it; ``repeats``:
+    its ``frequency`` is a line in a periodogram over position. ``twins``: terms that are the same
+    but at reversals and rest; ``inseparable``: terms that joint sensors cannot tell from it at
+    all; ``told_apart``: by other term, the condition that separates the two and what is seen
+    then. ``worn``: it comes with a person or cable and goes with them; ``unspoken``: parameters
+    that a sentence leaves out.
+
+    What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
+    a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not.
+    """
+
+    identifier: ClassVar[str]
+    amplitudes: ClassVar[Mapping[str, str]]
+    inner: ClassVar[Mapping[str, str]] = {}
+    refined: ClassVar[tuple[str, ...]] = ()
+    of_robot: ClassVar[bool] = False
+    everywhere: ClassVar[type[Term] | None] = None
+    searched: ClassVar[bool] = True
+    parameter_error: ClassVar[bool] = False
+    reported_as: ClassVar[Mapping[str, str]] = {}
+    axis: ClassVar[str] = 'none'
+    free_axis: ClassVar[str] = ''
+    one_power: ClassVar[bool] = False
+    repeats: ClassVar[bool] = False
+    twins: ClassVar[tuple[str, ...]] = ()
+    inseparable: ClassVar[tuple[str, ...]] = ()
+    told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {}
+    worn: ClassVar[bool] = False
+    unspoken: ClassVar[tuple[str, ...]] = ()
+    of_law: ClassVar[bool] = False
+    left_out: ClassVar[str] = ''
+
+    def __init_subclass__(cls, registered: bool = True, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if registered:
+            TERMS.add(cls)
+
+    def applies(self, signals: Recording, joint: int) -> bool:
+        """Tell whether the term can act in this joint at all."""
+        return True
+
+    def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
+        """Return the inner parameters to try; one empty mapping if there are none."""
+        return ({},)
+
+    @abstractmethod
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return (N, n, k): effort per unit of each of k amplitudes, at the data's own rate."""
+
+    def own_columns(
+        self, signals: Recording, joint: int, grid: Sequence[Inner]
+    ) -> FloatArray | None:
+        """
+        Return the columns of several points of the grid at once, (N, g, k), in ``joint`` alone.
+
+        None, as here, where they are not cheaper at once, or not zero in other joints.
+        """
+        return None
+
+    @abstractmethod
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """
+        Return how the term enters a simulation.
+
+        What it adds to the effort is ``columns @ amplitude``, to first order in the amplitude.
+        """
+
+    @classmethod
+    def unit(cls, name: str, effort_unit: str) -> str:
+        """
+        Return the unit of a parameter of a joint.
+
+        :param effort_unit: ``Nm`` for a revolute joint, ``N`` for a prismatic one.
+        """
+        text = cls.amplitudes[name] if name in cls.amplitudes else cls.inner[name]
+        length, inertia = ('rad', 'kg m2') if effort_unit == 'Nm' else ('m', 'kg')
+        return text.format(effort=effort_unit, length=length, inertia=inertia)
+
+    def units(self, signals: Recording, joint: int) -> dict[str, str]:
+        """Return the unit of every amplitude and inner parameter in a joint."""
+        effort = signals.effort_unit(joint)
+        return {name: self.unit(name, effort) for name in (*self.amplitudes, *self.inner)}
+
+    def parameters(self, fit: Fitted) -> dict[str, Parameter]:
+        """Return amplitudes and inner parameters with standard errors, by their own names."""
+        units = self.units(fit.signals, fit.joint)
+        result = {
+            name: Parameter(float(x), units[name], float(e))
+            for name, x, e in zip(self.amplitudes, fit.amplitude, fit.error, strict=True)
+        }
+        errors = fit.inner_error or {}
+        for name in self.inner:
+            error = float(errors.get(name, np.nan))
+            result[name] = Parameter(float(fit.inner[name]), units[name], error)
+        return result
+
+    def reported(self, fit: Fitted) -> dict[str, Parameter]:
+        """Return the parameters by the names under which a diagnosis reports them."""
+        return {self.reported_as.get(k, k): p for k, p in self.parameters(fit).items()}
+
+    def restore(self, parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], FloatArray]:
+        """
+        Return the inner parameters and the amplitudes of what a model or a diagnosis wrote.
+
+        :raises ConfigurationError: if one is missing, has no value, or is not of this term.
+        """
+        names = {self.reported_as.get(k, k): k for k in (*self.amplitudes, *self.inner)}
+        own = {names.get(k, k): p for k, p in parameters.items()}
+        expected = (*self.amplitudes, *self.inner)
+        missing = [name for name in expected if name not in own]
+        if missing:
+            raise ConfigurationError(f'has no {", ".join(missing)}: give each a value')
+        bad = [name for name in expected if not np.isfinite(own[name].value)]
+        if bad:
+            shown = ', '.join(self.reported_as.get(name, name) for name in bad)
+            raise ConfigurationError(f'has no value of {shown}: give a number')
+        unknown = sorted(set(own) - set(expected))
+        if unknown:
+            raise ConfigurationError(f'has an unknown parameter {unknown[0]}: remove it')
+        inner = {name: own[name].value for name in self.inner}
+        return inner, np.array([own[name].value for name in self.amplitudes])
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such amplitudes are physically impossible for this term, else ''."""
+        return ''
+
+    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
+        """Tell whether such amplitudes are a nominal parameter off by its tolerance, no cause."""
+        return False
+
+    def reduces_to(self, fit: Fitted) -> str:
+        """Return the term that this one is where its own part is not seen, else ''."""
+        return ''
+
+    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range of each refined inner parameter."""
+        return {}
+
+
+TERMS: Registry[Term] = Registry('term', 'sosml_friction.model.terms')

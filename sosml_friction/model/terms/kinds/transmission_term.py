@@ -1,0 +1,146 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Terms of a gear that gives: the body is not where its motor is."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.moved_body import moved_body
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import Gear, SimulatedTerm
+from sosml_friction.model.terms.kinds.term import Inner, Term
+
+FloatArray = NDArray[np.float64]
+
+#: Share of critical damping in the gear.
+_DAMPING = 0.05
+#: The load is smoothed at this share of the band.
+_SMOOTHER = 0.6
+#: Steps of the integration in one cycle of the resonance.
+_STEPS = 25.0
+
+
+class TransmissionTerm(Term):
+    """
+    State a gear that gives: its column is simulated, so that its amplitude is 1 where it is right.
+
+    The motor angle is measured, the body follows through the gear; driven by what the nominal body
+    would need to follow exactly.
+    """
+
+    amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
+    axis = 'effort'
+
+    @abstractmethod
+    def gear(self, joint: int, inner: Inner) -> Gear:
+        """Return the gear."""
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the effort of the deflection, (N, n, 1)."""
+        gear = self.gear(joint, inner)
+        return transmission_column(signals, joint, gear.stiffness, gear.gap)
+
+    def simulated(
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
+    ) -> SimulatedTerm:
+        """Return the gear; one that gives ``amplitude`` times as much is softer and wider."""
+        own, size = self.gear(joint, inner), float(amplitude[0])
+        return SimulatedGear(Gear(joint, own.stiffness / size, own.gap * size, own.damping))
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible: the simulation is right at 1."""
+        if not 0.4 < fit.amplitude[0] < 1.8:
+            return f'its simulation would have to be {fit.amplitude[0]:.2f} times as large'
+        return ''
+
+
+class SimulatedGear(SimulatedTerm):
+    """A gear with its numbers."""
+
+    def __init__(self, gear: Gear) -> None:
+        self._gear = gear
+
+    def gear(self) -> Gear:
+        """Return the gear."""
+        return self._gear
+
+
+def gear_of(joint: int, stiffness: float, gap: float) -> Gear:
+    """Return a gear with the damping that all have."""
+    return Gear(joint, stiffness, gap, _DAMPING)
+
+
+@njit(cache=True)
+def deflection(
+    load: NDArray[np.float64],
+    inertia: NDArray[np.float64],
+    stiffness: float,
+    gap: float,
+    step: float,
+    substeps: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """
+    Return d = q_body - q_motor and d'', (N,), of a body driven through a spring with a gap.
+
+        M d'' + c d' + K dead(d, gap) = -load,  c = 2 zeta sqrt(K M),
+
+    load the torque that the body would need to follow its motor exactly; semi-implicit steps.
+
+    :param load: (N,) [Nm or N]; inertia M (N,) [kg m2 or kg]; stiffness K; gap [rad or m].
+    """
+    d_out, a_out = np.empty(len(load)), np.empty(len(load))
+    side = -1.0 if load[0] > 0.0 else 1.0
+    d = -load[0] / stiffness + side * 0.5 * gap
+    v = 0.0
+    h = step / substeps
+    for k in range(len(load)):
+        a = 0.0
+        damping = 2.0 * _DAMPING * np.sqrt(stiffness * inertia[k])
+        for _ in range(substeps):
+            if d > 0.5 * gap:
+                torque = stiffness * (d - 0.5 * gap)
+            elif d < -0.5 * gap:
+                torque = stiffness * (d + 0.5 * gap)
+            else:
+                torque = 0.0
+            a = (-load[k] - torque - damping * v) / inertia[k]
+            v += h * a
+            d += h * v
+        d_out[k], a_out[k] = d, a
+    return d_out, a_out
+
+
+def transmission_column(
+    signals: Recording, joint: int, stiffness: float, gap: float
+) -> FloatArray:
+    """Return (N, n, 1): what the effort is more than with a stiff gear, first order in d."""
+    if ('load', joint) not in signals.cache:
+        moved_body(signals, joint, np.zeros(len(signals.q)))  # fills the cache
+        # The noise of position is in the load, and a resonance would amplify it.
+        body = signals.rigid[:, joint] - signals.robot.armature[joint] * signals.a[:, joint]
+        signals.cache[('load', joint)] = signals.band.smooth(body, _SMOOTHER)
+    load = signals.cache[('load', joint)]
+    mass = signals.cache[('mass', 0)]
+    inertia = np.ascontiguousarray(mass[:, joint, joint])
+    frequency = np.sqrt(stiffness / float(inertia.min())) / (2.0 * np.pi)
+    substeps = max(1, int(np.ceil(_STEPS * frequency * signals.band.step)))
+    d, a = deflection(load, inertia, stiffness, gap, signals.band.step, substeps)
+    slope = signals.cache[('slope', 0)]
+    return np.asarray(mass[:, :, joint] * a[:, None] + slope[:, :, joint] * d[:, None])[:, :, None]
+
+
+def resonances(signals: Recording, joint: int) -> FloatArray:
+    """Return stiffnesses with resonances from a sixth of the band to just above it."""
+    inertia = signals.robot.inertia(np.median(signals.q, axis=0))[joint, joint]
+    inertia -= signals.robot.armature[joint]
+    frequencies = signals.band.cutoff * np.geomspace(1.0 / 6.0, 1.2, 7)
+    return np.asarray(max(inertia, 1e-9) * (2.0 * np.pi * frequencies) ** 2)

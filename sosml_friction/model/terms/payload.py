@@ -1,0 +1,76 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A mass on the last body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.body_term import BodyTerm
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.simulated_term import Body
+from sosml_friction.model.terms.kinds.term import Inner
+
+FloatArray = NDArray[np.float64]
+
+
+class Payload(BodyTerm):
+    """
+    Add m Y (1, r, r r'): a point mass m at r from the last joint, towards the body's own centre.
+
+    ``distance`` = |r| [m].
+    """
+
+    identifier: ClassVar[str] = 'payload'
+    amplitudes: ClassVar[Mapping[str, str]] = {'mass': 'kg'}
+    inner: ClassVar[Mapping[str, str]] = {'distance': 'm'}
+    refined: ClassVar[tuple[str, ...]] = ('distance',)
+    of_robot: ClassVar[bool] = True
+
+    def changes(self, robot: Robot, joint: int, inner: Inner) -> tuple[Body, ...]:
+        """Return 1 kg at the distance."""
+        body = Body.unchanged(robot.n)
+        body.inertias[-1] = point_mass(robot, inner['distance'])
+        return (body,)
+
+    def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        centre = body_centre(signals.robot)
+        return [{'distance': centre * share} for share in (1.0, 1.5, 2.0, 2.5)]
+
+    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        centre = body_centre(signals.robot)
+        return {'distance': (0.7 * centre, 3.0 * centre)}
+
+    def applies(self, signals: Recording, joint: int) -> bool:
+        """Tell whether the last body turns and has a centre off its axis."""
+        last = signals.robot.n - 1
+        return signals.effort_unit(last) == 'Nm' and body_centre(signals.robot) > 1e-6
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if fit.amplitude[0] <= 0.0:
+            return 'a payload has a positive mass'
+        return ''
+
+
+def point_mass(robot: Robot, distance: float) -> FloatArray:
+    """Return the ten numbers (10,) of 1 kg at a distance from the last joint [m]."""
+    pi = robot.inertial_parameters()[-1]
+    r = pi[1:4] / np.linalg.norm(pi[1:4]) * distance
+    tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
+    entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return np.concatenate([[1.0], r, entries])
+
+
+def body_centre(robot: Robot) -> float:
+    """Return how far the last body's centre of mass is from its joint [m]."""
+    pi = robot.inertial_parameters()[-1]
+    return float(np.linalg.norm(pi[1:4])) / float(pi[0]) if pi[0] > 0.0 else 0.0

@@ -1,0 +1,54 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that follows posture."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import Inner
+
+FloatArray = NDArray[np.float64]
+
+
+class PositionDependentFriction(EffortTerm):
+    """
+    Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
+
+    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn.
+    """
+
+    identifier: ClassVar[str] = 'position_dependent_friction'
+    amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
+    axis: ClassVar[str] = 'position'
+    repeats: ClassVar[bool] = True
+
+    def effort(
+        self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Return s cos w q and s sin w q."""
+        angle = inner['frequency'] * motion.q[:, joint]
+        s = motion.sign[:, joint]
+        return s * np.cos(angle), s * np.sin(angle)
+
+    def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        if signals.length_unit(joint) == 'rad':
+            return ({'frequency': 1.0}, {'frequency': 2.0})
+        span = float(signals.scales.span[joint])
+        return tuple({'frequency': np.pi * k / span} for k in (1.0, 2.0))
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        if float(np.hypot(*fit.amplitude)) > 1.5 * fit.signals.scales.level(fit.joint):
+            return 'friction would be negative in some posture'
+        return ''

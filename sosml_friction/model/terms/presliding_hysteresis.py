@@ -1,0 +1,78 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction that builds up with displacement: Dahl."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.dahl import dahl_path, dahl_step
+from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import Inner
+
+FloatArray = NDArray[np.float64]
+
+
+#: F as a share of Coulomb friction; it is more only where friction still grows as the joint moves
+#: on after a reversal, (C - F) / x_0 + F / x_s > 0.
+_LEAST, _MOST = 0.4, 2.0
+
+
+class PreslidingHysteresis(EffortTerm):
+    """
+    Add F (z(x_s) - s): friction of level F follows the displacement over x_s, not the sign.
+
+    z is Dahl's state with ``displacement`` x_s [rad or m]; s the one of the nominal model.
+    """
+
+    identifier: ClassVar[str] = 'presliding_hysteresis'
+    amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
+    inner: ClassVar[Mapping[str, str]] = {'displacement': '{length}'}
+    refined: ClassVar[tuple[str, ...]] = ('displacement',)
+    axis: ClassVar[str] = 'displacement'
+    free_axis: ClassVar[str] = 'speed'
+
+    def effort(
+        self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
+    ) -> tuple[FloatArray, ...]:
+        """Return z - s."""
+        return (state[:, 0] - motion.sign[:, joint],)
+
+    def path_state(self, path: FloatArray, inner: Inner) -> FloatArray:
+        """Return z, (N, 1)."""
+        return dahl_path(path, float(inner['displacement']))[:, None]
+
+    def next_state(self, state: FloatArray, dq: FloatArray, inner: Inner) -> FloatArray:
+        """Return z after a displacement."""
+        return dahl_step(state, dq[:, None], inner['displacement'])
+
+    def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
+        """Return the values to try."""
+        smallest = float(signals.scales.sign_limit[joint])
+        return [{'displacement': smallest * k} for k in (1.2, 2.0, 3.2, 5.0, 8.0, 13.0, 20.0)]
+
+    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
+        """Return the physical range."""
+        smallest = float(signals.scales.sign_limit[joint])
+        return {'displacement': (smallest, 40.0 * smallest)}
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        level, coulomb = fit.amplitude[0], float(fit.signals.scales.coulomb[fit.joint])
+        if level <= 0.0:
+            return 'the level of friction would be negative'
+        # The nominal may take a part of it, or make up for a part that is too much. Where x_s is
+        # near x_0, that of s, F (z - s) is F (x_s - x_0) dz/dx_0: F and x_s stand for each other.
+        x_0 = float(fit.signals.scales.displacement[fit.joint])
+        x_s = float(fit.inner['displacement'])
+        most = max(_MOST, 1.0 / (1.0 - x_0 / x_s)) if x_s > x_0 else np.inf
+        if np.isfinite(coulomb) and not _LEAST * coulomb < level < most * coulomb:
+            return f'what builds up is {level / coulomb:.2f} of Coulomb friction, not all'
+        return ''
