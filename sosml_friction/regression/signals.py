@@ -89,11 +89,16 @@ class Signals:
 
     @property
     def motion(self) -> Motion:
-        """Return the motion as terms look at it; the load is that of the nominal bodies."""
+        """
+        Return the motion as terms look at it; the load is that of the nominal bodies.
+
+        The rotor is before the gear, which passes on what its body needs.
+        """
         warm = np.full_like(self.q, np.nan)
         if self.temperature is not None:
             warm = self.temperature - self.temperature[0]
-        return Motion(self.time, self.q, self.v, self.sign, self.rigid, warm)
+        load = self.rigid - np.array(self.robot.armature) * self.a
+        return Motion(self.time, self.q, self.v, self.sign, load, warm)
 
     def effort_unit(self, joint: int) -> str:
         """Return the unit of effort of a joint, Nm or N."""

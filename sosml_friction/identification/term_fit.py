@@ -1,0 +1,496 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The values of a given list of terms, by the regression that a diagnosis searches with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition
+from sosml_friction.model.model_folder import (
+    EffectTerm,
+    FrictionParameters,
+    JointModel,
+    RobotModelFile,
+)
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
+from sosml_friction.regression.estimate import Estimate, estimate, place, settle
+from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.regression.known_effort import with_known
+from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import Signals, prepare
+
+FloatArray = NDArray[np.float64]
+
+#: Terms whose columns are those of the nominal friction: free where they are listed.
+NOMINAL = ('coulomb', 'viscous', 'bias')
+#: Half width of a 95 % interval in standard errors: the rows are so many that Student's t is
+#: normal.
+Z_95 = 1.959964
+#: A parameter within this share of the end of its physical range sits on it.
+_AT_END = 1e-3
+
+
+@dataclass(frozen=True)
+class FittedTerm:
+    """
+    Hold the parameters of one term.
+
+    ``joint``: its name, ``*`` for all. ``objection``: why its values are physically impossible,
+    '' if they are not.
+    """
+
+    term: str
+    joint: str
+    parameters: Mapping[str, Parameter]
+    objection: str = ''
+
+    @property
+    def label(self) -> str:
+        """Return term and joint in one word."""
+        return f'{self.term}@{self.joint}'
+
+
+@dataclass(frozen=True)
+class TermFit:
+    """
+    Hold the values of a list of terms.
+
+    ``terms`` in the order of the list, joint by joint; ``model``: the model with them. ``refit``:
+    deviations of what was not listed, by name, with their standard errors in ``refit_errors``.
+    ``before`` and ``after`` (n,) [Nm or N]: effort that is not explained in the band, root mean
+    square, with the nominal model refitted without any of the terms, and with them;
+    ``measured`` (n,): the effort itself. ``left``: what was left out, and why.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    terms: tuple[FittedTerm, ...]
+    model: RobotModelFile
+    refit: Mapping[str, float]
+    refit_errors: Mapping[str, float]
+    before: FloatArray
+    after: FloatArray
+    measured: FloatArray
+    rows: int
+    band_hz: float
+    left: Mapping[str, str]
+    laboratory: Laboratory
+    estimate: Estimate
+
+    def of_joint(self, joint: str) -> tuple[FittedTerm, ...]:
+        """Return the terms of a joint, those of the whole robot last."""
+        own = [term for term in self.terms if term.joint == joint]
+        return (*own, *(term for term in self.terms if term.joint == ALL_JOINTS))
+
+    def conf_int(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """Return 95 % intervals by term and joint, and by parameter."""
+        return {
+            term.label: {
+                name: p.interval for name, p in term.parameters.items() if p.interval is not None
+            }
+            for term in self.terms
+        }
+
+    def residual(self) -> FloatArray:
+        """Return what is left of the effort in the band (rows, n) [Nm or N]."""
+        y, Z = self.laboratory.unwhitened()
+        left = y - np.einsum('rnp,p->rn', Z, self.estimate.fit.x[: Z.shape[2]])
+        return left - sum(self.explained(term) for term in self.terms if self._placed(term))
+
+    def explained(self, term: FittedTerm) -> FloatArray:
+        """Return what a term explains of the effort in the band (rows, n) [Nm or N]."""
+        found = self._placed(term)
+        if found is None:
+            joint = self.names.index(term.joint)
+            index = self.laboratory.nominal.names.index(f'{term.joint} {term.term}')
+            _, Z = self.laboratory.unwhitened()
+            result = np.zeros(Z.shape[:2])
+            result[:, joint] = Z[:, joint, index] * self.estimate.fit.x[index]
+            return result
+        placed, amplitude = found
+        columns = self.laboratory.own_columns(placed.term, placed.joint, placed.inner)
+        return np.asarray(columns @ amplitude)
+
+    def _placed(self, term: FittedTerm) -> Any:
+        fitted = self.estimate.fitted(self.laboratory)
+        for placed, one in zip(self.estimate.placed, fitted, strict=True):
+            where = ALL_JOINTS if placed.term.of_robot else self.names[placed.joint]
+            if (placed.term.identifier, where) == (term.term, term.joint):
+                return placed, one.amplitude
+        return None
+
+    def summary(self) -> str:
+        """Return the result as text for a person: a line for each parameter."""
+        lines = [f'{len(self.terms)} terms, {self.rows} rows in the band of {self.band_hz:.3g} Hz']
+        for term in self.terms:
+            for name, p in term.parameters.items():
+                flags = f'  [{", ".join(p.flags)}]' if p.flags else ''
+                error = f' ± {p.std_error:.2g}' if math.isfinite(p.std_error) else ''
+                lines.append(f'  {term.label} {name} = {p.value:.5g}{error} {p.unit}{flags}')
+            if term.objection:
+                lines.append(f'  {term.label}: {term.objection}')
+        for i, name in enumerate(self.names):
+            lines.append(
+                f'  effort of {name} not explained: {self.before[i]:.3g} -> {self.after[i]:.3g} '
+                f'{self.units[i]} rms'
+            )
+        return '\n'.join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings."""
+        return {
+            'terms': [
+                {
+                    'term': term.term,
+                    'joint': term.joint,
+                    'parameters': {k: p.to_dict() for k, p in term.parameters.items()},
+                    'objection': term.objection,
+                }
+                for term in self.terms
+            ],
+            'effort': {
+                name: {
+                    'before': float(self.before[i]),
+                    'after': float(self.after[i]),
+                    'measured': float(self.measured[i]),
+                    'unit': self.units[i],
+                }
+                for i, name in enumerate(self.names)
+            },
+            'refit': {
+                name: {'value': value, 'std_error': self.refit_errors[name]}
+                for name, value in self.refit.items()
+            },
+            'rows': self.rows,
+            'band_hz': self.band_hz,
+            'left_out': dict(self.left),
+        }
+
+    def __repr__(self) -> str:
+        return f'TermFit({", ".join(term.label for term in self.terms)})'
+
+
+def parse_terms(names: Sequence[str], joints: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """
+    Return by joint, ``*`` for the whole robot, the terms that are asked for.
+
+    :param names: terms, ``TERM@JOINT`` for one joint alone; or names of lists.
+    :raises ConfigurationError: if a term or joint is unknown, or there is none.
+    """
+    found: dict[str, list[str]] = {}
+    for name in names:
+        term, _, joint = name.partition('@')
+        if joint and joint not in (*joints, ALL_JOINTS):
+            raise ConfigurationError(
+                f'term {name!r} is of an unknown joint: use one of {", ".join(joints)}, or *'
+            )
+        for each in named_terms(term):
+            kind = TERMS[each]
+            where = [joint] if joint else [ALL_JOINTS] if kind.of_robot else list(joints)
+            for one in where:
+                if (one == ALL_JOINTS) and not kind.of_robot and kind.everywhere is None:
+                    raise ConfigurationError(
+                        f'term {each!r} acts in one joint: write {each}@JOINT, or {each} for all'
+                    )
+                if one != ALL_JOINTS and kind.of_robot:
+                    raise ConfigurationError(
+                        f'term {each!r} acts in all joints together: write {each} alone'
+                    )
+                found.setdefault(one, [])
+                if each not in found[one]:
+                    found[one].append(each)
+    if not found:
+        raise ConfigurationError(f'no term is named: use {", ".join(TERMS)}')
+    return {joint: tuple(terms) for joint, terms in found.items()}
+
+
+def named_terms(name: str) -> tuple[str, ...]:
+    """
+    Return the terms of a named list, of a law, or the one term of that name.
+
+    :raises ConfigurationError: if there is none of these.
+    """
+    if name in TERM_LISTS:
+        return TERM_LISTS[name]
+    # A law whose name is that of a term, stribeck, is the term.
+    if name in TERMS.classes:
+        return (name,)
+    if name in FRICTION_LAWS:
+        return FRICTION_LAWS[name].terms
+    raise ConfigurationError(
+        f'term {name!r} is unknown: use {", ".join(TERMS)}, or a list: '
+        f'{", ".join((*TERM_LISTS, *FRICTION_LAWS))}'
+    )
+
+
+def fit_terms(
+    logs: Sequence[JointLog],
+    model: RobotModelFile,
+    terms: Sequence[str],
+    settings: DiagnosisSettings | None = None,
+    step: Callable[[str], None] = lambda text: None,
+) -> TermFit:
+    """
+    Estimate the values of terms, with one covariance of all that is fitted.
+
+    What is listed is free. What the model has besides stays as it is, within the tolerance of the
+    settings: so the terms that a diagnosis named come out as it had them. A joint of which
+    Coulomb or viscous friction is listed has its whole law fitted: what is not listed of it is 0,
+    but for its bias, which no recording is without.
+
+    :param logs: recordings; their joints include the model's.
+    :param terms: as for :func:`parse_terms`.
+    :raises ConfigurationError: if a term is unknown or can act in none of its joints.
+    :raises DataError: if a recording is too short, or lacks a joint.
+    """
+    settings = settings or DiagnosisSettings()
+    robot = model.make_robot()
+    wanted = parse_terms(terms, robot.names)
+    nominal = _without(model, wanted)
+    step('preparing the recordings')
+    logs = [log.select(robot.names) for log in logs]
+    signals = with_known(prepare(logs, nominal, robot, settings), nominal)
+    laboratory = Laboratory(signals, _library(wanted), settings, step)
+    keys, left = _keys(laboratory, wanted, signals[0])
+    step('fitting the terms')
+    placed = settle(laboratory, place(laboratory, keys, step), step)
+    # The order of the list, not that of the search.
+    placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
+    found = estimate(laboratory, placed)
+    fitted = _fitted_terms(laboratory, found, wanted)
+    names = laboratory.nominal.names
+    result = TermFit(
+        names=robot.names,
+        units=robot.effort_units,
+        terms=fitted,
+        model=_model(model, nominal, fitted),
+        refit=dict(zip(names, found.fit.x.tolist(), strict=False)),
+        refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
+        before=np.zeros(robot.n),
+        after=np.zeros(robot.n),
+        measured=_rms(laboratory.measured()),
+        rows=len(laboratory.y),
+        band_hz=signals[0].band.cutoff,
+        left=left,
+        laboratory=laboratory,
+        estimate=found,
+    )
+    return replace(
+        result, before=_rms(_without_terms(laboratory, wanted)), after=_rms(result.residual())
+    )
+
+
+def _without_terms(laboratory: Laboratory, wanted: Mapping[str, Sequence[str]]) -> FloatArray:
+    """Return what is left of the effort (rows, n) where none of the listed terms is."""
+    listed = {f'{joint} {term}' for joint, terms in wanted.items() for term in terms}
+    system = laboratory.system
+    bound = np.where([name in listed for name in laboratory.nominal.names], 0.0, system.bound)
+    locked = replace(system, bound=bound)
+    x = fit_baseline(locked, Target.make(locked, laboratory.y)).x
+    y, Z = laboratory.unwhitened()
+    return np.asarray(y - np.einsum('rnp,p->rn', Z, x))
+
+
+def _rms(x: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.mean(x**2, axis=0)))
+
+
+def _without(model: RobotModelFile, wanted: Mapping[str, Sequence[str]]) -> RobotModelFile:
+    """Return the model without what is listed: that is free."""
+    joints = {}
+    for name, joint in model.joints.items():
+        own = wanted.get(name, ())
+        friction = joint.friction
+        if any(term in NOMINAL for term in own):
+            # What is not listed of a law that is fitted is known to be nothing.
+            missing = [term for term in NOMINAL[:2] if term not in own]
+            friction = _nothing(missing, joint) if missing else None
+        elif friction is not None and any(TERMS[term].of_law for term in own):
+            friction = _less(friction, own)
+        joints[name] = replace(joint, friction=friction)
+    listed = {(term, name) for name, terms in wanted.items() for term in terms}
+    effects = tuple(t for t in model.effects if (t.effect, t.joint) not in listed)
+    return replace(model, joints=joints, effects=effects)
+
+
+def _nothing(terms: Sequence[str], joint: JointModel) -> FrictionParameters:
+    effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
+    law = LawDefinition(JOINED.join(terms), tuple(terms))
+    parameters = {n: Parameter(0.0, law.unit(n, effort)) for n in law.parameter_names}
+    return FrictionParameters(law.identifier, 0.0, parameters)
+
+
+def _less(friction: FrictionParameters, terms: Sequence[str]) -> FrictionParameters:
+    """Return a law without some of its terms."""
+    definition = friction.make_law().definition
+    kept = tuple(term for term in definition.terms if term not in terms)
+    law = LawDefinition(JOINED.join(kept), kept)
+    values = {**friction.parameters}
+    for name, value in definition.fixed.items():
+        values.setdefault(name, Parameter(value, '1'))
+    own = {name: values[name] for name in law.parameter_names}
+    return FrictionParameters(law.identifier, friction.smoothing_velocity, own)
+
+
+def _library(wanted: Mapping[str, Sequence[str]]) -> dict[str, Term]:
+    """Return the terms that a diagnosis looks for, and those that are asked for."""
+    searched = {name: kind() for name, kind in TERMS.classes.items() if kind.searched}
+    more = {term for terms in wanted.values() for term in terms if term not in NOMINAL}
+    return {**searched, **{name: TERMS[name]() for name in sorted(more)}}
+
+
+def _keys(
+    laboratory: Laboratory, wanted: Mapping[str, Sequence[str]], signals: Signals
+) -> tuple[list[tuple[str, int]], dict[str, str]]:
+    """
+    Return the candidates that are asked for, and which terms cannot act, with the reason.
+
+    :raises ConfigurationError: if none is left.
+    """
+    known = {
+        (candidate.effect.identifier, candidate.joint, candidate.effect.of_robot)
+        for candidate in laboratory.candidates
+    }
+    keys: list[tuple[str, int]] = []
+    left: dict[str, str] = {}
+    names = laboratory.robot.names
+    for joint, terms in wanted.items():
+        for term in terms:
+            if term in NOMINAL:
+                continue
+            index = next(
+                (
+                    i
+                    for name, i, of_robot in sorted(known)
+                    if name == term
+                    and (of_robot if joint == ALL_JOINTS else not of_robot and names[i] == joint)
+                ),
+                None,
+            )
+            if index is None:
+                left[f'{term}@{joint}'] = (
+                    f'{term} cannot act in {joint} on these data: the joint has none of what it '
+                    'follows, or the recording is too short for it'
+                )
+            else:
+                keys.append((term, index))
+    if not keys and not any(term in NOMINAL for terms in wanted.values() for term in terms):
+        raise ConfigurationError('; '.join(left.values()))
+    return keys, left
+
+
+def _fitted_terms(
+    laboratory: Laboratory, found: Estimate, wanted: Mapping[str, Sequence[str]]
+) -> tuple[FittedTerm, ...]:
+    names = laboratory.robot.names
+    by_key: dict[tuple[str, str], FittedTerm] = {}
+    fits = found.fitted(laboratory)
+    for placed, fitted in zip(found.placed, fits, strict=True):
+        where = ALL_JOINTS if placed.term.of_robot else names[placed.joint]
+        bounds = placed.term.inner_bounds(laboratory.signals[0], placed.joint)
+        parameters = {
+            name: _flagged(p, bounds.get(name))
+            for name, p in placed.term.parameters(fitted).items()
+        }
+        objection = placed.term.implausible(fitted)
+        by_key[placed.term.identifier, where] = FittedTerm(
+            placed.term.identifier, where, parameters, objection
+        )
+    index = {name: k for k, name in enumerate(laboratory.nominal.names)}
+    result = []
+    for joint, terms in wanted.items():
+        for term in terms:
+            if (term, joint) in by_key:
+                result.append(by_key[term, joint])
+            elif term in NOMINAL and f'{joint} {term}' in index:
+                k = index[f'{joint} {term}']
+                i = names.index(joint)
+                unit = TERMS[term].unit(term, laboratory.robot.effort_units[i])
+                value, error = float(found.fit.x[k]), float(found.errors[k])
+                negative = term != 'bias' and value < 0.0
+                objection = f'{term} friction would be negative' if negative else ''
+                own = {term: _flagged(Parameter(value, unit, error), None)}
+                result.append(FittedTerm(term, joint, own, objection))
+    return tuple(result)
+
+
+def _flagged(p: Parameter, bounds: tuple[float, float] | None) -> Parameter:
+    """Return a parameter with its interval, and what speaks against using it blindly."""
+    if not math.isfinite(p.std_error):
+        return p
+    low, high = p.value - Z_95 * p.std_error, p.value + Z_95 * p.std_error
+    flags: tuple[str, ...] = ()
+    reason = ''
+    if bounds is not None and (
+        p.value <= bounds[0] * (1.0 + _AT_END) or p.value >= bounds[1] * (1.0 - _AT_END)
+    ):
+        flags = (AT_BOUND,)
+        reason = f'it sits at the end of its physical range, {bounds[0]:.3g} to {bounds[1]:.3g}'
+    elif low <= 0.0 <= high:
+        flags = (NOT_IDENTIFIABLE,)
+        reason = 'its interval holds 0: these data do not show it'
+    return replace(p, interval=(low, high), flags=flags, reason=reason)
+
+
+def _model(
+    model: RobotModelFile, nominal: RobotModelFile, fitted: Sequence[FittedTerm]
+) -> RobotModelFile:
+    """Return the model with the terms: those of a law in the law, the others in its list."""
+    joints = {}
+    for name, joint in nominal.joints.items():
+        own = [t for t in fitted if t.joint == name and TERMS[t.term].of_law]
+        joints[name] = joint
+        if not own:
+            joints[name] = replace(joint, friction=model.joints[name].friction)
+            continue
+        parameters: dict[str, Parameter] = {}
+        terms: list[str] = []
+        kept = joint.friction
+        # A law that was taken for nothing, to fit the rest, stays out of it.
+        if kept is not None and any(p.value != 0.0 for p in kept.parameters.values()):
+            definition = kept.make_law().definition
+            terms += definition.terms
+            parameters |= dict(kept.parameters)
+        for term in own:
+            terms.append(term.term)
+            parameters |= term.parameters
+        law = _named(terms, parameters)
+        values = {name: parameters[name] for name in law.parameter_names if name in parameters}
+        for missing in set(law.parameter_names) - set(values):
+            effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
+            values[missing] = Parameter(0.0, law.unit(missing, effort))
+        smoothing = 0.0 if kept is None else kept.smoothing_velocity
+        joints[name] = replace(
+            joint, friction=FrictionParameters(law.identifier, smoothing, values)
+        )
+    more = tuple(
+        EffectTerm(term.term, term.joint, term.parameters)
+        for term in fitted
+        if not TERMS[term.term].of_law
+    )
+    return replace(nominal, joints=joints, effects=(*nominal.effects, *more))
+
+
+def _named(terms: Sequence[str], parameters: Mapping[str, Parameter]) -> LawDefinition:
+    """Return the law of these terms: one with a name where its fixed numbers are these."""
+    whole = {*terms, 'bias'}
+    for law in FRICTION_LAWS.values():
+        fixed = all(
+            name in parameters and parameters[name].value == value
+            for name, value in law.fixed.items()
+        )
+        if set(law.terms) == whole and fixed:
+            return law
+    ordered = tuple(dict.fromkeys(terms))
+    return LawDefinition(JOINED.join(ordered), ordered)
