@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition
+from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition, law_of
 from sosml_friction.model.model_folder import (
     EffectTerm,
     FrictionParameters,
@@ -465,7 +465,7 @@ def _model(
         for term in own:
             terms.append(term.term)
             parameters |= term.parameters
-        law = _named(terms, parameters)
+        law = law_of([*terms, 'bias'], {n: p.value for n, p in parameters.items()})
         values = {name: parameters[name] for name in law.parameter_names if name in parameters}
         for missing in set(law.parameter_names) - set(values):
             effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
@@ -480,17 +480,3 @@ def _model(
         if not TERMS[term.term].of_law
     )
     return replace(nominal, joints=joints, effects=(*nominal.effects, *more))
-
-
-def _named(terms: Sequence[str], parameters: Mapping[str, Parameter]) -> LawDefinition:
-    """Return the law of these terms: one with a name where its fixed numbers are these."""
-    whole = {*terms, 'bias'}
-    for law in FRICTION_LAWS.values():
-        fixed = all(
-            name in parameters and parameters[name].value == value
-            for name, value in law.fixed.items()
-        )
-        if set(law.terms) == whole and fixed:
-            return law
-    ordered = tuple(dict.fromkeys(terms))
-    return LawDefinition(JOINED.join(ordered), ordered)

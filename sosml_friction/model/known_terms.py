@@ -15,12 +15,16 @@ from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS, ROBOT, TERMS, Inner, Term
+from sosml_friction.model.terms.kinds.term import (
+    ALL_JOINTS,
+    DATA_CAUSES,
+    ROBOT,
+    TERMS,
+    Inner,
+    Term,
+)
 
 FloatArray = NDArray[np.float64]
-
-#: Findings about the data that have no term: lost samples, contacts, late velocity.
-DATA_CAUSES = ('dropped_samples', 'external_contact', 'velocity_lag')
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -109,6 +109,21 @@ def law_definition(identifier: str) -> LawDefinition:
             f'terms joined by +, of {", ".join(of_law)}'
         )
     return LawDefinition(identifier, names)
+
+
+def law_of(terms: Sequence[str], values: Mapping[str, float]) -> LawDefinition:
+    """
+    Return the law of these terms: the one with a name whose fixed numbers these values are.
+
+    Else the terms themselves, whose numbers are then all parameters.
+    """
+    for law in FRICTION_LAWS.values():
+        if set(law.terms) == set(terms) and all(
+            values.get(name) == value for name, value in law.fixed.items()
+        ):
+            return law
+    ordered = tuple(dict.fromkeys(terms))
+    return LawDefinition(JOINED.join(ordered), ordered)
 
 
 class FrictionLaw:

@@ -6,25 +6,23 @@ The model folder: ``model.yaml`` and the URDF it names.
 The simulator, the observers and the identifier read this one form; a fitted model is another such
 folder with its provenance. ::
 
-    format: sosml_friction/model/1
+    format: sosml_friction/model/2
     name: exoskeleton
     urdf: robot.urdf            # relative to model.yaml
     joints:
       shoulder:
         armature: {value: 0.0054, unit: kg m2}
-        friction:               # absent: not known
-          law: stribeck
-          smoothing_velocity: 0.005
-          parameters:
-            coulomb: {value: 0.8, unit: Nm}
-            ...
-    effects:                    # of a diagnosed model: terms of sosml_friction.diagnosis
-      - effect: asymmetric_friction
+        smoothing_velocity: 0.005   # of the sign in its friction law; absent: the sign itself
+    terms:                      # in the order in which measurement terms act; absent: not known
+      - term: coulomb
         joint: shoulder         # or '*', all joints
         parameters:
-          viscous_asymmetry: {value: 0.1, unit: Nm s/rad}
-            ...
+          coulomb: {value: 0.8, unit: Nm}
+      ...
     provenance: {...}           # of a fitted model: which data, which versions
+
+Terms that are functions of velocity make a joint's friction law. Format 1, which had a law by name
+in each joint and the other terms under ``effects``, is read all the same.
 """
 
 from __future__ import annotations
@@ -38,11 +36,19 @@ from typing import Any
 import yaml
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.laws import FrictionLaw, make_friction_law, unit_of
+from sosml_friction.model.laws import (
+    FrictionLaw,
+    law_definition,
+    law_of,
+    make_friction_law,
+    unit_of,
+)
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 
-FORMAT = 'sosml_friction/model/1'
+FORMAT = 'sosml_friction/model/2'
+_FORMAT_1 = 'sosml_friction/model/1'
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,15 @@ class FrictionParameters:
     smoothing_velocity: float
     parameters: Mapping[str, Parameter]
 
+    def by_term(self) -> list[tuple[str, dict[str, Parameter]]]:
+        """Return the parameters of each term of the law, the fixed ones too."""
+        law = law_definition(self.law)
+        values = {n: Parameter(x, '1') for n, x in law.fixed.items()} | dict(self.parameters)
+        return [
+            (kind.identifier, {n: values[n] for n in (*kind.amplitudes, *kind.inner)})
+            for kind in law.kinds
+        ]
+
     def make_law(self) -> FrictionLaw:
         """Build the law; parameters that are flagged take part with their value."""
         values = {name: parameter.value for name, parameter in self.parameters.items()}
@@ -61,10 +76,15 @@ class FrictionParameters:
 
 @dataclass(frozen=True)
 class JointModel:
-    """Hold what is known of one joint beyond the URDF. ``armature`` in kg m2 or kg."""
+    """
+    Hold what is known of one joint beyond the URDF. ``armature`` in kg m2 or kg.
+
+    ``smoothing_velocity`` [rad/s or m/s]: of the sign in its law, where the law is still to come.
+    """
 
     armature: Parameter
     friction: FrictionParameters | None = None
+    smoothing_velocity: float = field(default=0.0, compare=False)
 
 
 @dataclass(frozen=True)
@@ -149,32 +169,21 @@ class RobotModelFile:
     def to_yaml(self, urdf: str = 'robot.urdf') -> str:
         """Return the text of ``model.yaml``; ``urdf`` is the path written into it."""
         joints: dict[str, Any] = {}
+        terms: list[dict[str, Any]] = []
         for name, joint in self.joints.items():
-            entry: dict[str, Any] = {'armature': joint.armature.to_dict()}
+            joints[name] = {'armature': joint.armature.to_dict()}
             if joint.friction is not None:
-                entry['friction'] = {
-                    'law': joint.friction.law,
-                    'smoothing_velocity': joint.friction.smoothing_velocity,
-                    'parameters': {
-                        key: value.to_dict() for key, value in joint.friction.parameters.items()
-                    },
-                }
-            joints[name] = entry
+                joints[name]['smoothing_velocity'] = joint.friction.smoothing_velocity
+                terms += [_entry(term, name, own) for term, own in joint.friction.by_term()]
+        terms += [_entry(term.effect, term.joint, term.parameters) for term in self.effects]
         document: dict[str, Any] = {
             'format': FORMAT,
             'name': self.name,
             'urdf': urdf,
             'joints': joints,
         }
-        if self.effects:
-            document['effects'] = [
-                {
-                    'effect': term.effect,
-                    'joint': term.joint,
-                    'parameters': {key: p.to_dict() for key, p in term.parameters.items()},
-                }
-                for term in self.effects
-            ]
+        if terms:
+            document['terms'] = terms
         if self.provenance:
             document['provenance'] = dict(self.provenance)
         return yaml.safe_dump(document, sort_keys=False, allow_unicode=True)
@@ -233,32 +242,44 @@ def parse_model(text: str, where: str) -> RobotModelFile:
         document = yaml.safe_load(text)
     except yaml.YAMLError as error:
         raise ConfigurationError(f'{where} is not YAML: {_one_line(error)}') from error
-    if not isinstance(document, dict) or document.get('format') != FORMAT:
+    version = document.get('format') if isinstance(document, dict) else None
+    if version not in (FORMAT, _FORMAT_1):
         raise ConfigurationError(f'{where} is not a model: its entry format must be {FORMAT}')
     entries = document.get('joints')
     if not isinstance(entries, dict) or not entries:
         raise ConfigurationError(f'{where} names no joints: list them under joints')
-    joints = {
-        str(name): _parse_joint(entry, f'{where}: {name}') for name, entry in entries.items()
-    }
+    if version == _FORMAT_1:
+        parse, key, kind = _parse_joint_1, 'effects', 'effect'
+    else:
+        parse, key, kind = _parse_joint, 'terms', 'term'
+    joints = {str(name): parse(entry, f'{where}: {name}') for name, entry in entries.items()}
     provenance = document.get('provenance') or {}
     if not isinstance(provenance, dict):
         raise ConfigurationError(f'{where} has a provenance that is no mapping: remove it')
-    effects = _parse_effects(document.get('effects'), tuple(joints), where)
+    effects = _parse_terms(document.get(key), tuple(joints), where, key, kind)
+    if version == FORMAT:
+        joints, effects = _with_laws(joints, effects, where)
     return RobotModelFile(str(document.get('name', 'robot')), joints, None, provenance, effects)
 
 
-def _parse_effects(entries: Any, joints: tuple[str, ...], where: str) -> tuple[EffectTerm, ...]:
+def _entry(term: str, joint: str, parameters: Mapping[str, Parameter]) -> dict[str, Any]:
+    own = {key: p.to_dict() for key, p in parameters.items()}
+    return {'term': term, 'joint': joint, 'parameters': own}
+
+
+def _parse_terms(
+    entries: Any, joints: tuple[str, ...], where: str, key: str, kind: str
+) -> tuple[EffectTerm, ...]:
     if entries is None:
         return ()
     if not isinstance(entries, list):
-        raise ConfigurationError(f'{where} has effects that are no list: write one entry for each')
+        raise ConfigurationError(f'{where} has {key} that are no list: write one entry for each')
     terms = []
     for k, entry in enumerate(entries):
-        label = f'{where}: effects[{k}]'
-        if not isinstance(entry, dict) or set(entry) != {'effect', 'joint', 'parameters'}:
+        label = f'{where}: {key}[{k}]'
+        if not isinstance(entry, dict) or set(entry) != {kind, 'joint', 'parameters'}:
             raise ConfigurationError(
-                f'{label} must have effect, joint and parameters, and nothing else'
+                f'{label} must have {kind}, joint and parameters, and nothing else'
             )
         if entry['joint'] not in (*joints, '*'):
             raise ConfigurationError(
@@ -268,19 +289,76 @@ def _parse_effects(entries: Any, joints: tuple[str, ...], where: str) -> tuple[E
         if not isinstance(entry['parameters'], dict):
             raise ConfigurationError(f'{label}.parameters is no mapping: name each parameter')
         parameters = {
-            str(key): Parameter.from_dict(value, f'{label}.{key}')
-            for key, value in entry['parameters'].items()
+            str(name): Parameter.from_dict(value, f'{label}.{name}')
+            for name, value in entry['parameters'].items()
         }
-        terms.append(EffectTerm(str(entry['effect']), str(entry['joint']), parameters))
+        terms.append(EffectTerm(str(entry[kind]), str(entry['joint']), parameters))
     return tuple(terms)
 
 
+def _with_laws(
+    joints: Mapping[str, JointModel], terms: tuple[EffectTerm, ...], where: str
+) -> tuple[dict[str, JointModel], tuple[EffectTerm, ...]]:
+    """Return the joints with the laws that their terms make, and the terms that are left."""
+    result, left = dict(joints), []
+    own: dict[str, list[EffectTerm]] = {}
+    for term in terms:
+        if term.effect not in (*TERMS, *DATA_CAUSES):
+            raise ConfigurationError(
+                f'{where} has an unknown term {term.effect!r}: remove it, or use one of '
+                f'{", ".join(TERMS)}'
+            )
+        # A deviation from a law, which a diagnosis writes where it cannot be in the law.
+        deviates = 'change' in term.parameters
+        if term.effect in TERMS.classes and TERMS[term.effect].of_law and not deviates:
+            own.setdefault(term.joint, []).append(term)
+        else:
+            left.append(term)
+    for name, of_law in own.items():
+        if name not in result:
+            raise ConfigurationError(
+                f'{where} has the term {of_law[0].effect} in {name}: a friction law is of a joint'
+            )
+        parameters: dict[str, Parameter] = {}
+        for term in of_law:
+            kind = TERMS[term.effect]
+            names = (*kind.amplitudes, *kind.inner)
+            label = f'{where}: {name}.{term.effect}'
+            if set(term.parameters) != set(names):
+                raise ConfigurationError(
+                    f'{label} has {", ".join(term.parameters) or "no parameters"}: give it '
+                    f'{", ".join(names)}'
+                )
+            for key, parameter in term.parameters.items():
+                units = tuple(kind.unit(key, effort) for effort in ('Nm', 'N'))
+                _require_unit(parameter, units, f'{label}.{key}')
+                if key in parameters and parameters[key].value != parameter.value:
+                    raise ConfigurationError(
+                        f'{label}.{key} is {parameter.value} where another term of the joint has '
+                        f'{parameters[key].value}: they share it'
+                    )
+                parameters[key] = parameter
+        law = law_of([t.effect for t in of_law], {k: p.value for k, p in parameters.items()})
+        smoothing = result[name].smoothing_velocity
+        values = {key: parameters[key] for key in law.parameter_names}
+        friction = FrictionParameters(law.identifier, smoothing, values)
+        checked = _checked(friction, f'{where}: {name}')
+        result[name] = JointModel(result[name].armature, checked)
+    return result, tuple(left)
+
+
 def _parse_joint(entry: Any, where: str) -> JointModel:
+    armature = _parse_armature(entry, where, 'smoothing_velocity')
+    smoothing = entry.get('smoothing_velocity', 0.0)
+    return JointModel(armature, None, _smoothing_velocity(smoothing, where))
+
+
+def _parse_armature(entry: Any, where: str, other: str) -> Parameter:
     if not isinstance(entry, dict) or 'armature' not in entry:
         raise ConfigurationError(
             f'{where} has no armature: give the reflected rotor inertia J N^2, 0 if it is none'
         )
-    unknown = sorted(set(entry) - {'armature', 'friction'})
+    unknown = sorted(set(entry) - {'armature', other})
     if unknown:
         raise ConfigurationError(f'{where} has an unknown entry {unknown[0]}: remove it')
     armature = Parameter.from_dict(entry['armature'], f'{where}.armature')
@@ -290,6 +368,29 @@ def _parse_joint(entry: Any, where: str) -> JointModel:
             f'{where}.armature is {armature.value}: give the reflected rotor inertia J N^2, 0 if '
             'it is none'
         )
+    return armature
+
+
+def _smoothing_velocity(value: Any, where: str) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(
+            f'{where}.smoothing_velocity is {value!r}: give a number'
+        ) from error
+
+
+def _checked(friction: FrictionParameters, where: str) -> FrictionParameters:
+    """Return a law that can be made; the sentence says what is wrong with one that cannot."""
+    try:
+        friction.make_law()
+    except ConfigurationError as error:
+        raise ConfigurationError(f'{where}.friction: {error}') from error
+    return friction
+
+
+def _parse_joint_1(entry: Any, where: str) -> JointModel:
+    armature = _parse_armature(entry, where, 'friction')
     friction = entry.get('friction')
     if friction is None:
         return JointModel(armature)
@@ -310,19 +411,9 @@ def _parse_joint(entry: Any, where: str) -> JointModel:
         units = (unit_of(str(key), 'Nm'), unit_of(str(key), 'N'))
         _require_unit(parameter, units, f'{where}.friction.{key}')
         parameters[str(key)] = parameter
-    try:
-        smoothing_velocity = float(friction['smoothing_velocity'])
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(
-            f'{where}.friction.smoothing_velocity is {friction["smoothing_velocity"]!r}: give a '
-            'number'
-        ) from error
-    result = FrictionParameters(str(friction['law']), smoothing_velocity, parameters)
-    try:
-        result.make_law()
-    except ConfigurationError as error:
-        raise ConfigurationError(f'{where}.friction: {error}') from error
-    return JointModel(armature, result)
+    smoothing = _smoothing_velocity(friction['smoothing_velocity'], f'{where}.friction')
+    result = FrictionParameters(str(friction['law']), smoothing, parameters)
+    return JointModel(armature, _checked(result, where))
 
 
 def _require_unit(parameter: Parameter, units: tuple[str, ...], where: str) -> None:

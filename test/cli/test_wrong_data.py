@@ -19,7 +19,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import serialize_joint_state
-from sosml_friction.cli.main import main as cli
+from sosml_friction.cli import main as cli
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory

@@ -128,8 +128,8 @@ def itself(data):
 @pytest.mark.parametrize(
     ('change', 'words'),
     [
-        (drop(itself, 'format'), 'its entry format must be sosml_friction/model/1'),
-        (put(itself, 'format', 'sosml_friction/model/2'), 'is not a model'),
+        (drop(itself, 'format'), 'its entry format must be sosml_friction/model/2'),
+        (put(itself, 'format', 'sosml_friction/model/3'), 'is not a model'),
         (drop(itself, 'joints'), 'names no joints'),
         (put(itself, 'joints', ['shoulder']), 'names no joints'),
         (put(itself, 'provenance', [1]), 'provenance'),

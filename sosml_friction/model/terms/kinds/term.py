@@ -24,6 +24,8 @@ Inner = Mapping[str, float]
 
 #: The joint of a term that acts in all joints together, in files.
 ALL_JOINTS = '*'
+#: Findings about the data that have no term: lost samples, contacts, late velocity.
+DATA_CAUSES = ('dropped_samples', 'external_contact', 'velocity_lag')
 #: Its index where there is a term of the same identifier in one joint, too.
 ROBOT = -1
 
