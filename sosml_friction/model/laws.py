@@ -101,9 +101,9 @@ def law_definition(identifier: str) -> LawDefinition:
     """
     if identifier in FRICTION_LAWS:
         return FRICTION_LAWS[identifier]
-    names = tuple(identifier.split(JOINED))
+    names = tuple(filter(None, identifier.split(JOINED)))
     of_law = [name for name, kind in TERMS.classes.items() if kind.of_law]
-    if not all(name in of_law for name in names):
+    if not names or not all(name in of_law for name in names):
         raise ConfigurationError(
             f'friction law {identifier!r} is unknown: use one of {", ".join(FRICTION_LAWS)}, or '
             f'terms joined by +, of {", ".join(of_law)}'
@@ -123,7 +123,9 @@ def law_of(terms: Sequence[str], values: Mapping[str, float]) -> LawDefinition:
         ):
             return law
     ordered = tuple(dict.fromkeys(terms))
-    return LawDefinition(JOINED.join(ordered), ordered)
+    name = JOINED.join(ordered)
+    # One term alone whose name is that of a law.
+    return LawDefinition(f'{name}{JOINED}' if name in FRICTION_LAWS else name, ordered)
 
 
 class FrictionLaw:

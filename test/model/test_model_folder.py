@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -98,8 +100,7 @@ def test_a_joint_without_friction_is_named():
 
 
 def document():
-    text = (share_directory() / 'config/emulated_exoskeleton/model.yaml').read_text()
-    return yaml.safe_load(text)
+    return yaml.safe_load((Path(__file__).parent / 'format_1.yaml').read_text())
 
 
 def joint_of(data):
@@ -161,6 +162,45 @@ def test_a_model_that_is_wrong_says_where_in_one_sentence(change, words):
         parse_model(yaml.safe_dump(data), 'file')
     assert words in str(caught.value)
     assert str(caught.value).startswith('file')
+    assert '\n' not in str(caught.value)
+
+
+def test_a_folder_of_format_1_is_the_same_model():
+    text = (Path(__file__).parent / 'format_1.yaml').read_text()
+    shipped = read_model(share_directory() / 'config/emulated_exoskeleton')
+    assert repr(replace(parse_model(text, 'old'), urdf=shipped.urdf)) == repr(shipped)
+
+
+def terms_of(data):
+    return data['terms']
+
+
+@pytest.mark.parametrize(
+    ('change', 'words'),
+    [
+        (put(terms_of, 0, {'term': 'coulomb'}), 'terms[0] must have term, joint and parameters'),
+        (put(lambda d: terms_of(d)[0], 'term', 'lugre'), "unknown term 'lugre'"),
+        (put(lambda d: terms_of(d)[0], 'joint', 'knee'), "acts in the joint 'knee'"),
+        (put(lambda d: terms_of(d)[0], 'joint', '*'), 'a friction law is of a joint'),
+        (
+            put(lambda d: terms_of(d)[0]['parameters'], 'level', {'value': 1, 'unit': 'Nm'}),
+            'shoulder.coulomb has coulomb, level: give it coulomb',
+        ),
+        (
+            put(lambda d: terms_of(d)[0]['parameters'], 'coulomb', {'value': 1, 'unit': 'mNm'}),
+            "shoulder.coulomb.coulomb is in 'mNm': give it in Nm",
+        ),
+        (put(joint_of, 'friction', {}), 'unknown entry friction'),
+        (put(joint_of, 'smoothing_velocity', 'wide'), "smoothing_velocity is 'wide'"),
+    ],
+)
+def test_a_list_of_terms_that_is_wrong_says_where_in_one_sentence(change, words):
+    path = share_directory() / 'config/emulated_exoskeleton/model.yaml'
+    data = yaml.safe_load(path.read_text())
+    change(data)
+    with pytest.raises(ConfigurationError) as caught:
+        parse_model(yaml.safe_dump(data), 'file')
+    assert words in str(caught.value)
     assert '\n' not in str(caught.value)
 
 
