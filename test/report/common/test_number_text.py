@@ -8,10 +8,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from sosml_friction.identification.parameter_interval import allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import SYMBOLS
 from sosml_friction.report.common.number_text import (
-    allowed_range,
     error_text,
     format_interval,
     format_number,

@@ -14,19 +14,17 @@ from known_robots import SLIDER_STEP, slider_model, slider_recording
 
 from sosml_friction.diagnosis.decision.confusability import Confusability
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.residual.joint_residual import way_since_reversal
+from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
+from sosml_friction.diagnosis.residual.position_spectrum import position_spectrum
+from sosml_friction.diagnosis.residual.timing import autocorrelation, lowest, shifted_error
+from sosml_friction.diagnosis.residual.variance_steps import noise_variance, variance_steps
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.report.diagnosis.confusability import (
-    ambiguous_pairs,
-    confusability_map,
-    shown,
-)
-from sosml_friction.report.diagnosis.correlation import autocorrelation, lowest, shifted_error
-from sosml_friction.report.diagnosis.figures import way_since_reversal
 from sosml_friction.report.diagnosis.html import render_diagnosis
-from sosml_friction.report.diagnosis.periodogram import position_spectrum
 from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
-from sosml_friction.report.diagnosis.variance import noise_variance, variance_steps
+from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
+from sosml_friction.report.figures.diagnosis.timing import milliseconds
 
 
 @pytest.fixture(scope='module')
@@ -113,7 +111,7 @@ def test_the_set_that_is_left_open_is_marked_in_the_map(diagnosis):
     pairs = ambiguous_pairs(diagnosis)
     names = {effect for pair in pairs for effect, _ in pair}
     assert {'effort_bias', 'asymmetric_friction'} <= names
-    figure = confusability_map(diagnosis)
+    figure = ConfusabilityMap().draw(diagnosis)
     boxes = figure.axes[0].patches
     # Both directions of each pair whose two causes were candidates.
     assert len(boxes) == 2 * len(pairs)
@@ -133,7 +131,7 @@ def test_a_map_too_large_keeps_what_was_named_and_the_most_alike():
     share[7, 80] = share[80, 7] = 0.9
     joints = tuple('*' if k == 0 else f'joint_{k % 3}' for k in range(m))
     found = Confusability(tuple(f'effect_{k}' for k in range(m)), joints, share, np.zeros(m))
-    kept = shown(found, {('effect_33', 'joint_0')})
+    kept = most_alike(found, {('effect_33', 'joint_0')}, MOST)
     assert len(kept) < m
     assert {7, 80, 33} <= set(kept.tolist())
     assert list(dict.fromkeys(joints[k] for k in kept))[-1] == '*'
@@ -165,3 +163,23 @@ def test_the_page_starts_with_the_verdict_and_its_sentence(diagnosis):
         recommendation=None, rejected=None,
     )  # fmt: skip
     assert '<img' not in render_diagnosis(bare)
+
+
+def test_the_title_names_the_bags_the_model_the_verdict_and_the_day(diagnosis):
+    provenance = {
+        'bags': [{'bag': 'T1'}, {'bag': 'T<2>'}],
+        'model': 'exoskeleton',
+        'diagnosed': '2026-11-22T18:15:56+00:00',
+    }
+    text = render_diagnosis(dataclasses.replace(diagnosis, laboratory=None), provenance)
+    title = 'Diagnosis of T1, T&lt;2&gt; with exoskeleton: ambiguous (2026-11-22)'
+    assert f'<title>{title}</title>' in text
+    assert f'<h1>{title}</h1>' in text
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'text'),
+    [(-1e-5, '0.0 ms'), (0.0, '0.0 ms'), (-4e-4, '-0.4 ms'), (0.01, '10.0 ms')],
+)
+def test_a_time_that_is_nothing_has_no_sign(seconds, text):
+    assert milliseconds(seconds) == text

@@ -12,6 +12,8 @@ import pytest
 from rich.console import Console
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.several.bag_points import bag_points
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import (
     BagRole,
@@ -19,12 +21,13 @@ from sosml_friction.identification.several.consolidation import (
     consolidate,
 )
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.law_curve import fitted_law
+from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import interval_text, value_text
-from sosml_friction.report.fit import bags_html, joint_section
-from sosml_friction.report.fit.bags_figure import bag_points, bags_figure
+from sosml_friction.report.figures.bags.law import BagsLaw
+from sosml_friction.report.fit import bags_html
 from sosml_friction.report.fit.consolidation_view import (
     WAYS,
+    BagsJoint,
     bags_table,
     consolidated_remarks,
     consolidated_rows,
@@ -65,8 +68,7 @@ def bags(analysis):
 @pytest.fixture(scope='module')
 def text(bags, truth):
     with pytest.MonkeyPatch.context() as patch:
-        for module in (bags_html, joint_section):
-            patch.setattr(module, 'to_png', lambda figure: b'\x89PNG')
+        patch.setattr(figure, 'to_png', lambda drawing: b'\x89PNG')
         return bags_html.render_bags_report(bags, truth, {'command': 'sosml fit <a> b'})
 
 
@@ -142,7 +144,7 @@ def test_the_figure_has_the_rows_of_each_recording_less_the_law(bags):
     entry = model_entry(bags.consolidation, 'shoulder')
     fits = {bag: one.fit for bag, one in bags.bags.items()}
     points = bag_points(fits['ladder'], 'shoulder', 'sosml')
-    figure = bags_figure(bags.consolidation, entry, fits)
+    figure = BagsLaw().draw(BagsJoint(bags.consolidation, entry, fits))
     whole, _, residual, _ = figure.axes
     for axes in (whole, residual):
         lines = [line for line in axes.lines if line.get_marker() == 'o']

@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from sosml_friction.identification.joint_motion import level_spreads
+from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.model.friction_law import FrictionLaw
 from sosml_friction.report.common.drawing import (
     FONT,
@@ -24,12 +26,10 @@ from sosml_friction.report.common.drawing import (
     legend_below,
     marker_edge,
     new_figure,
-    style_of,
 )
+from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.common.law_curve import band, fitted_law
 from sosml_friction.report.fit.joint_view import JointView
-from sosml_friction.report.fit.segment_rows import level_spreads
 
 FloatArray = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class _Levels(NamedTuple):
     shown: NDArray[np.bool_]
 
 
-def s_shape_figure(view: JointView) -> Figure:
+class SShape(Figure[JointView]):
     """
     Draw tau_f against velocity and against the logarithm of speed, two panels per observer.
 
@@ -66,43 +66,66 @@ def s_shape_figure(view: JointView) -> Figure:
     that opposes motion, sgn(v) (tau_f - bias), of both directions over one another, so that the
     knee and what is not symmetric are seen.
     """
-    observers = list(view.fits)
-    blocks = [observers[k : k + _COLUMNS] for k in range(0, len(observers), _COLUMNS)]
-    figure = new_figure(10.0, 6.2 * len(blocks) + 0.5)
-    columns = min(len(observers), _COLUMNS)
-    panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
-    top = _top_speed(view)
-    levels = {observer: _levels(view, observer) for observer in observers}
-    span = _log_span(view, top)
-    height = _height(view, levels, 1.05 * top, span[0], by_direction=False)
-    opposing = _height(view, levels, 1.05 * top, span[0], by_direction=True)
-    for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
-        whole, knee = panels[2 * row, place], panels[2 * row + 1, place]
-        if place >= len(block):
-            whole.set_visible(False)
-            knee.set_visible(False)
-            continue
-        observer = block[place]
-        _draw_whole(whole, view, observer, levels[observer], 1.05 * top)
-        whole.set_ylim(height)
-        _draw_knee(knee, view, observer, levels[observer], span)
-        knee.set_ylim(opposing)
-        unit = view.effort_unit
-        label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
-        label_axes(knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]')
-        if place:
-            whole.set_ylabel('')
-            knee.set_ylabel('')
-        whole.locator_params(axis='x', nbins=5)
-        title = observer_label(observer) + (' (the model)' if observer == view.preferred else '')
-        whole.set_title(title, fontsize=FONT, fontweight='bold')
-        figure.align_ylabels(panels[:, 0])
-    legend_below(figure, _legend(view, any_band(view)))
-    return figure
+
+    identifier = 's_shape'
+    title = 'Friction against velocity'
+    report = 'fit'
+    of = JointView
+    order = 10
+
+    def caption(self, view: JointView) -> str:
+        """Return what the panels show and what to look for."""
+        certainty = ' with its 95 % band' if _any_band(view) else ''
+        return (
+            f'S-shape of joint {view.name}: samples (thinned), levels of steady windows with the '
+            f'standard deviation within each, the fitted law{certainty}, for each observer. '
+            'Below, both directions over one another against the logarithm of speed: a knee is '
+            'extra friction at low speed (Stribeck), triangles apart are friction that is not '
+            'symmetric. Loops between plateaus are the observers’ lag while velocity changes.'
+        )
+
+    def applies(self, view: JointView) -> bool:
+        """Tell whether there is a fit."""
+        return view.preferred is not None
+
+    def draw(self, view: JointView) -> Drawing:
+        """Draw blocks of up to three observers below one another."""
+        observers = list(view.fits)
+        blocks = [observers[k : k + _COLUMNS] for k in range(0, len(observers), _COLUMNS)]
+        figure = new_figure(10.0, 6.2 * len(blocks) + 0.5)
+        columns = min(len(observers), _COLUMNS)
+        panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
+        top = _top_speed(view)
+        levels = {observer: _levels(view, observer) for observer in observers}
+        span = _log_span(view, top)
+        height = _height(view, levels, 1.05 * top, span[0], by_direction=False)
+        opposing = _height(view, levels, 1.05 * top, span[0], by_direction=True)
+        for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
+            whole, knee = panels[2 * row, place], panels[2 * row + 1, place]
+            if place >= len(block):
+                whole.set_visible(False)
+                knee.set_visible(False)
+                continue
+            observer = block[place]
+            _draw_whole(whole, view, observer, levels[observer], 1.05 * top)
+            whole.set_ylim(height)
+            _draw_knee(knee, view, observer, levels[observer], span)
+            knee.set_ylim(opposing)
+            unit = view.effort_unit
+            label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
+            label_axes(knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]')
+            if place:
+                whole.set_ylabel('')
+                knee.set_ylabel('')
+            whole.locator_params(axis='x', nbins=5)
+            mark = ' (the model)' if observer == view.preferred else ''
+            whole.set_title(observer_label(observer) + mark, fontsize=FONT, fontweight='bold')
+            figure.align_ylabels(panels[:, 0])
+        legend_below(figure, _legend(view))
+        return figure
 
 
-def any_band(view: JointView) -> bool:
-    """Tell whether the figure has a 95 % band of any law."""
+def _any_band(view: JointView) -> bool:
     return any(band(fit.fit, np.ones(1)) is not None for fit in view.fits.values())
 
 
@@ -115,14 +138,14 @@ def _levels(view: JointView, observer: str) -> _Levels:
     return _Levels(
         np.array([segment.velocity for segment in fit.segments], dtype=float),
         np.asarray(fit.levels, dtype=float),
-        level_spreads(view, observer),
+        level_spreads(view.segments, view.estimates[observer]),
         ~rejected,
         shown & rejected,
     )
 
 
 def _draw_whole(axes: Axes, view: JointView, observer: str, levels: _Levels, limit: float) -> None:
-    style = _style(view, observer)
+    style = view.style(observer)
     axes.axvspan(-view.zero_band, view.zero_band, color=_ZERO_BAND, zorder=0.4, linewidth=0)
     inside = np.flatnonzero(
         np.isfinite(view.estimates[observer])
@@ -151,7 +174,7 @@ def _draw_whole(axes: Axes, view: JointView, observer: str, levels: _Levels, lim
 def _draw_knee(
     axes: Axes, view: JointView, observer: str, levels: _Levels, span: tuple[float, float]
 ) -> None:
-    style, fit = _style(view, observer), view.fits[observer]
+    style, fit = view.style(observer), view.fits[observer]
     bias = _bias(view, observer)
     axes.axvspan(span[0], max(view.zero_band, span[0]), color=_ZERO_BAND, zorder=0.4, linewidth=0)
     speed, tau_f = view.speed, view.estimates[observer]
@@ -236,10 +259,6 @@ def _scatter(
     )  # fmt: skip
 
 
-def _style(view: JointView, observer: str) -> Style:
-    return style_of(observer, list(view.estimates).index(observer))
-
-
 def _bias(view: JointView, observer: str) -> float:
     law = fitted_law(view.fits[observer].fit)
     return 0.0 if law is None else law.parameters.get('bias', 0.0)
@@ -267,38 +286,36 @@ def _height(
     """Choose the height by what samples, levels and laws reach, spikes left out."""
     values = [] if by_direction else [np.zeros(1)]
     beyond = []
+    speed = np.abs(np.nan_to_num(view.speed))
+    side = np.sign(np.nan_to_num(view.speed))
     inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit
     v = np.geomspace(slowest, limit, 60)
     for observer, some in levels.items():
-        tau_f = view.estimates[observer]
-        known = inside & np.isfinite(tau_f)
-        fit = view.fits[observer].fit
+        tau_f, fit = view.estimates[observer], view.fits[observer].fit
+        law, known = fitted_law(fit), inside & np.isfinite(tau_f)
         bias = _bias(view, observer) if by_direction else 0.0
         way = np.sign(some.velocity) if by_direction else np.ones(len(some.velocity))
         slow = _slowest(some, fit.slowest)
         # Below the data only transients of reversals are left, which would flatten the knee.
         floor = max(0.5 * slow, view.zero_band) if np.isfinite(slow) else view.zero_band
+        samples, share = tau_f[known], 0.005
         if by_direction:
-            side = np.sign(np.nan_to_num(view.speed))
-            moving = known & (np.abs(np.nan_to_num(view.speed)) > floor)
-            samples = side[moving] * (tau_f[moving] - bias)
-        else:
-            samples = tau_f[known]
+            moving = known & (speed > floor)
+            samples, share = side[moving] * (tau_f[moving] - bias), 0.05
         if len(samples):
-            share = 0.05 if by_direction else 0.005
             values.append(np.quantile(samples, (share, 1.0 - share)))
         spread = np.where(some.used, np.nan_to_num(some.spread), 0.0)
         for sign in (-1.0, 1.0):
             reach = way * (some.level - bias) + sign * spread
             values.append(reach[some.used | some.shown])
-        law = fitted_law(fit)
         if law is not None:
             values.append(_curves(law, v[v >= floor], bias, by_direction))
             if law.smoothing_velocity == 0.0:
                 beyond.append(_curves(law, v, bias, by_direction))
         if view.truth is not None:
-            known_bias = view.truth.make_law().parameters.get('bias', 0.0) if by_direction else 0.0
-            values.append(_curves(view.truth.make_law(), v[v >= floor], known_bias, by_direction))
+            truth = view.truth.make_law()
+            true_bias = truth.parameters.get('bias', 0.0) if by_direction else 0.0
+            values.append(_curves(truth, v[v >= floor], true_bias, by_direction))
     everything = np.concatenate(values) if values else np.zeros(0)
     everything = everything[np.isfinite(everything)]
     if not len(everything):
@@ -306,11 +323,9 @@ def _height(
     low, high = float(everything.min()), float(everything.max())
     span = high - low or 1.0
     # What is extrapolated may run out of the panel.
-    ends = [low, high]
-    for curve in beyond:
-        ends += [max(float(curve.min()), low - _BEYOND * span)]
-        ends += [min(float(curve.max()), high + _BEYOND * span)]
-    return min(ends) - 0.07 * span, max(ends) + 0.07 * span
+    lowest = min([low, *(max(float(x.min()), low - _BEYOND * span) for x in beyond)])
+    highest = max([high, *(min(float(x.max()), high + _BEYOND * span) for x in beyond)])
+    return lowest - 0.07 * span, highest + 0.07 * span
 
 
 def _curves(law: FrictionLaw, v: FloatArray, bias: float, by_direction: bool) -> FloatArray:
@@ -327,7 +342,7 @@ def _slowest(levels: _Levels, otherwise: float) -> float:
     return float(used.min()) if len(used) else otherwise
 
 
-def _legend(view: JointView, with_band: bool) -> Sequence[Any]:
+def _legend(view: JointView) -> Sequence[Any]:
     grey: dict[str, Any] = {'color': GREY, 'linestyle': ''}
     handles: list[Any] = [
         Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **grey),
@@ -349,7 +364,7 @@ def _legend(view: JointView, with_band: bool) -> Sequence[Any]:
     handles.append(
         Line2D([], [], color=GREY, linewidth=1.8, linestyle=':', label='slower than the data')
     )
-    if with_band:
+    if _any_band(view):
         handles.append(Patch(color=GREY, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
     if view.truth is not None:
