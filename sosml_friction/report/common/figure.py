@@ -8,7 +8,7 @@ import importlib
 import inspect
 import pkgutil
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, get_args
 
 from matplotlib.figure import Figure as Drawing
 
@@ -25,15 +25,19 @@ class Figure(ABC, Generic[View]):
     """
     Is the base of every figure; a subclass is in the report that it names as soon as it exists.
 
-    A new figure is one file in ``report/figures/<report>``, or a class anywhere else.
+    ``Figure[X]`` draws an X: a joint, a diagnosis, a study. A new figure is one file in
+    ``report/figures/<report>``, or a class anywhere else.
     """
 
     _defined: ClassVar[list[type[Figure[Any]]]] = []
+    _of: ClassVar[type]
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Remember the class."""
+        """Remember the class, and what it draws."""
         super().__init_subclass__(**kwargs)
         Figure._defined.append(cls)
+        for base in cls.__dict__.get('__orig_bases__', ()):
+            cls._of = get_args(base)[0]
 
     @property
     @abstractmethod
@@ -52,17 +56,17 @@ class Figure(ABC, Generic[View]):
 
     @property
     @abstractmethod
-    def of(self) -> type[View]:
-        """Return the class of what is drawn: one joint, one study, ..."""
-
-    @property
-    @abstractmethod
     def order(self) -> int:
         """Return the place among the figures of the same thing, the smallest first."""
 
+    @property
     @abstractmethod
-    def caption(self, view: View) -> str:
-        """Return the text below the figure."""
+    def caption(self) -> str:
+        """Return the text below the figure; it may have fields such as ``{view.name}``."""
+
+    def caption_of(self, view: View) -> str:
+        """Return the caption for what is drawn."""
+        return self.caption.format(view=view)
 
     def applies(self, view: View) -> bool:
         """Tell whether there is anything to draw."""
@@ -74,27 +78,35 @@ class Figure(ABC, Generic[View]):
 
     def html(self, view: View) -> str:
         """Return the figure with its caption as HTML, the picture inside."""
-        return picture(to_png(self.draw(view)), self.caption(view), self.title)
+        return picture(to_png(self.draw(view)), self.caption_of(view), self.title)
 
 
 def figures(report: str) -> list[Figure[Any]]:
     """
     Return the figures of a report in their order.
 
-    :raises ConfigurationError: if there is no such report, or two figures have one identifier.
+    :raises ConfigurationError: if there is no such report, a figure does not say all that it
+        has to, or two have one identifier.
     """
     if report not in REPORTS:
         raise ConfigurationError(f'no report {report}: there are {", ".join(REPORTS)}')
     package = importlib.import_module(f'{folder.__name__}.{report}')
-    for module in pkgutil.iter_modules(package.__path__):
-        importlib.import_module(f'{package.__name__}.{module.name}')
+    for module in pkgutil.iter_modules(package.__path__, f'{package.__name__}.'):
+        importlib.import_module(module.name)
     found: dict[str, Figure[Any]] = {}
-    for one in (cls() for cls in Figure._defined if not inspect.isabstract(cls)):
-        if one.report != report:
+    for cls in Figure._defined:
+        if inspect.isabstract(cls):
+            missing = sorted(cls.__abstractmethods__)
+            # A class without a name is a base of others.
+            if 'identifier' not in missing:
+                raise ConfigurationError(f'figure {cls.__name__} has no {", ".join(missing)}')
             continue
-        if one.identifier in found:
-            raise ConfigurationError(f'two figures of the report {report} are {one.identifier}')
-        found[one.identifier] = one
+        figure = cls()
+        if figure.report != report:
+            continue
+        if figure.identifier in found:
+            raise ConfigurationError(f'report {report} has two figures {figure.identifier}')
+        found[figure.identifier] = figure
     return sorted(found.values(), key=lambda figure: (figure.order, figure.identifier))
 
 
@@ -103,7 +115,7 @@ def figures_of(report: str, view: object) -> list[Figure[Any]]:
     return [
         figure
         for figure in figures(report)
-        if isinstance(view, figure.of) and figure.applies(view)
+        if isinstance(view, figure._of) and figure.applies(view)
     ]
 
 

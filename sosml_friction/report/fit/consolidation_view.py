@@ -53,6 +53,11 @@ class BagsJoint(NamedTuple):
     fits: Mapping[str, FrictionFit]
     truth: FrictionParameters | None = None
 
+    @property
+    def observer(self) -> str:
+        """Return the short name of the observer of the model."""
+        return observer_label(self.entry.observer)
+
 
 def model_entry(consolidation: Consolidation, joint: str) -> Consolidated | None:
     """Return what became the model of a joint, None where there is nothing."""

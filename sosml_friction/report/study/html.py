@@ -60,7 +60,7 @@ def render_study(study: Study, drawn: Mapping[str, bytes]) -> str:
         f'{settings.seeds} scoring seeds, {settings.tuning_seeds} tuning seeds.</p>',
         result_box(findings(study)),
         *(
-            picture(drawn[figure.identifier], figure.caption(study), figure.title)
+            picture(drawn[figure.identifier], figure.caption_of(study), figure.title)
             for figure in figures_of('study', study)
             if figure.identifier in drawn
         ),

@@ -10,28 +10,19 @@ import re
 
 import numpy as np
 import pytest
-from known_robots import SLIDER_STEP, slider_model, slider_recording
+from known_robots import SLIDER_STEP
 
 from sosml_friction.diagnosis.decision.confusability import Confusability
-from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.residual.joint_residual import way_since_reversal
 from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
 from sosml_friction.diagnosis.residual.position_spectrum import position_spectrum
 from sosml_friction.diagnosis.residual.timing import autocorrelation, lowest, shifted_error
 from sosml_friction.diagnosis.residual.variance_steps import noise_variance, variance_steps
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
-from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.diagnosis.html import render_diagnosis
 from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
 from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
 from sosml_friction.report.figures.diagnosis.timing import milliseconds
-
-
-@pytest.fixture(scope='module')
-def diagnosis():
-    """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
-    log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
 
 
 def test_a_line_in_position_has_its_size_and_place():

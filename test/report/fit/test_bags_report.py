@@ -14,12 +14,6 @@ from rich.console import Console
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.several.bag_points import bag_points
-from sosml_friction.identification.several.bags_analysis import BagsAnalysis
-from sosml_friction.identification.several.consolidation import (
-    BagRole,
-    Consolidation,
-    consolidate,
-)
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import interval_text, value_text
@@ -34,35 +28,6 @@ from sosml_friction.report.fit.consolidation_view import (
     consolidated_table,
     model_entry,
 )
-
-ROLES = {
-    'ladder': BagRole('T1', 'stated', 'stated'),
-    'slow': BagRole('T3', 'stated', 'stated'),
-}
-
-
-@pytest.fixture(scope='module')
-def bags(analysis):
-    """Return two recordings, the second of the shoulder alone: the same motion, other labels."""
-    joints = {'shoulder': analysis.fit.joints['shoulder']}
-    rows = {'shoulder': analysis.fit.rows['shoulder']}
-    fit = dataclasses.replace(
-        analysis.fit,
-        joints=joints,
-        alternatives={},
-        rows=rows,
-        unavailable={'elbow': 'its actuator reports no effort'},
-    )
-    second = dataclasses.replace(analysis, fit=fit)
-    recordings = {'ladder': analysis.fit, 'slow': fit}
-    found = {
-        joint: {'sosml': consolidate(joint, 'sosml', 'Nm', recordings, ROLES)}
-        for joint in ('shoulder', 'elbow')
-    }
-    consolidation = Consolidation(
-        ('ladder', 'slow'), ROLES, found, dict.fromkeys(('shoulder', 'elbow'), 'sosml')
-    )
-    return BagsAnalysis({'ladder': analysis, 'slow': second}, consolidation, analysis.model)
 
 
 @pytest.fixture(scope='module')

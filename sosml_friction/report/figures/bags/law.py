@@ -29,7 +29,7 @@ from sosml_friction.report.common.drawing import (
     new_figure,
 )
 from sosml_friction.report.common.figure import Figure
-from sosml_friction.report.common.labels import motion_units, observer_label
+from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.fit.consolidation_view import BagsJoint, bag_name
 
 FloatArray = NDArray[np.float64]
@@ -51,17 +51,13 @@ class BagsLaw(Figure[BagsJoint]):
     identifier = 'law'
     title = 'Friction against velocity'
     report = 'bags'
-    of = BagsJoint
     order = 10
-
-    def caption(self, view: BagsJoint) -> str:
-        """Return what the panels show."""
-        return (
-            f'Joint {view.entry.joint}, {observer_label(view.entry.observer)}: what each '
-            'recording says of friction (levels of windows, or means in bins of speed with their '
-            'standard deviation) and the law of the model; right against the logarithm of speed, '
-            'both directions over one another; below, what the law leaves.'
-        )
+    caption = (
+        'Joint {view.entry.joint}, {view.observer}: what each '
+        'recording says of friction (levels of windows, or means in bins of speed with their '
+        'standard deviation) and the law of the model; right against the logarithm of speed, '
+        'both directions over one another; below, what the law leaves.'
+    )
 
     def applies(self, view: BagsJoint) -> bool:
         """Tell whether there is a law, and a recording that it is drawn with."""

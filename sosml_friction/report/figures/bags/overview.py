@@ -12,10 +12,11 @@ class BagOverview(Overview):
     """Draw each of several recordings as a report of it alone does."""
 
     report = 'bags'
+    caption = (
+        'Overview of joint {view.name}: shaded windows are used, hatched ones are not; their '
+        'numbers are those of the table of windows.'
+    )
 
-    def caption(self, view: JointView) -> str:
-        """Return what is shaded."""
-        return (
-            f'Overview of joint {view.name}: shaded windows are used, hatched ones are not; their '
-            'numbers are those of the table of windows.'
-        )
+    def caption_of(self, view: JointView) -> str:
+        """Return the same for all joints."""
+        return self.caption.format(view=view)

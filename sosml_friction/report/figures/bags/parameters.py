@@ -17,16 +17,12 @@ class BagsParameters(Figure[BagsJoint]):
     identifier = 'parameters'
     title = 'Parameters'
     report = 'bags'
-    of = BagsJoint
     order = 20
-
-    def caption(self, view: BagsJoint) -> str:
-        """Return what the rows and bare ranges are."""
-        return (
-            f'Parameters of joint {view.entry.joint} with their 95 % intervals: each recording '
-            'alone, the rule of the paper, the joint fit. What is not identifiable is a bare '
-            'range, with an arrow where it is open.'
-        )
+    caption = (
+        'Parameters of joint {view.entry.joint} with their 95 % intervals: each recording '
+        'alone, the rule of the paper, the joint fit. What is not identifiable is a bare '
+        'range, with an arrow where it is open.'
+    )
 
     def draw(self, view: BagsJoint) -> Drawing:
         """Draw a row for each recording and way."""

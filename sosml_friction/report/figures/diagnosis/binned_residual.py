@@ -32,12 +32,8 @@ class BinnedResidual(Figure[JointResidual]):
     identifier = 'binned_residual'
     title = 'What is unexplained along six axes'
     report = 'diagnosis'
-    of = JointResidual
     order = 20
-
-    def caption(self, view: JointResidual) -> str:
-        """Return what the panels show."""
-        return 'Mean of what is unexplained along six axes, by direction'
+    caption = 'Mean of what is unexplained along six axes, by direction'
 
     def draw(self, view: JointResidual) -> Drawing:
         """Draw velocity, position, load, acceleration, way since the last reversal, time."""

@@ -34,15 +34,11 @@ class ConfusabilityMap(Figure[Diagnosis]):
     identifier = 'confusability_map'
     title = 'What this motion can tell apart'
     report = 'diagnosis'
-    of = Diagnosis
     order = 70
-
-    def caption(self, view: Diagnosis) -> str:
-        """Return how to read rows, columns and boxes."""
-        return (
-            'Share of each cause (row), as large as the noise and after the refit, that each '
-            'other one (column) explains. Bold: named; boxes: left open by these data'
-        )
+    caption = (
+        'Share of each cause (row), as large as the noise and after the refit, that each '
+        'other one (column) explains. Bold: named; boxes: left open by these data'
+    )
 
     def applies(self, view: Diagnosis) -> bool:
         """Tell whether there are two causes to compare."""

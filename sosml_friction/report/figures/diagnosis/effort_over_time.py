@@ -26,12 +26,8 @@ class EffortOverTime(Figure[JointResidual]):
     identifier = 'effort_over_time'
     title = 'Effort over time'
     report = 'diagnosis'
-    of = JointResidual
     order = 10
-
-    def caption(self, view: JointResidual) -> str:
-        """Return what the two panels show."""
-        return 'Effort, and what is unexplained of it'
+    caption = 'Effort, and what is unexplained of it'
 
     def draw(self, view: JointResidual) -> Drawing:
         """Draw both over time."""

@@ -35,15 +35,11 @@ class PositionPeriodogram(Figure[JointResidual]):
     identifier = 'position_periodogram'
     title = 'What repeats with position'
     report = 'diagnosis'
-    of = JointResidual
     order = 30
-
-    def caption(self, view: JointResidual) -> str:
-        """Return how to read the lines."""
-        return (
-            'What repeats with position: a torque of position has the same lines in both '
-            'directions, and what drifts with time has none'
-        )
+    caption = (
+        'What repeats with position: a torque of position has the same lines in both '
+        'directions, and what drifts with time has none'
+    )
 
     def applies(self, view: JointResidual) -> bool:
         """Tell whether the joint moves enough."""

@@ -21,15 +21,11 @@ class RankingBars(Figure[Diagnosis]):
     identifier = 'ranking_bars'
     title = 'What was considered'
     report = 'diagnosis'
-    of = Diagnosis
     order = 60
-
-    def caption(self, view: Diagnosis) -> str:
-        """Return what colours and lines say."""
-        return (
-            'First round: what each candidate removes on data left out, with standard errors; '
-            'dark: named; dotted: floor of the first'
-        )
+    caption = (
+        'First round: what each candidate removes on data left out, with standard errors; '
+        'dark: named; dotted: floor of the first'
+    )
 
     def applies(self, view: Diagnosis) -> bool:
         """Tell whether anything was looked for."""

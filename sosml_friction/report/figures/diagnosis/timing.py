@@ -36,15 +36,11 @@ class Timing(Figure[JointResidual]):
     identifier = 'timing'
     title = 'Noise, and the time of effort'
     report = 'diagnosis'
-    of = JointResidual
     order = 40
-
-    def caption(self, view: JointResidual) -> str:
-        """Return how to read both panels."""
-        return (
-            'Left: is the rest noise? Right: error if effort were measured earlier or later; '
-            'dots: where it is least'
-        )
+    caption = (
+        'Left: is the rest noise? Right: error if effort were measured earlier or later; '
+        'dots: where it is least'
+    )
 
     def applies(self, view: JointResidual) -> bool:
         """Tell whether anything was looked for."""
@@ -60,7 +56,7 @@ class Timing(Figure[JointResidual]):
             left.plot(lags, values, color=colour, lw=1.2)
         for level in (-bound, bound):
             left.axhline(level, color='black', linestyle=':', linewidth=1.0)
-        label_axes(left, 'lag [s]', 'autocorrelation')
+        label_axes(left, 'lag [s]', 'autocorrelation [1]')
         left.set_title('whitened rest; dotted: 99 % of noise', fontsize=FONT, loc='left')
         shifts, errors = errors_by_shift(view)
         for error, colour in zip(errors, colours, strict=True):

@@ -21,15 +21,11 @@ class VarianceWaterfall(Figure[Diagnosis]):
     identifier = 'variance_waterfall'
     title = 'What was considered'
     report = 'diagnosis'
-    of = Diagnosis
     order = 50
-
-    def caption(self, view: Diagnosis) -> str:
-        """Return what the bars are."""
-        return (
-            'Unexplained variance on folds left out: what each cause takes of it, what stays '
-            'unexplained, and what is noise by the estimate'
-        )
+    caption = (
+        'Unexplained variance on folds left out: what each cause takes of it, what stays '
+        'unexplained, and what is noise by the estimate'
+    )
 
     def applies(self, view: Diagnosis) -> bool:
         """Tell whether anything was looked for."""

@@ -50,19 +50,18 @@ class Overview(Figure[JointView]):
     identifier = 'overview'
     title = 'The recording over time'
     report = 'fit'
-    of = JointView
     order = 20
+    caption = (
+        'Overview of joint {view.name}: shaded windows are used, hatched ones are not; their '
+        'numbers are those of the table of windows. The dashed line is the fitted law at the '
+        'measured velocity, without the observers’ lag.'
+    )
 
-    def caption(self, view: JointView) -> str:
-        """Return what is shaded and dashed, and which estimates are shown."""
+    def caption_of(self, view: JointView) -> str:
+        """Say also which estimates are shown, where they are not all."""
         if view.preferred is None:
             return f'What was recorded of joint {view.name}.'
-        text = (
-            f'Overview of joint {view.name}: shaded windows are used, hatched ones are not; their '
-            'numbers are those of the table of windows. The dashed line is the fitted law at the '
-            'measured velocity, without the observers’ lag.'
-        )
-        shown = shown_estimates(view)
+        text, shown = super().caption_of(view), shown_estimates(view)
         if len(shown) < len(view.estimates):
             labels = ', '.join(map(observer_label, shown))
             text += f' Shown of {len(view.estimates)} estimates: {labels}.'

@@ -18,15 +18,11 @@ class Parameters(Figure[JointView]):
     identifier = 'parameters'
     title = 'Parameters'
     report = 'fit'
-    of = JointView
     order = 30
-
-    def caption(self, view: JointView) -> str:
-        """Return what a bare range is."""
-        return (
-            f'Parameters of joint {view.name} with their 95 % intervals. What is not identifiable '
-            'is a bare range, with an arrow where it is open.'
-        )
+    caption = (
+        'Parameters of joint {view.name} with their 95 % intervals. What is not identifiable '
+        'is a bare range, with an arrow where it is open.'
+    )
 
     def applies(self, view: JointView) -> bool:
         """Tell whether there is a fit."""

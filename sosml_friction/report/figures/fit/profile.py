@@ -36,16 +36,12 @@ class Profile(Figure[JointView]):
     identifier = 'profile'
     title = 'How well the Stribeck term is known'
     report = 'fit'
-    of = JointView
     order = 50
-
-    def caption(self, view: JointView) -> str:
-        """Return how to read the curves."""
-        return (
-            f'Profile likelihood of joint {view.name}: how much worse the best law with this v_s '
-            '(or this S) fits. Below the line it is within the 95 % interval; a curve that stays '
-            'below it to an edge is a parameter that the data leave open on that side.'
-        )
+    caption = (
+        'Profile likelihood of joint {view.name}: how much worse the best law with this v_s '
+        '(or this S) fits. Below the line it is within the 95 % interval; a curve that stays '
+        'below it to an edge is a parameter that the data leave open on that side.'
+    )
 
     def applies(self, view: JointView) -> bool:
         """Tell whether any fit has a profile."""

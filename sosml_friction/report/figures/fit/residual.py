@@ -53,18 +53,14 @@ class LawResidual(Figure[JointView]):
     identifier = 'residual'
     title = 'What the law leaves'
     report = 'fit'
-    of = JointView
     order = 40
-
-    def caption(self, view: JointView) -> str:
-        """Return what a pattern would mean."""
-        return (
-            f'What the law leaves of friction of joint {view.name}. A pattern over velocity is '
-            'friction that the law does not have, one over position is gravity, cogging or wear, '
-            'one over time is warming or drift. Autocorrelation that outlasts the observer’s own '
-            'lag (for the weak form, its test functions) says that the samples are not '
-            'independent.'
-        )
+    caption = (
+        'What the law leaves of friction of joint {view.name}. A pattern over velocity is '
+        'friction that the law does not have, one over position is gravity, cogging or wear, '
+        'one over time is warming or drift. Autocorrelation that outlasts the observer’s own '
+        'lag (for the weak form, its test functions) says that the samples are not '
+        'independent.'
+    )
 
     def applies(self, view: JointView) -> bool:
         """Tell whether there is a law and something that it leaves."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
+from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.friction_law import FrictionLaw
 from sosml_friction.report.common.drawing import (
     FONT,
@@ -70,19 +71,19 @@ class SShape(Figure[JointView]):
     identifier = 's_shape'
     title = 'Friction against velocity'
     report = 'fit'
-    of = JointView
     order = 10
+    caption = (
+        'S-shape of joint {view.name}: samples (thinned), levels of steady windows with the '
+        'standard deviation within each, the fitted law with its 95 % band, for each observer. '
+        'Below, both directions over one another against the logarithm of speed: a knee is '
+        'extra friction at low speed (Stribeck), triangles apart are friction that is not '
+        'symmetric. Loops between plateaus are the observers’ lag while velocity changes.'
+    )
 
-    def caption(self, view: JointView) -> str:
-        """Return what the panels show and what to look for."""
-        certainty = ' with its 95 % band' if _any_band(view) else ''
-        return (
-            f'S-shape of joint {view.name}: samples (thinned), levels of steady windows with the '
-            f'standard deviation within each, the fitted law{certainty}, for each observer. '
-            'Below, both directions over one another against the logarithm of speed: a knee is '
-            'extra friction at low speed (Stribeck), triangles apart are friction that is not '
-            'symmetric. Loops between plateaus are the observers’ lag while velocity changes.'
-        )
+    def caption_of(self, view: JointView) -> str:
+        """Leave out the band where no law has one."""
+        text = super().caption_of(view)
+        return text if _any_band(view) else text.replace(' with its 95 % band', '')
 
     def applies(self, view: JointView) -> bool:
         """Tell whether there is a fit."""
@@ -95,11 +96,12 @@ class SShape(Figure[JointView]):
         figure = new_figure(10.0, 6.2 * len(blocks) + 0.5)
         columns = min(len(observers), _COLUMNS)
         panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
-        top = _top_speed(view)
         levels = {observer: _levels(view, observer) for observer in observers}
-        span = _log_span(view, top)
-        height = _height(view, levels, 1.05 * top, span[0], by_direction=False)
-        opposing = _height(view, levels, 1.05 * top, span[0], by_direction=True)
+        fastest = float(np.max(np.abs(np.nan_to_num(view.speed)), initial=0.0)) or 1.0
+        limit = 1.05 * fastest
+        # The lower panels begin within the zero band.
+        slowest = min(max(_BELOW_BAND * view.zero_band, _DEEPEST * fastest), 0.1 * fastest)
+        heights = [_height(view, levels, limit, slowest, folded) for folded in (False, True)]
         for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
             whole, knee = panels[2 * row, place], panels[2 * row + 1, place]
             if place >= len(block):
@@ -107,10 +109,10 @@ class SShape(Figure[JointView]):
                 knee.set_visible(False)
                 continue
             observer = block[place]
-            _draw_whole(whole, view, observer, levels[observer], 1.05 * top)
-            whole.set_ylim(height)
-            _draw_knee(knee, view, observer, levels[observer], span)
-            knee.set_ylim(opposing)
+            _draw(whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False)
+            _draw(knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True)
+            whole.set_ylim(heights[0])
+            knee.set_ylim(heights[1])
             unit = view.effort_unit
             label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
             label_axes(knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]')
@@ -144,90 +146,90 @@ def _levels(view: JointView, observer: str) -> _Levels:
     )
 
 
-def _draw_whole(axes: Axes, view: JointView, observer: str, levels: _Levels, limit: float) -> None:
-    style = view.style(observer)
-    axes.axvspan(-view.zero_band, view.zero_band, color=_ZERO_BAND, zorder=0.4, linewidth=0)
-    inside = np.flatnonzero(
-        np.isfinite(view.estimates[observer])
-        & (np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit)
-    )
-    _scatter(axes, view.speed, view.estimates[observer], inside, '.', style)
-    fit = view.fits[observer]
-    law, slowest = fitted_law(fit.fit), fit.fit.slowest
-    v = np.geomspace(1e-4 * limit, limit, 300)
-    # Two branches: a law with sgn(v) has no line across zero.
-    for branch in (v, -v):
-        if law is not None:
-            half = band(fit.fit, branch)
-            _law(axes, branch, law.torque(branch), half, np.abs(branch) >= slowest, style)
-        if view.truth is not None:
-            _truth(axes, branch, view.truth.make_law().torque(branch))
-    for rejected in (True, False):
-        some = levels.shown if rejected else levels.used
-        _points(axes, levels.velocity[some], levels.level[some], levels.spread[some],
-                style.marker, style, rejected)  # fmt: skip
-    axes.axhline(0.0, color=GREY, linewidth=0.6)
-    axes.axvline(0.0, color=GREY, linewidth=0.6)
-    axes.set_xlim(-limit, limit)
+def _fold(
+    x: FloatArray, y: FloatArray, bias: float, folded: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return speed and the friction that opposes motion, where the directions are folded."""
+    return (np.abs(x), np.sign(x) * (y - bias)) if folded else (x, y)
 
 
-def _draw_knee(
-    axes: Axes, view: JointView, observer: str, levels: _Levels, span: tuple[float, float]
+def _draw(
+    axes: Axes,
+    view: JointView,
+    observer: str,
+    levels: _Levels,
+    span: tuple[float, float],
+    folded: bool,
 ) -> None:
-    style, fit = view.style(observer), view.fits[observer]
-    bias = _bias(view, observer)
-    axes.axvspan(span[0], max(view.zero_band, span[0]), color=_ZERO_BAND, zorder=0.4, linewidth=0)
-    speed, tau_f = view.speed, view.estimates[observer]
-    law, slowest = fitted_law(fit.fit), fit.fit.slowest
-    v = np.geomspace(*span, 300)
-    for way, marker in ((1.0, '^'), (-1.0, 'v')):
-        inside = np.flatnonzero(np.isfinite(tau_f) & (way * np.nan_to_num(speed) >= span[0]))
-        _scatter(axes, way * speed, way * (tau_f - bias), inside, '.', style)
-        for rejected in (True, False):
-            some = (levels.shown if rejected else levels.used) & (way * levels.velocity > 0.0)
-            _points(axes, way * levels.velocity[some], way * (levels.level[some] - bias),
-                    levels.spread[some], marker, style, rejected)  # fmt: skip
-    # Both directions of a symmetric law are one line.
-    ways = (1.0, -1.0) if law is not None and 'viscous_asymmetry' in law.parameters else (1.0,)
-    for way in ways:
-        if law is not None:
-            y = way * (law.torque(way * v) - bias)
-            _law(axes, v, y, band(fit.fit, way * v), v >= slowest, style)
-    if view.truth is not None:
-        known = view.truth.parameters.get('bias')
-        offset = 0.0 if known is None else known.value
-        _truth(axes, v, view.truth.make_law().torque(v) - offset)
-    axes.set_xscale('log')
-    axes.set_xlim(span)
+    """
+    Draw one panel: samples, levels and laws.
+
+    :param span: slowest and fastest speed.
+    :param folded: both directions over one another, against the logarithm of speed.
+    """
+    style, fit, tau_f = view.style(observer), view.fits[observer].fit, view.estimates[observer]
+    law, bias = fitted_law(fit), _bias(fit)
+    slowest, fastest = span
+    standstill = max(view.zero_band, slowest) if folded else view.zero_band
+    axes.axvspan(slowest if folded else -standstill, standstill, color=_ZERO_BAND, zorder=0.4,
+                 linewidth=0)  # fmt: skip
+    for way, marker in ((1.0, '^'), (-1.0, 'v')) if folded else ((0.0, style.marker),):
+        if folded:
+            inside = way * np.nan_to_num(view.speed) >= slowest
+        else:
+            inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= fastest
+        kept = np.flatnonzero(np.isfinite(tau_f) & inside)
+        kept = kept[:: max(1, len(kept) // _SCATTER_POINTS)]
+        axes.plot(*_fold(view.speed[kept], tau_f[kept], bias, folded), linestyle='', marker='.',
+                  markersize=3.0, color=style.colour, alpha=0.22, markeredgewidth=0.0,
+                  zorder=1.5)  # fmt: skip
+        for some, rejected in ((levels.shown, True), (levels.used, False)):
+            mine = some & (way * levels.velocity > 0.0) if folded else some
+            points = _fold(levels.velocity[mine], levels.level[mine], bias, folded)
+            _points(axes, points, levels.spread[mine], marker, style, rejected)
+    v = np.geomspace(slowest, fastest, 300)
+    # Two branches: a law with sgn(v) has no line across zero. Folded a symmetric law is one line.
+    for branch in (v, -v):
+        again = folded and branch is not v
+        if law is not None and not (again and 'viscous_asymmetry' not in law.parameters):
+            x, y = _fold(branch, law.torque(branch), bias, folded)
+            _law(axes, x, y, band(fit, branch), np.abs(branch) >= fit.slowest, style)
+        if view.truth is not None and not again:
+            truth = view.truth.make_law()
+            true_bias = truth.parameters.get('bias', 0.0)
+            axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
+                      linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
+    if folded:
+        axes.set_xscale('log')
+        axes.set_xlim(span)
+    else:
+        axes.axhline(0.0, color=GREY, linewidth=0.6)
+        axes.axvline(0.0, color=GREY, linewidth=0.6)
+        axes.set_xlim(-fastest, fastest)
 
 
 def _law(
     axes: Axes,
-    v: FloatArray,
+    x: FloatArray,
     y: FloatArray,
     half: FloatArray | None,
     measured: NDArray[np.bool_],
     style: Style,
 ) -> None:
-    """Draw a law, dotted where it is extrapolated, with its band where it is measured."""
-    seen = measured if measured.any() else np.ones(len(v), dtype=bool)
+    """Draw a law with its band, dotted where it is extrapolated."""
+    line: dict[str, Any] = {'color': style.colour, 'linewidth': 1.8, 'zorder': 2.5}
+    seen = measured if measured.any() else np.ones(len(x), dtype=bool)
     if half is not None:
-        axes.fill_between(v, y - half, y + half, color=style.colour, alpha=0.25, linewidth=0,
+        axes.fill_between(x, y - half, y + half, color=style.colour, alpha=0.25, linewidth=0,
                           zorder=2.0)  # fmt: skip
-    axes.plot(v, np.where(seen, y, np.nan), color=style.colour, linewidth=1.8, zorder=2.5)
+    axes.plot(x, np.where(seen, y, np.nan), **line)
     if not seen.all():
-        axes.plot(v, np.where(seen, np.nan, y), color=style.colour, linewidth=1.8,
-                  linestyle=':', zorder=2.5)  # fmt: skip
-
-
-def _truth(axes: Axes, v: FloatArray, y: FloatArray) -> None:
-    axes.plot(v, y, color='black', linestyle='--', linewidth=1.1, zorder=2.7)
+        axes.plot(x, np.where(seen, np.nan, y), linestyle=':', **line)
 
 
 def _points(
     axes: Axes,
-    x: FloatArray,
-    y: FloatArray,
+    points: tuple[FloatArray, FloatArray],
     spread: FloatArray,
     marker: str,
     style: Style,
@@ -235,7 +237,7 @@ def _points(
 ) -> None:
     """Draw levels with their spread; pale and hollow where they are not used."""
     axes.errorbar(
-        x, y, np.nan_to_num(spread), fmt=marker, markersize=6,
+        *points, np.nan_to_num(spread), fmt=marker, markersize=6,
         color=_PALE if rejected else style.colour,
         markerfacecolor='white' if rejected else style.colour,
         markeredgecolor=_PALE if rejected else marker_edge(style._replace(marker=marker)),
@@ -244,79 +246,48 @@ def _points(
     )  # fmt: skip
 
 
-def _scatter(
-    axes: Axes,
-    x: FloatArray,
-    y: FloatArray,
-    inside: NDArray[np.intp],
-    marker: str,
-    style: Style,
-) -> None:
-    kept = inside[:: max(1, len(inside) // _SCATTER_POINTS)]
-    axes.plot(
-        x[kept], y[kept], linestyle='', marker=marker, markersize=3.0, color=style.colour,
-        alpha=0.22, markeredgewidth=0.0, zorder=1.5,
-    )  # fmt: skip
-
-
-def _bias(view: JointView, observer: str) -> float:
-    law = fitted_law(view.fits[observer].fit)
+def _bias(fit: LawFit) -> float:
+    law = fitted_law(fit)
     return 0.0 if law is None else law.parameters.get('bias', 0.0)
 
 
-def _top_speed(view: JointView) -> float:
-    speeds = np.abs(view.speed[np.isfinite(view.speed)])
-    top = float(speeds.max()) if len(speeds) else 0.0
-    return top if top > 0.0 else 1.0
-
-
-def _log_span(view: JointView, top: float) -> tuple[float, float]:
-    """Return the speeds of the lower panels: from inside the zero band to the fastest."""
-    lowest = max(_BELOW_BAND * view.zero_band, _DEEPEST * top)
-    return min(lowest, 0.1 * top), 1.1 * top
-
-
 def _height(
-    view: JointView,
-    levels: dict[str, _Levels],
-    limit: float,
-    slowest: float,
-    by_direction: bool,
+    view: JointView, levels: Mapping[str, _Levels], limit: float, slowest: float, folded: bool
 ) -> tuple[float, float]:
     """Choose the height by what samples, levels and laws reach, spikes left out."""
-    values = [] if by_direction else [np.zeros(1)]
+    values = [np.zeros(0 if folded else 1)]
     beyond = []
-    speed = np.abs(np.nan_to_num(view.speed))
-    side = np.sign(np.nan_to_num(view.speed))
     inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit
     v = np.geomspace(slowest, limit, 60)
+
+    def curve(law: FrictionLaw, bias: float, floor: float) -> FloatArray:
+        x = np.concatenate([v[v >= floor], -v[v >= floor]])
+        return _fold(x, law.torque(x), bias, folded)[1]
+
     for observer, some in levels.items():
         tau_f, fit = view.estimates[observer], view.fits[observer].fit
-        law, known = fitted_law(fit), inside & np.isfinite(tau_f)
-        bias = _bias(view, observer) if by_direction else 0.0
-        way = np.sign(some.velocity) if by_direction else np.ones(len(some.velocity))
-        slow = _slowest(some, fit.slowest)
+        law, bias, known = fitted_law(fit), _bias(fit), inside & np.isfinite(tau_f)
         # Below the data only transients of reversals are left, which would flatten the knee.
+        used = np.abs(some.velocity[some.used])
+        slow = float(used.min()) if len(used) else fit.slowest
         floor = max(0.5 * slow, view.zero_band) if np.isfinite(slow) else view.zero_band
-        samples, share = tau_f[known], 0.005
-        if by_direction:
-            moving = known & (speed > floor)
-            samples, share = side[moving] * (tau_f[moving] - bias), 0.05
-        if len(samples):
+        if folded:
+            known &= np.abs(np.nan_to_num(view.speed)) > floor
+        if known.any():
+            share = 0.05 if folded else 0.005
+            samples = _fold(view.speed[known], tau_f[known], bias, folded)[1]
             values.append(np.quantile(samples, (share, 1.0 - share)))
+        level = _fold(some.velocity, some.level, bias, folded)[1]
         spread = np.where(some.used, np.nan_to_num(some.spread), 0.0)
-        for sign in (-1.0, 1.0):
-            reach = way * (some.level - bias) + sign * spread
-            values.append(reach[some.used | some.shown])
+        values += [(level + reach)[some.used | some.shown] for reach in (-spread, spread)]
         if law is not None:
-            values.append(_curves(law, v[v >= floor], bias, by_direction))
+            values.append(curve(law, bias, floor))
             if law.smoothing_velocity == 0.0:
-                beyond.append(_curves(law, v, bias, by_direction))
+                beyond.append(curve(law, bias, 0.0))
         if view.truth is not None:
             truth = view.truth.make_law()
-            true_bias = truth.parameters.get('bias', 0.0) if by_direction else 0.0
-            values.append(_curves(truth, v[v >= floor], true_bias, by_direction))
-    everything = np.concatenate(values) if values else np.zeros(0)
+            values.append(curve(truth, truth.parameters.get('bias', 0.0), floor))
+    everything = np.concatenate(values)
     everything = everything[np.isfinite(everything)]
     if not len(everything):
         return -1.0, 1.0
@@ -328,42 +299,23 @@ def _height(
     return lowest - 0.07 * span, highest + 0.07 * span
 
 
-def _curves(law: FrictionLaw, v: FloatArray, bias: float, by_direction: bool) -> FloatArray:
-    """Return the law at both directions of some speeds, as friction or as what opposes motion."""
-    backwards = law.torque(-v)
-    if by_direction:
-        return np.concatenate([law.torque(v) - bias, bias - backwards])
-    return np.concatenate([law.torque(v), backwards])
-
-
-def _slowest(levels: _Levels, otherwise: float) -> float:
-    """Return the slowest speed of the windows used, of the fit where there are none."""
-    used = np.abs(levels.velocity[levels.used])
-    return float(used.min()) if len(used) else otherwise
-
-
 def _legend(view: JointView) -> Sequence[Any]:
-    grey: dict[str, Any] = {'color': GREY, 'linestyle': ''}
+    dot: dict[str, Any] = {'color': GREY, 'linestyle': ''}
+    hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
+    used = 'window used: level, ± std within it'
     handles: list[Any] = [
-        Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **grey),
-        Line2D([], [], marker='o', markeredgecolor='white', color=GREY, linestyle='',
-               label='window used: level, ± std within it'),
-        Line2D([], [], marker='^', label='v > 0', **grey),
-        Line2D([], [], marker='v', label='v < 0', **grey),
-    ]  # fmt: skip
+        Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **dot),
+        Line2D([], [], marker='o', markeredgecolor='white', label=used, **dot),
+        Line2D([], [], marker='^', label='v > 0', **dot),
+        Line2D([], [], marker='v', label='v < 0', **dot),
+    ]
     count = sum(bool(segment.rejected) for segment in view.segments)
     if count:
-        label = 'window not used'
-        if count > _REJECTED_SHOWN:
-            label += f' (longest {_REJECTED_SHOWN} of {count})'
-        handles.append(
-            Line2D([], [], linestyle='', marker='o', markerfacecolor='white', color=_PALE,
-                   label=label)
-        )  # fmt: skip
-    handles.append(Line2D([], [], color=GREY, linewidth=1.8, label='fitted law'))
-    handles.append(
-        Line2D([], [], color=GREY, linewidth=1.8, linestyle=':', label='slower than the data')
-    )
+        longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
+        handles.append(Line2D([], [], marker='o', label=f'window not used{longest}', **hollow))
+    line: dict[str, Any] = {'color': GREY, 'linewidth': 1.8}
+    handles.append(Line2D([], [], label='fitted law', **line))
+    handles.append(Line2D([], [], linestyle=':', label='slower than the data', **line))
     if _any_band(view):
         handles.append(Patch(color=GREY, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))

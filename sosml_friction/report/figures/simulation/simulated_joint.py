@@ -39,6 +39,11 @@ class SimulatedJoint(NamedTuple):
     found: RecordedSimulation
     i: int
 
+    @property
+    def name(self) -> str:
+        """Return the name of the joint."""
+        return self.found.names[self.i]
+
 
 class SimulatedJointFigure(Figure[SimulatedJoint]):
     """Draw position, velocity, effort, and the error of each beside it, over time."""
@@ -46,22 +51,19 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
     identifier = 'simulated_joint'
     title = 'Measured and simulated'
     report = 'simulation'
-    of = SimulatedJoint
     order = 10
+    caption = '{view.name}: measured, and simulated; to the right their difference'
 
-    def caption(self, view: SimulatedJoint) -> str:
-        """Return what is left and right."""
-        text = (
-            f'{view.found.names[view.i]}: measured, and simulated; to the right their difference'
-        )
+    def caption_of(self, view: SimulatedJoint) -> str:
+        """Say also what a window is, where there are any."""
+        text = super().caption_of(view)
         if view.found.mode != CLOSED_LOOP:
             text += '; each window begins anew where the error of position is 0'
         return text
 
     def applies(self, view: SimulatedJoint) -> bool:
         """Tell whether the joint was simulated: in a closed loop some move as recorded."""
-        found = view.found
-        return found.mode != CLOSED_LOOP or found.names[view.i] not in found.followed
+        return view.found.mode != CLOSED_LOOP or view.name not in view.found.followed
 
     def draw(self, view: SimulatedJoint) -> Drawing:
         """Draw a row for each quantity."""

@@ -34,15 +34,11 @@ class ErrorTraces(Figure[Study]):
     identifier = 'figure3_noise'
     title = 'Errors with noise'
     report = 'study'
-    of = Study
     order = 20
-
-    def caption(self, view: Study) -> str:
-        """Return what is drawn, and what the RMSE is of."""
-        return (
-            'Estimate minus truth with encoder noise (the paper’s Figure 3), first scoring seed; '
-            'the RMSE is the mean over all seeds. Long traces are drawn as their envelope.'
-        )
+    caption = (
+        'Estimate minus truth with encoder noise (the paper’s Figure 3), first scoring seed; '
+        'the RMSE is the mean over all seeds. Long traces are drawn as their envelope.'
+    )
 
     def applies(self, view: Study) -> bool:
         """Tell whether one of the cases was run."""

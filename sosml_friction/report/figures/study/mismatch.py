@@ -36,17 +36,13 @@ class Mismatch(Figure[Study]):
     identifier = 'figure4_mismatch'
     title = 'Reversal with a wrong model'
     report = 'study'
-    of = Study
     order = 30
-
-    def caption(self, view: Study) -> str:
-        """Return what is above and below."""
-        return (
-            'Reversal with a wrong model (the paper’s Figure 4). Above: estimates, fitted laws, '
-            'truth. Below: the parameters of the fitted laws; dashed: truth. The bias is the '
-            'error of the gravity model, which cannot be told from friction that does not change '
-            'sign.'
-        )
+    caption = (
+        'Reversal with a wrong model (the paper’s Figure 4). Above: estimates, fitted laws, '
+        'truth. Below: the parameters of the fitted laws; dashed: truth. The bias is the '
+        'error of the gravity model, which cannot be told from friction that does not change '
+        'sign.'
+    )
 
     def applies(self, view: Study) -> bool:
         """Tell whether the case was run."""

@@ -24,18 +24,14 @@ class Pareto(Figure[Study]):
     identifier = 'pareto'
     title = 'Noise against settle time'
     report = 'study'
-    of = Study
     order = 40
-
-    def caption(self, view: Study) -> str:
-        """Return how to read points and lines."""
-        return (
-            'Noise against settle time, reversal with noise: the bandwidth of each causal '
-            'observer from a fifth to five times the tuned one (large marker), other '
-            'ratios of its gains kept. Left and down is better. Times below one sample '
-            'are drawn at 1 ms; points at which noise hides the mean error, or '
-            'which do not settle, are left out.'
-        )
+    caption = (
+        'Noise against settle time, reversal with noise: the bandwidth of each causal '
+        'observer from a fifth to five times the tuned one (large marker), other '
+        'ratios of its gains kept. Left and down is better. Times below one sample '
+        'are drawn at 1 ms; points at which noise hides the mean error, or '
+        'which do not settle, are left out.'
+    )
 
     def applies(self, view: Study) -> bool:
         """Tell whether there are two noise seeds and an observer that settles."""

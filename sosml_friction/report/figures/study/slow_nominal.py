@@ -31,16 +31,12 @@ class SlowNominal(Figure[Study]):
     identifier = 'figure2_slow_nominal'
     title = 'Slow motion, nominal'
     report = 'study'
-    of = Study
     order = 10
-
-    def caption(self, view: Study) -> str:
-        """Return what is left and right."""
-        return (
-            'Slow motion, nominal (the paper’s Figure 2). Left: estimates, the law fitted to '
-            'them, the true law. Right: estimate minus truth. FO capped has a cutoff of '
-            'at most 300 1/s.'
-        )
+    caption = (
+        'Slow motion, nominal (the paper’s Figure 2). Left: estimates, the law fitted to '
+        'them, the true law. Right: estimate minus truth. FO capped has a cutoff of '
+        'at most 300 1/s.'
+    )
 
     def applies(self, view: Study) -> bool:
         """Tell whether the case was run."""
