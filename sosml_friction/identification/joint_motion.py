@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.segments import Segment
+from sosml_friction.identification.segments import Segment, centred_difference
 from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
@@ -22,14 +22,10 @@ WINDOW_S = 0.05
 
 
 def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the centred difference of position over :data:`WINDOW_S`, (N,), NaN at the ends."""
-    result = np.full(len(q), np.nan)
+    """Return the centred difference over :data:`WINDOW_S`, (N,); NaN at ends and across holes."""
     step = float(np.median(np.diff(time))) if len(q) > 1 else 0.0
     half = max(1, round(0.5 * WINDOW_S / step)) if step > 0.0 else len(q)
-    if len(q) > 2 * half:
-        span = time[2 * half :] - time[: -2 * half]
-        result[half:-half] = (q[2 * half :] - q[: -2 * half]) / np.where(span > 0.0, span, np.nan)
-    return result
+    return centred_difference(time, q, half)
 
 
 def standstill(q: FloatArray, zero_band: float) -> float:

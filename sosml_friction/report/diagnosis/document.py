@@ -16,7 +16,7 @@ from sosml_friction.report.common.number_text import words
 from sosml_friction.report.common.output import (
     OutputKind,
     to_plain,
-    write_document,
+    write_result,
     written_together,
 )
 from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
@@ -68,9 +68,8 @@ def write_diagnosis(
         if any(term.in_model for term in diagnosis.terms):
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
-        report = render_diagnosis(diagnosis, provenance)
-        (workshop / 'report.html').write_text(report, encoding='utf-8')
-        write_document(workshop, KIND, diagnosis_document(diagnosis, provenance))
+        page = render_diagnosis(diagnosis, provenance)
+        write_result(workshop, KIND, diagnosis_document(diagnosis, provenance), page)
 
 
 def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:

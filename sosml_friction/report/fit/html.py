@@ -4,12 +4,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from html import escape
-from pathlib import Path
 
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.html_page import heading, items, joints_box, notes_box, page
@@ -48,48 +45,6 @@ METHOD = (
 )
 
 
-def write_report(
-    path: str | Path,
-    analysis: BagAnalysis,
-    truth: RobotModelFile | None = None,
-    extra: Mapping[str, str] | None = None,
-    progress: Callable[[str], None] = lambda step: None,
-) -> Path:
-    """
-    Write the report of an analysis as one HTML file, pictures included, and return its path.
-
-    The file appears when it is complete, in place of an older one.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with the name of each joint before its pictures are drawn.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints, or the file
-        cannot be written.
-    """
-    return write_page(Path(path), render_report(analysis, truth, extra, progress))
-
-
-def write_page(path: Path, text: str) -> Path:
-    """
-    Write a document so that it is there whole or not at all, and return its path.
-
-    :raises ConfigurationError: if the file cannot be written.
-    """
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            temporary.write_text(text, encoding='utf-8')
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise ConfigurationError(
-            f'the report {path} cannot be written: {error.strerror}: choose another place'
-        ) from error
-    return path
-
-
 def render_report(
     analysis: BagAnalysis,
     truth: RobotModelFile | None = None,
@@ -97,8 +52,11 @@ def render_report(
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
     """
-    Return the document that :func:`write_report` writes.
+    Return the report of an analysis as one HTML document, pictures included.
 
+    :param truth: a model whose friction is known to be that of the robot.
+    :param extra: more rows of provenance, heading to text.
+    :param progress: called with the name of each joint before its pictures are drawn.
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)

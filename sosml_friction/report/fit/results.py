@@ -18,11 +18,11 @@ from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,
     to_plain,
-    write_document,
+    write_result,
     written_together,
 )
 from sosml_friction.report.fit.bags_html import render_bags_report
-from sosml_friction.report.fit.html import write_page, write_report
+from sosml_friction.report.fit.html import render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
 
@@ -196,12 +196,9 @@ def write_results(
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     folder = check_destination(folder, beside)
-    with written_together(folder, _KIND) as workshop:
-        analysis.model.write(workshop)
-        write_report(workshop / 'report.html', analysis, truth, extra, progress)
-        label = str(analysis.model.provenance.get('bag'))
-        _write_data(workshop, fit_document(analysis, truth), {label: analysis})
-    return folder
+    page = render_report(analysis, truth, extra, progress)
+    label = str(analysis.model.provenance.get('bag'))
+    return _write(folder, analysis.model, fit_document(analysis, truth), page, {label: analysis})
 
 
 def write_bags_results(
@@ -218,17 +215,20 @@ def write_bags_results(
     Parameters and errors are those of :func:`write_results`.
     """
     folder = check_destination(folder, beside)
+    page = render_bags_report(analysis, truth, extra, progress)
+    return _write(folder, analysis.model, bags_document(analysis, truth), page, analysis.bags)
+
+
+def _write(
+    folder: Path,
+    model: RobotModelFile,
+    document: Mapping[str, Any],
+    page: str,
+    analyses: Mapping[str, BagAnalysis],
+) -> Path:
     with written_together(folder, _KIND) as workshop:
-        analysis.model.write(workshop)
-        report = render_bags_report(analysis, truth, extra, progress)
-        write_page(workshop / 'report.html', report)
-        _write_data(workshop, bags_document(analysis, truth), analysis.bags)
+        model.write(workshop)
+        write_result(workshop, _KIND, document, page)
+        table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
+        (workshop / 'segments.csv').write_text(table, encoding='utf-8')
     return folder
-
-
-def _write_data(
-    workshop: Path, document: Mapping[str, Any], analyses: Mapping[str, BagAnalysis]
-) -> None:
-    write_document(workshop, _KIND, document)
-    table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
-    (workshop / 'segments.csv').write_text(table, encoding='utf-8')

@@ -13,7 +13,7 @@ from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,
-    write_document,
+    write_result,
     written_together,
 )
 from sosml_friction.report.study.document import FORMAT
@@ -24,7 +24,8 @@ from sosml_friction.study.run import Study
 def _kind() -> OutputKind:
     """Return what a study writes: its document, its report, a file for each figure."""
     drawn = (f'{figure.identifier}.png' for figure in figures('study'))
-    return OutputKind('study', 'study.json', FORMAT, ('study.json', 'study.html', *drawn))
+    files = ('study.json', 'study.html', *drawn)
+    return OutputKind('study', 'study.json', FORMAT, files, 'study.html')
 
 
 def check_study_destination(folder: str | Path) -> Path:
@@ -59,6 +60,5 @@ def write_study(
             progress(name)
             drawn[name] = to_png(figure.draw(study))
             (workshop / f'{name}.png').write_bytes(drawn[name])
-        (workshop / 'study.html').write_text(render_study(study, drawn), encoding='utf-8')
-        write_document(workshop, _kind(), document)
+        write_result(workshop, _kind(), document, render_study(study, drawn))
     return folder

@@ -9,7 +9,6 @@ from html import escape
 
 import pytest
 
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.table import Column, Markup, html_table
@@ -112,26 +111,6 @@ def test_a_joint_without_fit_says_why(one_joint_analysis):
     page = report.render_report(one_joint_analysis)
     assert 'elbow</strong>: its friction is not available, because its actuator reports no' in page
     assert 'nan' not in joint_sentence(joint_views(one_joint_analysis)[1])
-
-
-def test_an_interrupted_report_leaves_the_older_one(analysis, tmp_path):
-    path = tmp_path / 'report.html'
-    path.write_text('older')
-
-    def interrupt(step):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        report.write_report(path, analysis, progress=interrupt)
-    assert path.read_text() == 'older'
-    assert [p.name for p in tmp_path.iterdir()] == ['report.html']
-
-
-def test_a_place_that_cannot_be_written_is_one_sentence(analysis, tmp_path, monkeypatch):
-    monkeypatch.setattr(report, 'render_report', lambda *_: '<html></html>')
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(ConfigurationError, match=r'report .* cannot be written'):
-        report.write_report(tmp_path / 'file' / 'report.html', analysis)
 
 
 def test_a_table_has_a_class_for_each_column_and_no_markup_of_its_texts():

@@ -133,7 +133,7 @@ def _window_means(axes: Axes, view: JointView, residual: Residual) -> None:
 
 def _on_white(axes: Axes, x: Any, y: Any, colour: str, width: float) -> None:
     """Draw a line that stands out from the samples."""
-    axes.plot(x, y, color='white', linewidth=width + (1.4 if width < 2.0 else 1.8), zorder=2.4)
+    axes.plot(x, y, color='white', linewidth=1.75 * width, zorder=2.4)
     axes.plot(x, y, color=colour, linewidth=width, zorder=2.5)
 
 
