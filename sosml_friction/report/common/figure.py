@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import importlib
-import inspect
 import pkgutil
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import Any, ClassVar, Generic, TypeVar, get_args
 
 from matplotlib.figure import Figure as Drawing
@@ -88,26 +88,36 @@ def figures(report: str) -> list[Figure[Any]]:
     :raises ConfigurationError: if there is no such report, a figure does not say all that it
         has to, or two have one identifier.
     """
-    if report not in REPORTS:
-        raise ConfigurationError(f'no report {report}: there are {", ".join(REPORTS)}')
+    _require_report(report)
     package = importlib.import_module(f'{folder.__name__}.{report}')
     for module in pkgutil.iter_modules(package.__path__, f'{package.__name__}.'):
         importlib.import_module(module.name)
     found: dict[str, Figure[Any]] = {}
-    for cls in Figure._defined:
-        if inspect.isabstract(cls):
-            missing = sorted(cls.__abstractmethods__)
-            # A class without a name is a base of others.
-            if 'identifier' not in missing:
-                raise ConfigurationError(f'figure {cls.__name__} has no {", ".join(missing)}')
-            continue
-        figure = cls()
+    for figure in _finished():
+        _require_report(figure.report)
         if figure.report != report:
             continue
         if figure.identifier in found:
             raise ConfigurationError(f'report {report} has two figures {figure.identifier}')
         found[figure.identifier] = figure
     return sorted(found.values(), key=lambda figure: (figure.order, figure.identifier))
+
+
+def _finished() -> Iterator[Figure[Any]]:
+    """Yield one of each class that says all that it has to; bases of others are no figures."""
+    for cls in Figure._defined:
+        missing = sorted(cls.__abstractmethods__)
+        if not isinstance(getattr(cls, '_of', None), type):
+            missing.append('class to draw, as in Figure[JointView]')
+        if not missing:
+            yield cls()
+        elif 'identifier' not in missing:
+            raise ConfigurationError(f'figure {cls.__name__} has no {", ".join(missing)}')
+
+
+def _require_report(name: str) -> None:
+    if name not in REPORTS:
+        raise ConfigurationError(f'no report {name}: there are {", ".join(REPORTS)}')
 
 
 def figures_of(report: str, view: object) -> list[Figure[Any]]:

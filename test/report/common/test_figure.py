@@ -84,6 +84,30 @@ def test_a_figure_that_does_not_say_all_it_has_to_is_refused():
     assert Unfinished in Figure._defined
 
 
+def test_a_figure_that_does_not_say_what_it_draws_is_refused():
+    class Vague(Figure):
+        identifier = title = caption = 'vague'
+        report = 'study'
+        order = 1
+
+        def draw(self, view):
+            return Drawing()
+
+    with pytest.raises(ConfigurationError, match=r'Vague has no class to draw'):
+        figures('fit')
+    assert Vague in Figure._defined
+
+
+def test_a_figure_of_a_report_that_is_not_there_is_refused():
+    class Lost(Scatter):
+        identifier = 'lost'
+        report = 'fits'
+
+    with pytest.raises(ConfigurationError, match='no report fits: there are fit, bags'):
+        figures('study')
+    assert Lost in Figure._defined
+
+
 def test_two_figures_of_one_name_are_refused():
     class Again(Scatter):
         identifier = 'overview'

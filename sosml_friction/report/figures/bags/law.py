@@ -21,13 +21,7 @@ from sosml_friction.identification.several.bag_points import (
     own_bias,
 )
 from sosml_friction.identification.several.consolidation import JOINT
-from sosml_friction.report.common.drawing import (
-    GREY,
-    bag_style,
-    label_axes,
-    legend_below,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.fit.consolidation_view import BagsJoint, bag_name
@@ -67,7 +61,7 @@ class BagsLaw(Figure[BagsJoint]):
         """Draw the four panels."""
         entry, law, points = view.entry, consolidated_law(view.entry), _points_of(view)
         assert law is not None
-        figure = new_figure(10.0, 7.6)
+        figure = drawing.new_figure(10.0, 7.6)
         panels = np.asarray(figure.subplots(2, 2))
         whole, knee, residual, residual_log = panels.ravel()
         top = 1.08 * max(float(np.abs(p.velocity).max()) for p in points.values())
@@ -77,7 +71,7 @@ class BagsLaw(Figure[BagsJoint]):
         for k, bag in enumerate(view.consolidation.bags):
             if bag not in points:
                 continue
-            colour, marker, _, _ = bag_style(k)
+            colour, marker, _, _ = drawing.bag_style(k)
             v, y, spread = points[bag]
             own = own_bias(entry, bag, common)
             left = y - law.torque(v) + common - own
@@ -112,20 +106,20 @@ class BagsLaw(Figure[BagsJoint]):
             (residual, 'velocity', f'friction − law [{entry.unit}]'),
             (residual_log, 'speed', f'sgn(v) (friction − law) [{entry.unit}]'),
         ):
-            label_axes(axes, f'{x_label} [{speed}]', y_label)
+            drawing.label_axes(axes, f'{x_label} [{speed}]', y_label)
             if axes in (knee, residual_log):
                 axes.set_xscale('log')
                 axes.set_xlim(0.5 * slowest, top)
             else:
-                axes.axvline(0.0, color=GREY, linewidth=0.6)
+                axes.axvline(0.0, color=drawing.GREY, linewidth=0.6)
                 axes.set_xlim(-top, top)
             if axes is not knee:
-                axes.axhline(0.0, color=GREY, linewidth=0.8)
+                axes.axhline(0.0, color=drawing.GREY, linewidth=0.8)
         for column in panels.T:
             figure.align_ylabels(column)
         handles += [
-            Line2D([], [], linestyle='', marker='^', color=GREY, label='v > 0'),
-            Line2D([], [], linestyle='', marker='v', color=GREY, label='v < 0'),
+            Line2D([], [], linestyle='', marker='^', color=drawing.GREY, label='v > 0'),
+            Line2D([], [], linestyle='', marker='v', color=drawing.GREY, label='v < 0'),
             Line2D([], [], label='law of the model', **_LAW),
         ]
         if half is not None:
@@ -134,7 +128,7 @@ class BagsLaw(Figure[BagsJoint]):
             handles.append(Line2D([], [], label='joint fit', **_JOINT))
         if truth is not None:
             handles.append(Line2D([], [], label='truth', **_TRUTH))
-        legend_below(figure, handles)
+        drawing.legend_below(figure, handles)
         return figure
 
 

@@ -13,15 +13,7 @@ from sosml_friction.diagnosis.residual.joint_residual import (
     is_constant,
     means_in_bins,
 )
-from sosml_friction.report.common.drawing import (
-    AFTER,
-    BEFORE,
-    FONT,
-    fix_axes,
-    label_axes,
-    log_axis,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 
@@ -37,7 +29,7 @@ class BinnedResidual(Figure[JointResidual]):
 
     def draw(self, view: JointResidual) -> Drawing:
         """Draw velocity, position, load, acceleration, way since the last reversal, time."""
-        figure = new_figure(10.0, 6.4)
+        figure = drawing.new_figure(10.0, 6.4)
         panels = figure.subplots(2, 3, sharey=True).ravel()
         length, speed = motion_units(view.unit)
         labels = {
@@ -52,23 +44,32 @@ class BinnedResidual(Figure[JointResidual]):
         for ax, (name, label) in zip(panels, labels.items(), strict=True):
             x = view.axes[name]
             if is_constant(x):
-                ax.text(0.5, 0.5, 'constant', transform=ax.transAxes, ha='center', fontsize=FONT)
-                label_axes(ax, label, '')
+                ax.text(
+                    0.5,
+                    0.5,
+                    'constant',
+                    transform=ax.transAxes,
+                    ha='center',
+                    fontsize=drawing.FONT,
+                )
+                drawing.label_axes(ax, label, '')
                 continue
             # What matters of the way since a reversal happens in its first thousandths.
             x, edges = bins_of(x, name == 'since')
             if name == 'since':
-                log_axis(ax)
+                drawing.log_axis(ax)
             for way, dashes in ((forwards, '-'), (~forwards, '--')):
-                for values, colour in ((view.before, BEFORE), (view.after, AFTER)):
+                for values, colour in ((view.before, drawing.BEFORE), (view.after, drawing.AFTER)):
                     middle, mean = means_in_bins(x, values, way, edges)
                     ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
-            label_axes(ax, label, f'mean unexplained effort [{view.unit}]' if name in 'va' else '')
+            drawing.label_axes(
+                ax, label, f'mean unexplained effort [{view.unit}]' if name in 'va' else ''
+            )
         handles = [
-            Line2D([], [], color=BEFORE, label='refitted model, forwards'),
-            Line2D([], [], color=BEFORE, linestyle='--', label='backwards'),
-            Line2D([], [], color=AFTER, label='with what was named, forwards'),
-            Line2D([], [], color=AFTER, linestyle='--', label='backwards'),
+            Line2D([], [], color=drawing.BEFORE, label='refitted model, forwards'),
+            Line2D([], [], color=drawing.BEFORE, linestyle='--', label='backwards'),
+            Line2D([], [], color=drawing.AFTER, label='with what was named, forwards'),
+            Line2D([], [], color=drawing.AFTER, linestyle='--', label='backwards'),
         ]
-        fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
         return figure

@@ -7,16 +7,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
-from sosml_friction.report.common.drawing import (
-    AFTER,
-    BEFORE,
-    GREY,
-    before_and_after,
-    draw_line,
-    label_axes,
-    legend_below,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 
 
@@ -31,13 +22,13 @@ class EffortOverTime(Figure[JointResidual]):
 
     def draw(self, view: JointResidual) -> Drawing:
         """Draw both over time."""
-        figure = new_figure(10.0, 4.6)
+        figure = drawing.new_figure(10.0, 4.6)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
         time = view.axes['time']
-        draw_line(top, time, view.effort, color=GREY, linewidth=1.0)
-        draw_line(bottom, time, view.before, color=BEFORE, linewidth=0.9)
-        draw_line(bottom, time, view.after, color=AFTER, linewidth=0.9)
-        label_axes(top, '', f'measured effort [{view.unit}]')
-        label_axes(bottom, 'time [s]', f'unexplained [{view.unit}]')
-        legend_below(figure, before_and_after())
+        drawing.draw_line(top, time, view.effort, color=drawing.GREY, linewidth=1.0)
+        drawing.draw_line(bottom, time, view.before, color=drawing.BEFORE, linewidth=0.9)
+        drawing.draw_line(bottom, time, view.after, color=drawing.AFTER, linewidth=0.9)
+        drawing.label_axes(top, '', f'measured effort [{view.unit}]')
+        drawing.label_axes(bottom, 'time [s]', f'unexplained [{view.unit}]')
+        drawing.legend_below(figure, drawing.before_and_after())
         return figure

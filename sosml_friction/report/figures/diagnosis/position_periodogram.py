@@ -9,16 +9,7 @@ from matplotlib.lines import Line2D
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.diagnosis.residual.position_spectrum import moves_enough, position_lines
-from sosml_friction.report.common.drawing import (
-    AFTER,
-    BEFORE,
-    FONT,
-    before_and_after,
-    fix_axes,
-    label_axes,
-    log_axis,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 
 _NAMED = '#c9c9c9'
@@ -48,26 +39,26 @@ class PositionPeriodogram(Figure[JointResidual]):
     def draw(self, view: JointResidual) -> Drawing:
         """Draw a panel for each direction."""
         lines = position_lines(view)
-        figure = new_figure(10.0, 3.4)
+        figure = drawing.new_figure(10.0, 3.4)
         panels = figure.subplots(1, 2, sharey=True)
         ways = (('forwards', lines.forwards), ('backwards', lines.backwards))
         for ax, (label, sizes) in zip(panels, ways, strict=True):
             for period in lines.named:
                 ax.axvline(period, color=_NAMED, linewidth=3.0)
-            for size, colour in zip(sizes, (BEFORE, AFTER), strict=True):
+            for size, colour in zip(sizes, (drawing.BEFORE, drawing.AFTER), strict=True):
                 ax.plot(lines.periods, size, color=colour, linewidth=0.9)
-            ax.set_title(label, fontsize=FONT, loc='left')
-            label_axes(
+            ax.set_title(label, fontsize=drawing.FONT, loc='left')
+            drawing.label_axes(
                 ax,
                 'periods per turn' if view.unit == 'Nm' else 'periods per metre',
                 f'size of unexplained line [{view.unit}]' if ax is panels[0] else '',
             )
             # Over decades: harmonics of a turn are few, teeth and slots are many.
-            log_axis(ax)
+            drawing.log_axis(ax)
             ax.set_xlim(float(lines.periods[0]), float(lines.periods[-1]))
             ax.set_ylim(bottom=0.0)
-        handles = before_and_after()
+        handles = drawing.before_and_after()
         if lines.named:
             handles.append(Line2D([], [], color=_NAMED, linewidth=3.0, label='named'))
-        fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.2, 0.2), handles)
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.2, 0.2), handles)
         return figure

@@ -12,16 +12,7 @@ from sosml_friction.diagnosis.residual.timing import (
     lowest,
     whitened_autocorrelation,
 )
-from sosml_friction.report.common.drawing import (
-    AFTER,
-    BEFORE,
-    FONT,
-    GREY,
-    before_and_after,
-    fix_axes,
-    label_axes,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 
 
@@ -48,16 +39,16 @@ class Timing(Figure[JointResidual]):
 
     def draw(self, view: JointResidual) -> Drawing:
         """Draw both panels."""
-        figure = new_figure(10.0, 3.2)
+        figure = drawing.new_figure(10.0, 3.2)
         left, right = figure.subplots(1, 2)
-        colours = (BEFORE, AFTER)
+        colours = (drawing.BEFORE, drawing.AFTER)
         lags, correlations, bound = whitened_autocorrelation(view)
         for values, colour in zip(correlations, colours, strict=True):
             left.plot(lags, values, color=colour, lw=1.2)
         for level in (-bound, bound):
             left.axhline(level, color='black', linestyle=':', linewidth=1.0)
-        label_axes(left, 'lag [s]', 'autocorrelation [1]')
-        left.set_title('whitened rest; dotted: 99 % of noise', fontsize=FONT, loc='left')
+        drawing.label_axes(left, 'lag [s]', 'autocorrelation [1]')
+        left.set_title('whitened rest; dotted: 99 % of noise', fontsize=drawing.FONT, loc='left')
         shifts, errors = errors_by_shift(view)
         for error, colour in zip(errors, colours, strict=True):
             right.plot(1e3 * shifts, error, color=colour, linewidth=1.4)
@@ -66,17 +57,17 @@ class Timing(Figure[JointResidual]):
             right.annotate(
                 milliseconds(place),
                 (1e3 * place, least),
-                xytext=(6, -4 if colour == AFTER else 8),
+                xytext=(6, -4 if colour == drawing.AFTER else 8),
                 textcoords='offset points',
-                fontsize=FONT,
+                fontsize=drawing.FONT,
                 color=colour,
                 in_layout=False,
             )
-        right.axvline(0.0, color=GREY, linewidth=0.8)
+        right.axvline(0.0, color=drawing.GREY, linewidth=0.8)
         right.set_ylim(bottom=0.0)
-        label_axes(right, 'effort later than position by [ms]', f'error [{view.unit}]')
-        right.set_title('error with effort shifted', fontsize=FONT, loc='left')
-        fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.9, 0.2), before_and_after())
+        drawing.label_axes(right, 'effort later than position by [ms]', f'error [{view.unit}]')
+        right.set_title('error with effort shifted', fontsize=drawing.FONT, loc='left')
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.9, 0.2), drawing.before_and_after())
         return figure
 
 

@@ -14,14 +14,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from sosml_friction.identification.joint_motion import law_in_motion
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    draw_line,
-    label_axes,
-    legend_below,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
@@ -72,15 +65,15 @@ class Overview(Figure[JointView]):
         effort = bool(np.isfinite(view.tau).any())
         friction = any(np.isfinite(x).any() for x in view.estimates.values())
         heights = [1.0, 1.0, 1.0 if effort else _UNKNOWN, 1.7 if friction else _UNKNOWN]
-        figure = new_figure(_WIDTH_IN, 1.2 + 1.6 * sum(heights))
+        figure = drawing.new_figure(_WIDTH_IN, 1.2 + 1.6 * sum(heights))
         axes: Sequence[Axes] = figure.subplots(4, 1, sharex=True, height_ratios=heights)
         time = view.time
-        draw_line(axes[0], time, view.q, color='black', linewidth=1.0)
+        drawing.draw_line(axes[0], time, view.q, color='black', linewidth=1.0)
         reported = np.isfinite(view.v).any()
         if reported:
-            draw_line(axes[1], time, view.v, color=_REPORTED, linewidth=0.8)
-        draw_line(axes[1], time, view.speed, color='black', linewidth=1.0)
-        draw_line(axes[2], time, view.tau, color='black', linewidth=0.8)
+            drawing.draw_line(axes[1], time, view.v, color=_REPORTED, linewidth=0.8)
+        drawing.draw_line(axes[1], time, view.speed, color='black', linewidth=1.0)
+        drawing.draw_line(axes[2], time, view.tau, color='black', linewidth=0.8)
         handles, known = _draw_friction(axes[3], view)
         if reported:
             handles += [
@@ -95,21 +88,21 @@ class Overview(Figure[JointView]):
         names = ('position', 'velocity', 'effort', 'friction τ_f')
         units = (view.position_unit, view.velocity_unit, view.effort_unit, view.effort_unit)
         for axis, name, unit in zip(axes, names, units, strict=True):
-            label_axes(axis, '', f'{name} [{unit}]')
+            drawing.label_axes(axis, '', f'{name} [{unit}]')
             axis.margins(x=0.01)
         number_rejected(axes[0], rows, 72.0 * _WIDTH_IN * _AXES_SHARE)
         for axis, there in ((axes[2], effort), (axes[3], len(known) > 0)):
             if not there:
                 axis.set_yticks([])
-                axis.set_ylabel(axis.get_ylabel().replace(' [', '\n['), fontsize=FONT)
+                axis.set_ylabel(axis.get_ylabel().replace(' [', '\n['), fontsize=drawing.FONT)
                 axis.text(0.5, 0.5, 'unknown', transform=axis.transAxes, ha='center', va='center',
-                          fontsize=FONT, color=GREY)  # fmt: skip
+                          fontsize=drawing.FONT, color=drawing.GREY)  # fmt: skip
         if len(known):
-            axes[3].axhline(0.0, color=GREY, linewidth=0.6)
-        axes[3].set_xlabel('time [s]', fontsize=FONT)
+            axes[3].axhline(0.0, color=drawing.GREY, linewidth=0.6)
+        axes[3].set_xlabel('time [s]', fontsize=drawing.FONT)
         figure.align_ylabels(axes)
         if handles:
-            legend_below(figure, handles)
+            drawing.legend_below(figure, handles)
         return figure
 
 
@@ -123,13 +116,17 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], FloatArray]:
             continue
         known.append(tau_f[np.isfinite(tau_f)])
         colour = view.style(observer).colour
-        draw_line(axes, view.time, tau_f, color=colour, linewidth=1.8 if place == 0 else 1.0)
+        drawing.draw_line(
+            axes, view.time, tau_f, color=colour, linewidth=1.8 if place == 0 else 1.0
+        )
         handles.append(Line2D([], [], color=colour, linewidth=2.0, label=observer_label(observer)))
     if view.model is not None and view.preferred is not None:
         predicted = law_in_motion(view.model.fit, view.q, view.speed, view.zero_band)
         if predicted is not None:
             known.append(predicted[np.isfinite(predicted)])
-            draw_line(axes, view.time, predicted, color=_LAW, linewidth=1.0, linestyle='--')
+            drawing.draw_line(
+                axes, view.time, predicted, color=_LAW, linewidth=1.0, linestyle='--'
+            )
             text = f'law fitted to {observer_label(view.preferred)}'
             handles.append(Line2D([], [], color=_LAW, linewidth=1.0, linestyle='--', label=text))
     return handles, np.concatenate(known)

@@ -21,14 +21,7 @@ from sosml_friction.identification.law_residual import (
     level_residual,
     white_band,
 )
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    label_axes,
-    legend_below,
-    marker_edge,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
@@ -71,7 +64,7 @@ class LawResidual(Figure[JointView]):
         residual = view.residual()
         assert residual is not None
         assert view.model is not None
-        figure = new_figure(10.0, 6.6)
+        figure = drawing.new_figure(10.0, 6.6)
         panels = np.asarray(figure.subplots(2, 2, width_ratios=(1.0, 1.0)))
         by_velocity, by_position, by_time, with_itself = panels.ravel()
         for axes, x, label in (
@@ -80,13 +73,13 @@ class LawResidual(Figure[JointView]):
             (by_time, view.time, 'time [s]'),
         ):
             _scatter(axes, view, residual, x)
-            axes.axhline(0.0, color=GREY, linewidth=0.8)
-            label_axes(axes, label, f'estimate − law [{view.effort_unit}]')
+            axes.axhline(0.0, color=drawing.GREY, linewidth=0.8)
+            drawing.label_axes(axes, label, f'estimate − law [{view.effort_unit}]')
         _window_means(by_time, view, residual)
         levels, largest = _levels(by_velocity, view)
         std = view.model.fit.residual_std
         for side in (-std, std):
-            by_velocity.axhline(side, color=GREY, linestyle=':', linewidth=1.2)
+            by_velocity.axhline(side, color=drawing.GREY, linestyle=':', linewidth=1.2)
         reach = float(np.quantile(np.abs(residual.value), 0.995))
         for axes in (by_velocity, by_position, by_time):
             height = 1.15 * (max(reach, largest) if axes is by_velocity else reach)
@@ -101,13 +94,13 @@ class LawResidual(Figure[JointView]):
                        label=f'{of}, samples, {text}')
                 for _, colour, _, text in _WAYS
             ),
-            Line2D([], [], color=GREY, linewidth=2.0, label='mean in a bin or window'),
-            Line2D([], [], color=GREY, linestyle=':', label='± residual std of the fit'),
+            Line2D([], [], color=drawing.GREY, linewidth=2.0, label='mean in a bin or window'),
+            Line2D([], [], color=drawing.GREY, linestyle=':', label='± residual std of the fit'),
             *levels,
         ]  # fmt: skip
         if white:
             handles.append(Patch(color='#dddddd', linewidth=0, label='95 % of white noise'))
-        legend_below(figure, handles)
+        drawing.legend_below(figure, handles)
         return figure
 
 
@@ -151,7 +144,7 @@ def _levels(axes: Axes, view: JointView) -> tuple[list[Any], float]:
             'marker': style.marker,
             'markersize': 6,
             'color': style.colour,
-            'markeredgecolor': marker_edge(style),
+            'markeredgecolor': drawing.marker_edge(style),
             'markeredgewidth': 0.7,
         }
         axes.plot(*left, zorder=4, **look)
@@ -165,15 +158,15 @@ def _draw_autocorrelation(axes: Axes, view: JointView, residual: Residual) -> bo
     """Draw the autocorrelation and return True, or False where it is not known."""
     step = float(np.median(np.diff(view.time)))
     lags = lags_of(residual, step)
-    label_axes(axes, 'lag [s]', 'autocorrelation [1]')
+    drawing.label_axes(axes, 'lag [s]', 'autocorrelation [1]')
     if lags < 2:
         axes.text(0.5, 0.5, 'windows too short', transform=axes.transAxes, ha='center',
-                  va='center', fontsize=FONT, color=GREY)  # fmt: skip
+                  va='center', fontsize=drawing.FONT, color=drawing.GREY)  # fmt: skip
         return False
     values, pairs = autocorrelation(residual, lags)
     lag, half = step * np.arange(lags + 1), white_band(pairs)
     axes.fill_between(lag, -half, half, color='#dddddd', linewidth=0, zorder=1.0)
-    axes.axhline(0.0, color=GREY, linewidth=0.8)
+    axes.axhline(0.0, color=drawing.GREY, linewidth=0.8)
     axes.plot(lag, values, color=view.style(view.preferred or '').colour, linewidth=1.6)
     axes.set_ylim(min(-0.4, float(np.nanmin(values)) - 0.05), 1.05)
     return True

@@ -19,15 +19,8 @@ from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.friction_law import FrictionLaw
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    Style,
-    label_axes,
-    legend_below,
-    marker_edge,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
+from sosml_friction.report.common.drawing import Style
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView
@@ -93,7 +86,7 @@ class SShape(Figure[JointView]):
         """Draw blocks of up to three observers below one another."""
         observers = list(view.fits)
         blocks = [observers[k : k + _COLUMNS] for k in range(0, len(observers), _COLUMNS)]
-        figure = new_figure(10.0, 6.2 * len(blocks) + 0.5)
+        figure = drawing.new_figure(10.0, 6.2 * len(blocks) + 0.5)
         columns = min(len(observers), _COLUMNS)
         panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
         levels = {observer: _levels(view, observer) for observer in observers}
@@ -114,16 +107,20 @@ class SShape(Figure[JointView]):
             whole.set_ylim(heights[0])
             knee.set_ylim(heights[1])
             unit = view.effort_unit
-            label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
-            label_axes(knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]')
+            drawing.label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
+            drawing.label_axes(
+                knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]'
+            )
             if place:
                 whole.set_ylabel('')
                 knee.set_ylabel('')
             whole.locator_params(axis='x', nbins=5)
             mark = ' (the model)' if observer == view.preferred else ''
-            whole.set_title(observer_label(observer) + mark, fontsize=FONT, fontweight='bold')
+            whole.set_title(
+                observer_label(observer) + mark, fontsize=drawing.FONT, fontweight='bold'
+            )
             figure.align_ylabels(panels[:, 0])
-        legend_below(figure, _legend(view))
+        drawing.legend_below(figure, _legend(view))
         return figure
 
 
@@ -203,8 +200,8 @@ def _draw(
         axes.set_xscale('log')
         axes.set_xlim(span)
     else:
-        axes.axhline(0.0, color=GREY, linewidth=0.6)
-        axes.axvline(0.0, color=GREY, linewidth=0.6)
+        axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
+        axes.axvline(0.0, color=drawing.GREY, linewidth=0.6)
         axes.set_xlim(-fastest, fastest)
 
 
@@ -240,7 +237,7 @@ def _points(
         *points, np.nan_to_num(spread), fmt=marker, markersize=6,
         color=_PALE if rejected else style.colour,
         markerfacecolor='white' if rejected else style.colour,
-        markeredgecolor=_PALE if rejected else marker_edge(style._replace(marker=marker)),
+        markeredgecolor=_PALE if rejected else drawing.marker_edge(style._replace(marker=marker)),
         markeredgewidth=1.0 if rejected else 0.7,
         elinewidth=0.9, capsize=0, zorder=3.2 if rejected else 4,
     )  # fmt: skip
@@ -300,7 +297,7 @@ def _height(
 
 
 def _legend(view: JointView) -> Sequence[Any]:
-    dot: dict[str, Any] = {'color': GREY, 'linestyle': ''}
+    dot: dict[str, Any] = {'color': drawing.GREY, 'linestyle': ''}
     hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
     used = 'window used: level, ± std within it'
     handles: list[Any] = [
@@ -313,11 +310,11 @@ def _legend(view: JointView) -> Sequence[Any]:
     if count:
         longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
         handles.append(Line2D([], [], marker='o', label=f'window not used{longest}', **hollow))
-    line: dict[str, Any] = {'color': GREY, 'linewidth': 1.8}
+    line: dict[str, Any] = {'color': drawing.GREY, 'linewidth': 1.8}
     handles.append(Line2D([], [], label='fitted law', **line))
     handles.append(Line2D([], [], linestyle=':', label='slower than the data', **line))
     if _any_band(view):
-        handles.append(Patch(color=GREY, alpha=0.3, linewidth=0, label='95 % band'))
+        handles.append(Patch(color=drawing.GREY, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
     if view.truth is not None:
         handles.append(Line2D([], [], color='black', linestyle='--', linewidth=1.1, label='truth'))

@@ -11,13 +11,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from sosml_friction.report.common.drawing import (
-    GREY,
-    envelope,
-    label_axes,
-    legend_below,
-    new_figure,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.simulation.recorded.recorded_simulation import (
@@ -68,7 +62,7 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
     def draw(self, view: SimulatedJoint) -> Drawing:
         """Draw a row for each quantity."""
         found, i = view
-        figure = new_figure(11.0, 7.6)
+        figure = drawing.new_figure(11.0, 7.6)
         axes = figure.subplots(3, 2, sharex=True, width_ratios=[1.0, 1.0])
         effort = found.units[i]
         length, speed = motion_units(effort)
@@ -82,20 +76,20 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
         begins = holes | found.begins
         for (left, right), (what, unit, factor, small) in zip(axes, panels, strict=True):
             measured, simulated = found.measured[what][:, i], found.simulated[what][:, i]
-            left.plot(*_parted(found.time, measured, holes), color=GREY, linewidth=2.2)
+            left.plot(*_parted(found.time, measured, holes), color=drawing.GREY, linewidth=2.2)
             left.plot(*_parted(found.time, simulated, begins), color=_SIMULATED, linewidth=1.0)
             error = factor * (simulated - measured)
             right.plot(*_parted(found.time, error, begins), color=_ERROR, linewidth=0.9)
             time = 'time [s]' if what == 'effort' else ''
-            label_axes(left, time, f'{what} [{unit}]')
-            label_axes(right, time, f'simulated - measured [{small}]')
+            drawing.label_axes(left, time, f'{what} [{unit}]')
+            drawing.label_axes(right, time, f'simulated - measured [{small}]')
         own = 'simulated'
         if found.mode == WINDOWS:
             own = 'simulated (effort: what the model needs for the measured motion)'
-        legend_below(
+        drawing.legend_below(
             figure,
             [
-                Line2D([], [], color=GREY, linewidth=2.2, label='measured'),
+                Line2D([], [], color=drawing.GREY, linewidth=2.2, label='measured'),
                 Line2D([], [], color=_SIMULATED, label=own),
                 Line2D([], [], color=_ERROR, label='error'),
             ],
@@ -107,7 +101,7 @@ def _parted(
     time: FloatArray, values: FloatArray, begins: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     """Return a line, a long one as its envelope, with a hole before each sample that begins."""
-    t, x = envelope(time, values)
+    t, x = drawing.envelope(time, values)
     piece = np.searchsorted(time[begins], t, side='right')
     first = np.flatnonzero(np.diff(piece)) + 1
     return np.insert(t, first, t[first]), np.insert(x, first, np.nan)

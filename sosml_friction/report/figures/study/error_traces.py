@@ -8,14 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    draw_line,
-    label_axes,
-    new_figure,
-    style_of,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.study.view import shown_observers
@@ -47,7 +40,7 @@ class ErrorTraces(Figure[Study]):
     def draw(self, view: Study) -> Drawing:
         """Draw all that is scored on the left, and one reversal on the right."""
         cases = [case for case in _CASES if case in view.observations]
-        figure = new_figure(10.0, 0.8 + 3.4 * len(cases))
+        figure = drawing.new_figure(10.0, 0.8 + 3.4 * len(cases))
         rows = figure.subplots(len(cases), 2, width_ratios=(2.6, 1.0), squeeze=False, sharey='row')
         for (whole, near), case in zip(rows, cases, strict=True):
             observation = view.observations[case]
@@ -64,29 +57,29 @@ class ErrorTraces(Figure[Study]):
                 row = view.row(case, name)
                 wrong = 1e3 * (view.estimate(row) - observation.friction)[scored, 0]
                 reach = max(reach, float(np.quantile(np.abs(wrong), 0.999)))
-                colour = style_of(name, k).colour
-                draw_line(whole, time, wrong, color=colour, linewidth=0.8 + 0.2 * k)
+                colour = drawing.style_of(name, k).colour
+                drawing.draw_line(whole, time, wrong, color=colour, linewidth=0.8 + 0.2 * k)
                 close = (time > turn - _BEFORE_S) & (time < turn + _AFTER_S)
                 near.plot(time[close], wrong[close], color=colour, linewidth=0.8 + 0.2 * k)
                 error = 1e3 * rmse_mean('noise', row.scores[0])
                 text = f'{observer_label(name)}: RMSE {error:.3g} mNm'
                 handles.append(Line2D([], [], color=colour, linewidth=2.5, label=text))
             for axes in (whole, near):
-                axes.axhline(0.0, color=GREY, linewidth=0.6)
-                label_axes(axes, '', '')
+                axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
+                drawing.label_axes(axes, '', '')
             whole.set_ylim(-1.1 * reach, 1.1 * reach)
             whole.margins(x=0.01)
-            whole.set_ylabel(f'{case[0]}: error [mNm]', fontsize=FONT)
+            whole.set_ylabel(f'{case[0]}: error [mNm]', fontsize=drawing.FONT)
             near.set_xlim(turn - _BEFORE_S, turn + _AFTER_S)
             near.locator_params(axis='x', nbins=5)
             # Room for the legend, which is wider than its panel.
-            whole.set_title(' ', fontsize=FONT, pad=12.0)
+            whole.set_title(' ', fontsize=drawing.FONT, pad=12.0)
             legend = whole.legend(
                 handles=handles, loc='lower left', bbox_to_anchor=(0.0, 1.0), ncols=3,
-                fontsize=FONT, frameon=False, borderaxespad=0.2, handlelength=1.4,
+                fontsize=drawing.FONT, frameon=False, borderaxespad=0.2, handlelength=1.4,
             )  # fmt: skip
             legend.set_in_layout(False)
         for axes, text in zip(rows[-1], ('time [s]', 'time [s], one reversal'), strict=True):
-            axes.set_xlabel(text, fontsize=FONT)
+            axes.set_xlabel(text, fontsize=drawing.FONT)
         figure.align_ylabels(rows[:, 0])
         return figure

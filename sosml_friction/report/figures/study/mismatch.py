@@ -8,14 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.model.friction_law import unit_of
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    label_axes,
-    legend_below,
-    new_figure,
-    style_of,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import SYMBOLS
 from sosml_friction.report.figures.study.phase_plane import TRUTH_STYLE, draw_phase_plane
@@ -52,28 +45,29 @@ class Mismatch(Figure[Study]):
         """Draw it with the first model of the condition, the one with too much inertia."""
         case = _CASE
         shown = shown_observers(view, case)
-        figure = new_figure(10.0, 7.4)
+        figure = drawing.new_figure(10.0, 7.4)
         grid = figure.add_gridspec(2, 10, height_ratios=(1.5, 1.0))
         whole, near = figure.add_subplot(grid[0, :6]), figure.add_subplot(grid[0, 6:])
         top = 1.05 * float(np.abs(view.observations[case].velocity[:, 0]).max())
         handles = draw_phase_plane((whole, near), view, case, shown, (top, _NEAR))
         whole.set_title(
-            f'believed: M × {INERTIA_SCALES[0]:g}, g + {GRAVITY_OFFSET[0]:g} Nm', fontsize=FONT
+            f'believed: M × {INERTIA_SCALES[0]:g}, g + {GRAVITY_OFFSET[0]:g} Nm',
+            fontsize=drawing.FONT,
         )
-        near.set_title('near zero velocity', fontsize=FONT)
+        near.set_title('near zero velocity', fontsize=drawing.FONT)
         near.set_ylabel('')
         laws = fitted_laws(view, case, shown)
         for column, (name, symbol) in enumerate(SYMBOLS.items()):
             axes = figure.add_subplot(grid[1, 2 * column : 2 * column + 2])
             for k, observer in enumerate(shown):
                 value = laws[observer].parameters[name]
-                axes.bar(k, value, width=0.7, color=style_of(observer, k).colour)
+                axes.bar(k, value, width=0.7, color=drawing.style_of(observer, k).colour)
             axes.axhline(TRUTH[0][name], **TRUTH_STYLE)
-            axes.axhline(0.0, color=GREY, linewidth=0.6)
-            axes.set_title(f'{symbol} [{unit_of(name, "Nm")}]', fontsize=FONT)
-            label_axes(axes, '', '')
+            axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
+            axes.set_title(f'{symbol} [{unit_of(name, "Nm")}]', fontsize=drawing.FONT)
+            drawing.label_axes(axes, '', '')
             axes.set_xticks([])
             axes.set_xlim(-0.7, len(shown) - 0.3)
             axes.margins(y=0.12)
-        legend_below(figure, handles)
+        drawing.legend_below(figure, handles)
         return figure

@@ -6,14 +6,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure as Drawing
 
-from sosml_friction.report.common.drawing import (
-    FONT,
-    GREY,
-    label_axes,
-    legend_below,
-    new_figure,
-    style_of,
-)
+from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.figures.study.phase_plane import draw_phase_plane
 from sosml_friction.report.study.view import shown_observers
@@ -46,21 +39,21 @@ class SlowNominal(Figure[Study]):
         """Draw estimates and laws, and estimate minus truth."""
         case = _CASE
         shown = shown_observers(view, case)
-        figure = new_figure(10.0, 4.8)
+        figure = drawing.new_figure(10.0, 4.8)
         plane, error = figure.subplots(1, 2)
         handles = draw_phase_plane((plane,), view, case, shown, (_SLOW,))
-        plane.set_title('friction over velocity', fontsize=FONT)
+        plane.set_title('friction over velocity', fontsize=drawing.FONT)
         observation = view.observations[case]
         kept = observation.time > SCORED_FROM_S
         v = observation.velocity[kept, 0]
         for k, name in enumerate(shown):
-            style = style_of(name, k)
+            style = drawing.style_of(name, k)
             wrong = 1e3 * (view.estimate(view.row(case, name)) - observation.friction)[kept, 0]
             width = min(style.width, 2.2)
             error.plot(v, wrong, color=style.colour, linewidth=width, linestyle=style.dashes)
-        error.axhline(0.0, color=GREY, linewidth=0.6)
+        error.axhline(0.0, color=drawing.GREY, linewidth=0.6)
         error.set_xlim(-_SLOW, _SLOW)
-        error.set_title('estimate minus truth', fontsize=FONT)
-        label_axes(error, 'velocity [rad/s]', 'error [mNm]')
-        legend_below(figure, handles)
+        error.set_title('estimate minus truth', fontsize=drawing.FONT)
+        drawing.label_axes(error, 'velocity [rad/s]', 'error [mNm]')
+        drawing.legend_below(figure, handles)
         return figure
