@@ -328,8 +328,8 @@ def import_(
     Example: sosml import DATA_EMPS.mat --map config/import/emps.yaml --out emps
     """
     from sosml_friction.bags.bag import Bag
+    from sosml_friction.bags.bag_information import bag_information
     from sosml_friction.bags.importer import import_recording
-    from sosml_friction.report.common.bag_information import bag_information
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
 
@@ -374,7 +374,7 @@ def info(
     Example: sosml info recording --json
     """
     from sosml_friction.bags.bag import Bag
-    from sosml_friction.report.common.bag_information import bag_information
+    from sosml_friction.bags.bag_information import bag_information
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
     from sosml_friction.report.common.tables import information_table, print_table

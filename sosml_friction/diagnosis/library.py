@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.known_terms import DATA_CAUSES
-from sosml_friction.model.terms.kinds.term import TERMS, Term
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS, Term
 
 
 def searched_terms() -> dict[str, type[Term]]:

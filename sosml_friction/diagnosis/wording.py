@@ -15,8 +15,7 @@ from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_ta
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import more_along_axis
 from sosml_friction.diagnosis.extended_model.gain import Gain
-from sosml_friction.model.known_terms import DATA_CAUSES
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')

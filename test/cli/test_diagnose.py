@@ -15,8 +15,8 @@ from known_robots import slider_model, slider_recording
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.library import searched_terms
-from sosml_friction.model.known_terms import DATA_CAUSES
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.json'
 

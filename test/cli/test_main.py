@@ -417,7 +417,7 @@ def test_a_bandwidth_that_cannot_be_is_refused(refused, slider_bag, bandwidth):
     assert 'bandwidth' in refused('fit', slider_bag, f'--bandwidth={bandwidth}')
 
 
-@pytest.mark.parametrize('stage', ['analyse_bag', 'write_report'])
+@pytest.mark.parametrize('stage', ['analyse_bag', 'render_report'])
 def test_ctrl_c_ends_with_130_and_nothing_half_written(
     sosml, slider_bag, tmp_path, monkeypatch, stage
 ):

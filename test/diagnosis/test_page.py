@@ -12,10 +12,9 @@ import pytest
 from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.decision.verdict import VERDICTS
 from sosml_friction.diagnosis.library import searched_terms
-from sosml_friction.model.known_terms import DATA_CAUSES
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
-from sosml_friction.model.terms.kinds.term import TERMS
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 
 PAGE = (Path(__file__).resolve().parents[2] / 'docs' / 'diagnosis.md').read_text()
 

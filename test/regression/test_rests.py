@@ -15,8 +15,8 @@ from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton, run
 from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path
-from sosml_friction.model.known_terms import DATA_CAUSES
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.noise_model import ORDER, NoiseModel

@@ -10,14 +10,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from known_robots import slider_model, slider_recording
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis
+from sosml_friction.identification.several.consolidation import (
+    BagRole,
+    Consolidation,
+    consolidate,
+)
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.recorded.recorded_simulation import (
+    RecordedSimulation,
+    simulate_recording,
+)
+
+ROLES = {
+    'ladder': BagRole('T1', 'stated', 'stated'),
+    'slow': BagRole('T3', 'stated', 'stated'),
+}
 
 
 @pytest.fixture(scope='session')
@@ -85,3 +103,41 @@ def rejecting_analysis(analysis: BagAnalysis) -> BagAnalysis:
         )
         joints[joint] = {o: dataclasses.replace(f, segments=segments) for o, f in fits.items()}
     return dataclasses.replace(analysis, fit=dataclasses.replace(analysis.fit, joints=joints))
+
+
+@pytest.fixture(scope='session')
+def bags(analysis: BagAnalysis) -> BagsAnalysis:
+    """Return two recordings, the second of the shoulder alone: the same motion, other labels."""
+    joints = {'shoulder': analysis.fit.joints['shoulder']}
+    rows = {'shoulder': analysis.fit.rows['shoulder']}
+    fit = dataclasses.replace(
+        analysis.fit,
+        joints=joints,
+        alternatives={},
+        rows=rows,
+        unavailable={'elbow': 'its actuator reports no effort'},
+    )
+    second = dataclasses.replace(analysis, fit=fit)
+    recordings = {'ladder': analysis.fit, 'slow': fit}
+    found = {
+        joint: {'sosml': consolidate(joint, 'sosml', 'Nm', recordings, ROLES)}
+        for joint in ('shoulder', 'elbow')
+    }
+    consolidation = Consolidation(
+        ('ladder', 'slow'), ROLES, found, dict.fromkeys(('shoulder', 'elbow'), 'sosml')
+    )
+    return BagsAnalysis({'ladder': analysis, 'slow': second}, consolidation, analysis.model)
+
+
+@pytest.fixture(scope='session')
+def diagnosis() -> Diagnosis:
+    """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
+    log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
+    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
+
+
+@pytest.fixture(scope='session')
+def simulated() -> RecordedSimulation:
+    """Return the slider simulated in windows."""
+    log = slider_recording(lambda v: 0.0 * v, seed=1)
+    return simulate_recording(log, slider_model(), {}, 0.3)

@@ -15,7 +15,7 @@ import pytest
 
 from sosml_friction.report.common.tables import print_table
 from sosml_friction.report.study.tables import study_tables
-from sosml_friction.report.study.view import is_causal
+from sosml_friction.study.outcome import is_causal
 from sosml_friction.study.run import Study, StudySettings, rmse_mean, run_study
 
 FULL = os.environ.get('SOSML_FRICTION_STUDY') == 'full'

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.library import make_library, searched_terms
-from sosml_friction.model.known_terms import DATA_CAUSES
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES
 from validation import campaign as blind_campaign
 from validation import plan as blind_plan
 from validation import plant as bp

@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
@@ -66,7 +67,6 @@ _OTHERS = (
     Style('#E69F00', 'P', '--', 1.4),
 )
 
-
 #: Colours and markers of recordings, in their order; triangles are directions.
 _BAGS = (
     ('#0072B2', 'o'),
@@ -105,6 +105,14 @@ def style_of(observer: str, k: int) -> Style:
 def marker_edge(style: Style) -> str:
     """Return the colour of a marker's edge: white, which parts it from others, or its own."""
     return style.colour if style.marker in ('x', '+') else 'white'
+
+
+def before_and_after() -> list[Any]:
+    """Return the legend of what the refitted model leaves, and of what is left with the causes."""
+    return [
+        Line2D([], [], color=BEFORE, label='refitted model'),
+        Line2D([], [], color=AFTER, label='with what was named'),
+    ]
 
 
 def label_axes(axes: Axes, x: str, y: str) -> None:

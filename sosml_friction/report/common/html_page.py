@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 
 _STYLE = """
@@ -32,46 +32,57 @@ figcaption { color: #555; font-size: .93em; } code { font-size: .92em; overflow-
 
 
 def page(title: str, parts: Sequence[str]) -> str:
-    """Return the document of the parts that are not empty."""
+    """Return the document of the parts that are not empty, below its title."""
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n'
+        f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n'
+        f'<body>\n<h1>{escape(title)}</h1>\n'
         + '\n'.join(part for part in parts if part)
         + '\n</body></html>\n'
     )
 
 
-def picture(png: bytes, caption: str) -> str:
+def picture(png: bytes, caption: str, title: str) -> str:
     """Return a figure with its picture inside the document."""
     data = base64.b64encode(png).decode('ascii')
     return (
-        f'<figure><img alt="{escape(caption)}" src="data:image/png;base64,{data}">'
-        f'<figcaption>{escape(caption)}</figcaption></figure>'
+        f'<figure><img alt="{escape(caption)}" title="{escape(title)}" '
+        f'src="data:image/png;base64,{data}"><figcaption>{escape(caption)}</figcaption></figure>'
     )
 
 
-def table(columns: Mapping[str, str], rows: Iterable[Sequence[str]], caption: str = '') -> str:
-    """
-    Return a table of texts.
-
-    :param columns: heads, each with the class of its column: 'n' for numbers, '' for text.
-    """
-    styles = [f' class="{style}"' if style else '' for style in columns.values()]
-
-    def line(tag: str, texts: Sequence[str]) -> str:
-        cells = (
-            f'<{tag}{style}>{escape(text)}</{tag}>'
-            for style, text in zip(styles, texts, strict=True)
-        )
-        return f'<tr>{"".join(cells)}</tr>'
-
-    told = f'<caption>{escape(caption)}</caption>' if caption else ''
-    body = ''.join(line('td', row) for row in rows)
-    head = line('th', list(columns))
-    return f'<table>{told}<thead>{head}</thead><tbody>{body}</tbody></table>'
+def heading(text: str, level: int = 2) -> str:
+    """Return a heading."""
+    return f'<h{level}>{escape(text)}</h{level}>'
 
 
-def number_cell(text: str, style: str = 'n') -> str:
-    """Return a cell of a table, its text to the right."""
-    return f'<td class="{style}">{escape(text)}</td>'
+def items(texts: Iterable[str], head: str = '') -> str:
+    """Return a list with a heading above it, empty where there is nothing to list."""
+    listed = ''.join(f'<li>{escape(text)}</li>' for text in texts)
+    return f'{head}<ul>{listed}</ul>' if listed else ''
+
+
+def folded(summary: str, body: str) -> str:
+    """Return what is hidden until it is asked for, empty where there is nothing."""
+    return f'<details><summary>{escape(summary)}</summary>{body}</details>' if body else ''
+
+
+def result_box(sentences: Iterable[str]) -> str:
+    """Return the answer of a report, a paragraph for each sentence."""
+    text = ''.join(f'<p>{escape(sentence)}</p>' for sentence in sentences)
+    return f'<div class="result">{text}</div>' if text else ''
+
+
+def joints_box(sentences: Iterable[str]) -> str:
+    """Return the answer of a report by joint, ``joint: sentence``, the joints in bold."""
+    text = ''
+    for name, _, rest in (sentence.partition(':') for sentence in sentences):
+        text += f'<p><strong>{escape(name)}</strong>:{escape(rest)}</p>'
+    return f'<div class="result">{text}</div>'
+
+
+def notes_box(remarks: Iterable[str]) -> str:
+    """Return what a reader should know first, empty where there is nothing."""
+    listed = items(remarks)
+    return f'<div class="note">{listed}</div>' if listed else ''

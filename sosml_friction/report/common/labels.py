@@ -16,9 +16,6 @@ SYMBOLS = {
 }
 #: Those that only laws have that differ with direction.
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
-#: Parameters that cannot be negative.
-NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity')
-
 _OBSERVERS = {
     'first_order_capped': 'FO capped',
     'quasi_static': 'Quasi-static',
@@ -43,6 +40,12 @@ _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 def observer_label(identifier: str) -> str:
     """Return the short name of an observer, its identifier where it has none."""
     return _OBSERVERS.get(identifier, identifier)
+
+
+def fit_label(observer: str, method: str) -> str:
+    """Return what a fit is called: observer and method, once where they are the same."""
+    label = observer_label(observer)
+    return label if observer in ('weak_form', 'output_error') else f'{label}, {method}'
 
 
 def symbols_of(*parameters: Collection[str]) -> dict[str, str]:

@@ -9,14 +9,13 @@ Plain ASCII, so that a table survives every terminal.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
+from sosml_friction.identification.parameter_interval import HUGE, allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.labels import NON_NEGATIVE
 
 UNKNOWN = '-'
 NOT_IDENTIFIABLE_TEXT = 'not identifiable'
-#: No physical quantity is larger, and rounding overflows close to 1e308.
-_HUGE = 1e300
 
 
 def format_number(value: float, uncertainty: float = math.nan) -> str:
@@ -28,7 +27,7 @@ def format_number(value: float, uncertainty: float = math.nan) -> str:
 
     :param uncertainty: standard error or the like, in the unit of the value.
     """
-    if not abs(value) < _HUGE:
+    if not abs(value) < HUGE:
         return UNKNOWN
     if math.isfinite(uncertainty) and uncertainty > 0.0:
         place = _leading(uncertainty) - 1
@@ -51,6 +50,26 @@ def format_number(value: float, uncertainty: float = math.nan) -> str:
 def _leading(x: float) -> int:
     """Return the power of ten of the first digit."""
     return int(f'{x:e}'.partition('e')[2])
+
+
+def rounded(value: float) -> str:
+    """Return a number of which two digits count."""
+    return format_number(value, value)
+
+
+def percent(share: float) -> str:
+    """Return a share of one in percent, empty where it is not known."""
+    return f'{100.0 * share:.2f} %' if math.isfinite(share) else ''
+
+
+def truth_text(known: Mapping[str, Parameter], name: str) -> str:
+    """Return a parameter that is known, a dash where it is not."""
+    return f'{known[name].value:.4g}' if name in known else UNKNOWN
+
+
+def words(identifier: str) -> str:
+    """Return an identifier as words."""
+    return identifier.replace('_', ' ')
 
 
 def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:
@@ -91,25 +110,8 @@ def interval_text(parameter: Parameter) -> str:
     return format_interval(*parameter.interval, parameter.std_error)
 
 
-def allowed_range(name: str, parameter: Parameter) -> tuple[float, float] | None:
-    """
-    Return the interval of a parameter cut at what it can be at all, its open ends infinite.
-
-    C, B, S and v_s are not negative. An end that is NaN, as in a file, is open. None where the
-    data say nothing: no interval, one without width, or one that allows all there can be.
-    """
-    if parameter.interval is None:
-        return None
-    low, high = parameter.interval
-    lowest = 0.0 if name in NON_NEGATIVE else -math.inf
-    # No physical quantity is as large.
-    low = low if abs(low) < _HUGE and low > lowest else lowest
-    high = max(high, lowest) if abs(high) < _HUGE else math.inf
-    return (low, high) if high > low and (low > lowest or high < math.inf) else None
-
-
 def range_text(name: str, parameter: Parameter) -> str:
-    """Return :func:`allowed_range` in words, empty where there is none."""
+    """Return the range that the data allow in words, empty where there is none."""
     allowed = allowed_range(name, parameter)
     if allowed is None:
         return ''

@@ -26,13 +26,14 @@ class OutputKind(NamedTuple):
     Say what a command writes into a folder.
 
     ``name`` as in "an earlier fit"; ``document``, the JSON file by whose entry ``format`` such a
-    folder is known; ``files``, the names of all that may be written.
+    folder is known; ``files``, the names of all that may be written; ``page``, the HTML report.
     """
 
     name: str
     document: str
     format: str
     files: tuple[str, ...]
+    page: str = 'report.html'
 
 
 def check_output_folder(
@@ -117,8 +118,9 @@ def written_together(folder: Path, kind: OutputKind) -> Iterator[Path]:
         shutil.rmtree(workshop, ignore_errors=True)
 
 
-def write_document(workshop: Path, kind: OutputKind, document: Mapping[str, Any]) -> None:
-    """Write the JSON file of a result into the folder that :func:`written_together` yields."""
+def write_result(workshop: Path, kind: OutputKind, document: Mapping[str, Any], page: str) -> None:
+    """Write JSON file and report of a result into the folder of :func:`written_together`."""
+    (workshop / kind.page).write_text(page, encoding='utf-8')
     (workshop / kind.document).write_text(to_json(document) + '\n', encoding='utf-8')
 
 

@@ -12,13 +12,14 @@ from typing import Any
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.number_text import words
 from sosml_friction.report.common.output import (
     OutputKind,
     to_plain,
-    write_document,
+    write_result,
     written_together,
 )
-from sosml_friction.report.diagnosis.html import render_diagnosis
+from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'
 FILES = ('robot.urdf', 'model.yaml', 'report.html', 'diagnosis.json')
@@ -28,7 +29,7 @@ KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
 def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return the object of ``sosml diagnose --json``: docs/schema/diagnosis.schema.json."""
     recommendation = diagnosis.recommendation
-    gain = diagnosis.gain
+    gain, alike = diagnosis.gain, diagnosis.confusability
     document: dict[str, Any] = {
         'format': FORMAT,
         'verdict': diagnosis.verdict,
@@ -43,9 +44,7 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         'structure': dict(diagnosis.structure),
         'refit': dict(diagnosis.refit),
         'tolerated': [cause.to_dict() for cause in diagnosis.tolerated],
-        'confusability': None
-        if diagnosis.confusability is None
-        else diagnosis.confusability.to_dict(),
+        'confusability': None if alike is None else alike.to_dict(),
         'band_hz': diagnosis.band_hz,
         'library_hash': diagnosis.library_hash,
         'provenance': dict(provenance),
@@ -69,8 +68,8 @@ def write_diagnosis(
         if any(term.in_model for term in diagnosis.terms):
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
-        (workshop / 'report.html').write_text(render_diagnosis(diagnosis), encoding='utf-8')
-        write_document(workshop, KIND, diagnosis_document(diagnosis, provenance))
+        page = render_diagnosis(diagnosis, provenance)
+        write_result(workshop, KIND, diagnosis_document(diagnosis, provenance), page)
 
 
 def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
@@ -82,15 +81,11 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
             for name, error in before['relative_error_percent'].items()
         )
         lines.append(
-            f'  with {after["effect"].replace("_", " ")} ({after["joint"]}): relative effort '
+            f'  with {words(after["effect"])} ({after["joint"]}): relative effort '
             f'error on folds left out {changes}'
         )
     if diagnosis.rejected is not None and diagnosis.verdict != 'bad_data':
-        rejected = diagnosis.rejected
-        lines.append(
-            f'  not named: {rejected["effect"].replace("_", " ")} ({rejected["joint"]}), because '
-            f'{"; ".join(rejected["failed"])}'
-        )
+        lines.append(f'  not named: {rejection(diagnosis.rejected)}')
     if diagnosis.recommendation is not None:
         lines.append(f'Next: {diagnosis.recommendation.sentence}')
     lines.extend(

@@ -1,19 +1,62 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of a diagnosis: next experiments, parameters old and new, negative controls."""
+"""The tables of a diagnosis, as HTML; empty where there is nothing to say."""
 
 from __future__ import annotations
 
-from html import escape
-
-import numpy as np
+import math
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.report.common.html_page import table
-from sosml_friction.report.common.number_text import format_number
+from sosml_friction.diagnosis.residual.refitted_parameters import refitted_parameters
+from sosml_friction.report.common.html_page import heading
+from sosml_friction.report.common.number_text import format_number, percent, rounded, words
+from sosml_friction.report.common.table import html_table
 
-#: A deviation this close to its bound, as a share, is at it.
-_AT = 0.999
+
+def causes(diagnosis: Diagnosis) -> str:
+    """Return what was named, its parameters, and what would explain the data as well."""
+    rows = []
+    for cause in diagnosis.terms:
+        what = f'{words(cause.effect)}, {cause.joint}'
+        what += ' (within the tolerance)' if cause.tolerated else ''
+        rivals = ', '.join(map(words, cause.rivals))
+        where = 'yes' if cause.in_model else 'no'
+        for k, (name, p) in enumerate(cause.parameters.items()):
+            error = rounded(p.std_error) if math.isfinite(p.std_error) else ''
+            row = (words(name), format_number(p.value, p.std_error), error, p.unit)
+            rows.append(('', *row, '', '') if k else (what, *row, rivals, where))
+    columns = {
+        'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n', 'unit': '',
+        'or as well': '', 'in the model': '',
+    }  # fmt: skip
+    return heading('Causes') + html_table(columns, rows) if rows else ''
+
+
+def gain(diagnosis: Diagnosis) -> str:
+    """Return the errors of effort and position without and with what was named."""
+    found = diagnosis.gain
+    if found is None:
+        return ''
+    rows = []
+    for i, (name, unit) in enumerate(zip(diagnosis.names, diagnosis.units, strict=True)):
+        length = 'mrad' if unit == 'Nm' else 'mm'
+        before, after = 1e3 * found.forward_before[i], 1e3 * found.forward_after[i]
+        rows.append(
+            (
+                name,
+                f'{found.inverse_before[i]:.4g} → {found.inverse_after[i]:.4g} {unit}',
+                f'{found.relative_before[i]:.2f} → {found.relative_after[i]:.2f} %',
+                f'{before:.3g} → {after:.3g} {length}',
+                f'{found.forward_ratio[i]:.3f}',
+                f'{found.forward_error[i]:.3f}',
+            )
+        )
+    columns = {
+        'joint': '', 'effort error': 'n', 'relative': 'n',
+        f'position after {found.horizon_s:g} s': 'n', 'after / before': 'n',
+        'standard error': 'n',
+    }  # fmt: skip
+    return heading(f'Gain, on {found.on}') + html_table(columns, rows)
 
 
 def experiments(diagnosis: Diagnosis) -> str:
@@ -21,66 +64,40 @@ def experiments(diagnosis: Diagnosis) -> str:
     recommendation = diagnosis.recommendation
     if recommendation is None or not recommendation.options:
         return ''
-    one, other = (name.replace('_', ' ') for name in recommendation.pair)
-    rows = [
-        (
-            'these data',
-            '',
-            f'{100.0 * recommendation.overlap:.1f} %',
-            f'{recommendation.margin:.3g}',
-            '',
-        )
+    one, other = (words(name) for name in recommendation.pair)
+    these = ('these data', '', recommendation.overlap, recommendation.margin, '')
+    others = [
+        (words(x.name), f'{x.duration_s:.0f} s', x.overlap, x.margin, x.instruction)
+        for x in recommendation.options
     ]
-    rows += [
-        (
-            option.name.replace('_', ' '),
-            f'{option.duration_s:.0f} s',
-            f'{100.0 * option.overlap:.1f} %',
-            f'{option.margin:.3g}',
-            option.instruction,
-        )
-        for option in recommendation.options
+    rows = [
+        (name, duration, f'{100.0 * overlap:.1f} %', f'{margin:.3g}', instruction)
+        for name, duration, overlap, margin, instruction in (these, *others)
     ]
     columns = {'besides': '', 'duration': 'n', 'the same': 'n', 'margin': 'n', 'what to do': ''}
     caption = (
         'With these data and the other recording together, predicted; a margin (log-likelihood) '
         f'of {recommendation.needed:g} is needed.'
     )
-    heading = f'<h2>What would separate {escape(one)} and {escape(other)}</h2>'
-    return heading + table(columns, rows, caption)
+    told = heading(f'What would separate {one} and {other}')
+    return told + html_table(columns, rows, caption)
 
 
 def parameters(diagnosis: Diagnosis) -> str:
     """Return the nominal parameters, old and new, with standard error and limit."""
-    laboratory = diagnosis.laboratory
-    if laboratory is None or not diagnosis.refit:
-        return ''
-    scales, names = laboratory.signals[0].scales, diagnosis.names
     rows = []
-    for k, name in enumerate(laboratory.nominal.names):
-        change, bound = diagnosis.refit[name], float(laboratory.nominal.bound[k])
-        error = diagnosis.refit_errors.get(name, np.nan)
-        joint, _, what = name.rpartition(' ')
-        old = np.nan
-        if joint in names and hasattr(scales, what):
-            old = float(getattr(scales, what)[names.index(joint)])
-        if joint in names and what == 'armature':
-            old = float(laboratory.robot.armature[names.index(joint)])
-        note = ''
-        if np.isfinite(bound) and abs(change) >= _AT * bound:
-            note = 'at its limit'
-        elif not np.isfinite(bound):
-            note = 'not in the model: fitted freely'
-        known = np.isfinite(old)
+    for p in refitted_parameters(diagnosis):
+        known, bounded = math.isfinite(p.old), math.isfinite(p.bound)
+        note = '' if bounded else 'not in the model: fitted freely'
         rows.append(
             (
-                name,
-                format_number(old, error) if known else '',
-                format_number(old + change, error) if known else '',
-                format_number(change, error),
-                format_number(error, error),
-                f'± {bound:.3g}' if np.isfinite(bound) else '',
-                note,
+                p.name,
+                format_number(p.old, p.std_error) if known else '',
+                format_number(p.old + p.change, p.std_error) if known else '',
+                format_number(p.change, p.std_error),
+                rounded(p.std_error),
+                f'± {p.bound:.3g}' if bounded else '',
+                'at its limit' if p.at_bound else note,
             )
         )
     columns = {
@@ -92,7 +109,8 @@ def parameters(diagnosis: Diagnosis) -> str:
         'first moments and inertias that act together; at a limit the standard error does not '
         'hold.'
     )
-    return '<h2>Parameters of the nominal model</h2>' + table(columns, rows, caption)
+    told = heading('Parameters of the nominal model')
+    return told + html_table(columns, rows, caption) if rows else ''
 
 
 def controls(diagnosis: Diagnosis) -> str:
@@ -110,32 +128,23 @@ def controls(diagnosis: Diagnosis) -> str:
         effect, joint = finding.reported(diagnosis.names)
         if verdict == 'named' and (effect, joint) in tolerated:
             verdict = 'off within the tolerance'
-        rows.append(
-            (
-                f'{effect.replace("_", " ")}, {joint}',
-                f'{100.0 * finding.score.cv_gain:.2f} %',
-                _percent(finding.floor),
-                verdict,
-            )
-        )
+        removed, floor = percent(finding.score.cv_gain), percent(finding.floor)
+        rows.append((f'{words(effect)}, {joint}', removed, floor, verdict))
     rows += [
-        (f'free curves, {name}', f'{100.0 * float(gain):.2f} %', _percent(float(floor)), '')
+        (f'free curves, {name}', percent(float(gain)), percent(float(floor)), '')
         for name, gain, floor in zip(
             diagnosis.names, selection.structure_gain, selection.structure_floor, strict=True
         )
     ]
     columns = {'candidate': '', 'removed on data left out': 'n', 'floor': 'n', '': ''}
     return (
-        f'<h2>Negative controls</h2><p>{settings.nulls} recordings along the same motion were '
+        heading('Negative controls')
+        + f'<p>{settings.nulls} recordings along the same motion were '
         'simulated for each row without what it says: nominal parameters off by up to their '
         'tolerance, friction that turns around in other ways, noise as measured. The floor is '
         f'{settings.floor_margin:g} times the largest share that it removed of any of them, at '
         f'least {100.0 * settings.floor:g} %.</p>'
-        + table(columns, rows)
+        + html_table(columns, rows)
         + f'<p>What was looked for was fixed before: library '
         f'<code>{diagnosis.library_hash}</code>, seed {settings.seed}.</p>'
     )
-
-
-def _percent(share: float) -> str:
-    return f'{100.0 * share:.2f} %' if np.isfinite(share) else ''

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
+from typing import NamedTuple
 
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from sosml_friction.identification.friction_fit import FrictionFit
+from sosml_friction.identification.parameter_interval import missed_truths
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import (
     BY_RULE,
@@ -22,12 +23,19 @@ from sosml_friction.identification.several.consolidation import (
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.drawing import Style, bag_style
-from sosml_friction.report.common.html_page import number_cell
 from sosml_friction.report.common.labels import SYMBOLS, observer_label
-from sosml_friction.report.common.number_text import UNKNOWN, error_text, interval_text, value_text
-from sosml_friction.report.fit.findings import law_remarks, law_sentence, missed_truths
-from sosml_friction.report.fit.joint_section import name_cell
-from sosml_friction.report.fit.parameter_figure import ParameterRow
+from sosml_friction.report.common.number_text import (
+    UNKNOWN,
+    error_text,
+    interval_text,
+    truth_text,
+    value_text,
+    words,
+)
+from sosml_friction.report.common.parameter_bars import ParameterRow
+from sosml_friction.report.common.table import Column, Markup, html_table, terminal_table
+from sosml_friction.report.fit.findings import law_remarks, law_sentence
+from sosml_friction.report.fit.joint_section import name_text
 
 #: How the two ways are called and drawn.
 WAYS = {JOINT: 'joint fit', BY_RULE: "paper's rule"}
@@ -35,6 +43,20 @@ _STYLES = {
     JOINT: Style('#000000', 'D', '-', 1.8),
     BY_RULE: Style('#666666', 's', '-', 1.8),
 }
+
+
+class BagsJoint(NamedTuple):
+    """Hold what several recordings say of one joint, and the fits of each by its label."""
+
+    consolidation: Consolidation
+    entry: Consolidated
+    fits: Mapping[str, FrictionFit]
+    truth: FrictionParameters | None = None
+
+    @property
+    def observer(self) -> str:
+        """Return the short name of the observer of the model."""
+        return observer_label(self.entry.observer)
 
 
 def model_entry(consolidation: Consolidation, joint: str) -> Consolidated | None:
@@ -77,11 +99,7 @@ def consolidated_remarks(
 def consolidated_rows(consolidation: Consolidation, entry: Consolidated) -> list[ParameterRow]:
     """Return the rows of a joint: each recording alone, the paper's rule, the joint fit."""
     rows = [
-        ParameterRow(
-            bag_name(consolidation, bag),
-            entry.fits[bag].fit.parameters,
-            bag_style(k),
-        )
+        ParameterRow(bag_name(consolidation, bag), entry.fits[bag].fit.parameters, bag_style(k))
         for k, bag in enumerate(consolidation.bags)
         if bag in entry.fits
     ]
@@ -90,15 +108,9 @@ def consolidated_rows(consolidation: Consolidation, entry: Consolidated) -> list
         ways[JOINT] = entry.joint_fit.parameters
     for way, parameters in ways.items():
         chosen = way == entry.preferred
+        shown = entry.parameters if chosen else parameters
         if parameters:
-            rows.append(
-                ParameterRow(
-                    WAYS[way],
-                    entry.parameters if chosen else parameters,
-                    _STYLES[way],
-                    is_model=chosen,
-                )
-            )
+            rows.append(ParameterRow(WAYS[way], shown, _STYLES[way], is_model=chosen))
     return rows
 
 
@@ -106,70 +118,45 @@ def consolidated_table(
     consolidation: Consolidation, entry: Consolidated, truth: FrictionParameters | None
 ) -> str:
     """Return a row per recording and way, a column per parameter, HTML."""
-    head = ''.join(
-        f'<th class="g l" colspan="2">{escape(symbol)} [{escape(_unit(entry, name))}]</th>'
-        for name, symbol in SYMBOLS.items()
-    )
-    columns = '<th class="n l">value</th><th class="n">standard error</th>' * len(SYMBOLS)
-    body = []
+    columns = [Column('from', 'w')]
+    for name, symbol in SYMBOLS.items():
+        group = f'{symbol} [{_unit(entry, name)}]'
+        columns += [Column('value', 'n l', group), Column('standard error', 'n', group)]
+    rows = []
     for row in consolidated_rows(consolidation, entry):
-        cells = ''.join(
-            number_cell(UNKNOWN if p is None else value_text(name, p), 'n l')
-            + number_cell(UNKNOWN if p is None else error_text(p))
-            for name in SYMBOLS
-            for p in [row.parameters.get(name)]
-        )
-        label = f'<strong>{escape(row.label)}</strong>' if row.is_model else escape(row.label)
-        body.append(f'<tr><td class="w">{label}</td>{cells}</tr>')
+        label = Markup(f'<strong>{escape(row.label)}</strong>') if row.is_model else row.label
+        cells: list[str] = [label]
+        for name in SYMBOLS:
+            p = row.parameters.get(name)
+            cells += [UNKNOWN] * 2 if p is None else [value_text(name, p), error_text(p)]
+        rows.append(cells)
     if truth is not None:
-        known = truth.parameters
-        cells = ''.join(
-            number_cell(f'{known[name].value:.4g}' if name in known else UNKNOWN, 'n l')
-            + number_cell('')
-            for name in SYMBOLS
-        )
-        body.append(f'<tr><td class="w">truth</td>{cells}</tr>')
-    return (
-        f'<div class="wide"><table><thead><tr><th rowspan="2">from</th>{head}</tr>'
-        f'<tr>{columns}</tr></thead><tbody>{"".join(body)}</tbody></table></div>'
-    )
+        known = [text for n in SYMBOLS for text in (truth_text(truth.parameters, n), '')]
+        rows.append(['truth', *known])
+    return html_table(columns, rows)
 
 
 def model_table(entry: Consolidated, truth: FrictionParameters | None) -> str:
     """Return the parameters of the model with intervals, sources, flags and reasons, HTML."""
+    columns = {'parameter': 'w', 'unit': 'w', 'value': 'n l', 'standard error': 'n',
+               '95 % interval': 'n'}  # fmt: skip
+    columns |= (
+        {'from': 'l', 'flags': ''} if truth is None else {'truth': 'n', 'from': 'l', 'flags': ''}
+    )
     rows = []
     for name, symbol in SYMBOLS.items():
-        parameter = entry.parameters.get(name)
-        if parameter is None:
+        p = entry.parameters.get(name)
+        if p is None:
             continue
-        sources = (
-            ', '.join(entry.rule.sources.get(name, ())) if entry.preferred == BY_RULE else 'all'
-        )
-        why = '; '.join(
-            part
-            for part in (
-                ', '.join(flag.replace('_', ' ') for flag in parameter.flags),
-                parameter.reason,
-                parameter.experiment,
-            )
-            if part
-        )
-        known = None if truth is None else truth.parameters.get(name)
-        rows.append(
-            f'<tr>{name_cell(name, symbol)}<td class="w">{escape(parameter.unit)}</td>'
-            + number_cell(value_text(name, parameter), 'n l')
-            + number_cell(error_text(parameter))
-            + number_cell(interval_text(parameter))
-            + ('' if truth is None else number_cell(f'{known.value:.4g}' if known else UNKNOWN))
-            + f'<td class="l">{escape(sources)}</td><td>{escape(why)}</td></tr>'
-        )
-    truth_head = '' if truth is None else '<th class="n">truth</th>'
-    return (
-        '<div class="wide"><table><thead><tr><th>parameter</th><th>unit</th>'
-        '<th class="n l">value</th><th class="n">standard error</th>'
-        f'<th class="n">95 % interval</th>{truth_head}<th class="l">from</th><th>flags</th></tr>'
-        f'</thead><tbody>{"".join(rows)}</tbody></table></div>'
-    )
+        sources = 'all'
+        if entry.preferred == BY_RULE:
+            sources = ', '.join(entry.rule.sources.get(name, ()))
+        why = [', '.join(map(words, p.flags)), p.reason, p.experiment]
+        row = [name_text(name, symbol), p.unit, value_text(name, p), error_text(p)]
+        row.append(interval_text(p))
+        row += [] if truth is None else [truth_text(truth.parameters, name)]
+        rows.append([*row, sources, '; '.join(filter(None, why))])
+    return html_table(columns, rows)
 
 
 def _unit(entry: Consolidated, name: str) -> str:
@@ -221,22 +208,23 @@ def bags_table(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> R
             why = consolidation.unavailable.get(joint, 'no bag has an estimate of its friction')
             remarks.append(f'{joint}: unavailable, {why}')
             continue
-        table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-        table.add_column(Text(f'{joint}\n({observer_label(entry.observer)})'))
-        for name, symbol in SYMBOLS.items():
-            heading = Text(f'{symbol}\n[{_unit(entry, name)}]')
-            table.add_column(heading, justify='right', overflow='fold')
+        columns = {f'{joint}\n({observer_label(entry.observer)})': ''}
+        columns |= {f'{s}\n[{_unit(entry, name)}]': 'n' for name, s in SYMBOLS.items()}
+        rows = []
         for row in consolidated_rows(consolidation, entry):
+            mark = '* ' if row.is_model else ''
             cells = [_cell(name, row.parameters.get(name)) for name in SYMBOLS]
-            table.add_row(('* ' if row.is_model else '') + row.label, *cells)
-        own = None if truth is None else truth.joints.get(joint)
-        known = None if own is None else own.friction
+            rows.append([mark + row.label, *cells])
+        known = known_friction(truth, joint)
         if known is not None:
-            values = known.parameters
-            table.add_row(
-                'truth', *(f'{values[n].value:.4g}' if n in values else UNKNOWN for n in SYMBOLS)
-            )
-        parts.append(table)
+            rows.append(['truth', *(truth_text(known.parameters, name) for name in SYMBOLS)])
+        parts.append(terminal_table(columns, rows))
         remarks += consolidated_remarks(entry, known)
     legend = ['*: the model; below each value its 95 % interval, low..high'] if parts else []
     return Group(*parts, Text('\n'.join([*legend, *remarks])))
+
+
+def known_friction(truth: RobotModelFile | None, joint: str) -> FrictionParameters | None:
+    """Return the friction that is known of a joint."""
+    model = None if truth is None else truth.joints.get(joint)
+    return None if model is None else model.friction

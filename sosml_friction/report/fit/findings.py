@@ -9,24 +9,28 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.bag_analysis import BagAnalysis
-from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.joint_motion import missing_share
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.identification.parameter_interval import (
+    covers,
+    excluding,
+    half_width,
+    missed_truths,
+)
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.labels import SYMBOLS, observer_label, symbols_of
-from sosml_friction.report.common.number_text import format_number, range_text, value_text
+from sosml_friction.report.common.labels import observer_label, symbols_of
+from sosml_friction.report.common.number_text import format_number, range_text, rounded, value_text
 from sosml_friction.report.fit.joint_view import JointView
 
 
 def joint_sentence(view: JointView) -> str:
     """Return the result of one joint in a sentence with its numbers."""
-    if view.preferred is None:
+    if view.model is None or view.preferred is None:
         return f'{view.name}: its friction is not available, because {view.unavailable}.'
-    fit = view.fits[view.preferred].fit
+    fit = view.model.fit
     text = law_sentence(view.name, fit.parameters, fit.law)
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
 
@@ -51,7 +55,7 @@ def law_sentence(joint: str, parameters: Mapping[str, Parameter], law: str) -> s
     bias = parameters['bias']
     if NOT_IDENTIFIABLE in bias.flags:
         text += f', on {_quantity("bias", bias, "a bias")}'
-    elif not _covers(bias, 0.0):
+    elif not covers(bias, 0.0):
         text += f', on a bias of {_with_error(bias)} that does not change with direction'
     if not (told or seen):
         text += '; extra friction near standstill (Stribeck) is not identifiable from this motion'
@@ -116,15 +120,14 @@ def caveats(views: Sequence[JointView]) -> list[str]:
     """
     lines = notes(views)
     for view in views:
-        if view.preferred is not None:
-            own = replace(view, fits={view.preferred: view.fits[view.preferred]})
-            fit = view.fits[view.preferred].fit
-            lines += [
-                f'{view.name}: {derived_sentence(fit, name)}'
-                for name in fit.derived
+        if view.model is not None and view.preferred is not None:
+            own = replace(view, fits={view.preferred: view.model})
+            told = [
+                derived_sentence(view.model.fit, name)
+                for name in view.model.fit.derived
                 if name.endswith(('_positive', '_negative'))
             ]
-            lines += [f'{view.name}: {question}' for question in open_questions(own)]
+            lines += [f'{view.name}: {text}' for text in [*told, *open_questions(own)]]
     return lines
 
 
@@ -165,31 +168,36 @@ def data_remarks(analysis: BagAnalysis) -> list[str]:
 
 def methods_disagree(view: JointView) -> bool:
     """Tell whether segments and samples exclude each other in a parameter of an observer."""
-    return any(_apart(fit, view.alternatives.get(o)) for o, fit in view.fits.items())
+    return any(
+        excluding(fit.fit.parameters, view.alternatives[o].fit.parameters)
+        for o, fit in view.fits.items()
+        if o in view.alternatives
+    )
 
 
 def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
     """Yield (observer or '', sentence)."""
-    for observer, fit in view.fits.items():
-        other = view.alternatives.get(observer)
-        apart = _apart(fit, other)
-        if apart and other is not None:
+    for observer, other in view.alternatives.items():
+        if observer not in view.fits:
+            continue
+        fit = view.fits[observer]
+        apart = excluding(fit.fit.parameters, other.fit.parameters)
+        if apart:
             yield (
                 observer,
                 f'{fit.method} (used here) and {other.method} differ by more than their 95 % '
                 f'intervals in {", ".join(apart)}, so one of them is biased: compare both with '
                 'the S-curve.',
             )
-    if view.preferred is not None:
-        for remark in law_remarks(view.fits[view.preferred].fit):
+    if view.model is not None and view.preferred is not None:
+        for remark in law_remarks(view.model.fit):
             yield view.preferred, remark
     for observer, fit in view.fits.items():
-        known = view.truth.parameters if view.truth else {}
-        missed = missed_truths(fit.fit.parameters, known)
+        missed = missed_truths(fit.fit.parameters, view.known)
         if missed:
             yield observer, f'the truth is outside the 95 % interval of {", ".join(missed)}.'
     for first, second in itertools.pairwise(view.fits.values()):
-        apart = _apart(first, second)
+        apart = excluding(first.fit.parameters, second.fit.parameters)
         if apart:
             yield (
                 '',
@@ -200,33 +208,12 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
         yield '', f'{view.unavailable}.'
 
 
-def missed_truths(
-    parameters: Mapping[str, Parameter], known: Mapping[str, Parameter]
-) -> list[str]:
-    """Return the parameters whose 95 % interval leaves out what is known to be true."""
-    return [
-        name
-        for name, truth in known.items()
-        if name in parameters and _misses(parameters[name], truth.value)
-    ]
-
-
-def _apart(first: JointFit, second: JointFit | None) -> list[str]:
-    """Return the parameters in which two fits exclude each other."""
-    if second is None:
-        return []
-    one, two = first.fit.parameters, second.fit.parameters
-    return [name for name in SYMBOLS if _disjoint(one[name], two[name])]
-
-
 def _with_error(parameter: Parameter) -> str:
-    half = parameter.std_error
-    if parameter.interval is not None:
-        half = 0.5 * (parameter.interval[1] - parameter.interval[0])
+    half = half_width(parameter)
     number = format_number(parameter.value, half)
     if not math.isfinite(half):
         return f'{number} {parameter.unit} (uncertainty unknown)'
-    return f'{number} ± {format_number(half, half)} {parameter.unit}'
+    return f'{number} ± {rounded(half)} {parameter.unit}'
 
 
 def _quantity(name: str, parameter: Parameter, what: str) -> str:
@@ -253,33 +240,13 @@ def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
     )
 
 
-def _interval(parameter: Parameter) -> tuple[float, float] | None:
-    if NOT_IDENTIFIABLE in parameter.flags or parameter.interval is None:
-        return None
-    return parameter.interval if all(map(math.isfinite, parameter.interval)) else None
-
-
-def _covers(parameter: Parameter, value: float) -> bool:
-    interval = _interval(parameter)
-    return interval is not None and interval[0] <= value <= interval[1]
-
-
-def _misses(parameter: Parameter, value: float) -> bool:
-    return _interval(parameter) is not None and not _covers(parameter, value)
-
-
-def _disjoint(first: Parameter, second: Parameter) -> bool:
-    a, b = _interval(first), _interval(second)
-    return a is not None and b is not None and (a[0] > b[1] or b[0] > a[1])
-
-
 def sampling_text(log: JointLog) -> str:
     """Return how much was recorded, how fast, and what share of the samples is missing."""
     count, span = len(log), float(log.time[-1])
     if not span > 0.0:
         return f'{count} samples'
     text = f'{count} samples over {span:.1f} s, {(count - 1) / span:.4g} Hz'
-    missing = 1.0 - (count - 1) * float(np.median(np.diff(log.time))) / span
+    missing = missing_share(log)
     if missing > 0.02:
         text += f'; {100.0 * missing:.0f} % of them are missing: the computer was too busy'
     return text

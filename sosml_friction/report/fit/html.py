@@ -4,15 +4,12 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from html import escape
-from pathlib import Path
 
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.report.common.html_page import page
+from sosml_friction.report.common.html_page import heading, items, joints_box, notes_box, page
 from sosml_friction.report.common.provenance_view import (
     method_rows,
     provenance_table,
@@ -48,48 +45,6 @@ METHOD = (
 )
 
 
-def write_report(
-    path: str | Path,
-    analysis: BagAnalysis,
-    truth: RobotModelFile | None = None,
-    extra: Mapping[str, str] | None = None,
-    progress: Callable[[str], None] = lambda step: None,
-) -> Path:
-    """
-    Write the report of an analysis as one HTML file, pictures included, and return its path.
-
-    The file appears when it is complete, in place of an older one.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with the name of each joint before its pictures are drawn.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints, or the file
-        cannot be written.
-    """
-    return write_page(Path(path), render_report(analysis, truth, extra, progress))
-
-
-def write_page(path: Path, text: str) -> Path:
-    """
-    Write a document so that it is there whole or not at all, and return its path.
-
-    :raises ConfigurationError: if the file cannot be written.
-    """
-    temporary = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            temporary.write_text(text, encoding='utf-8')
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise ConfigurationError(
-            f'the report {path} cannot be written: {error.strerror}: choose another place'
-        ) from error
-    return path
-
-
 def render_report(
     analysis: BagAnalysis,
     truth: RobotModelFile | None = None,
@@ -97,48 +52,29 @@ def render_report(
     progress: Callable[[str], None] = lambda step: None,
 ) -> str:
     """
-    Return the document that :func:`write_report` writes.
+    Return the report of an analysis as one HTML document, pictures included.
 
+    :param truth: a model whose friction is known to be that of the robot.
+    :param extra: more rows of provenance, heading to text.
+    :param progress: called with the name of each joint before its pictures are drawn.
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)
-    provenance = analysis.model.provenance
-    bag = str(provenance.get('bag', ''))
-    title = f'Friction of {analysis.model.name}'
-    sentences = ''.join(sentence_line(joint_sentence(view)) for view in views)
-    remarks = [*data_remarks(analysis), *notes(views)]
+    bag = escape(str(analysis.model.provenance.get('bag', '')))
     parts = [
-        f'<h1>{escape(title)}</h1>',
-        f'<p>From the recording <code>{escape(bag)}</code>, {sampling_text(analysis.log)}.</p>',
-        f'<div class="result">{sentences}</div>',
-        notes_box(remarks),
+        f'<p>From the recording <code>{bag}</code>, {sampling_text(analysis.log)}.</p>',
+        joints_box(map(joint_sentence, views)),
+        notes_box([*data_remarks(analysis), *notes(views)]),
     ]
     for view in views:
         progress(view.name)
         parts.append(joint_section(view))
     if analysis.inverse is not None:
         parts.append(inverse_section(analysis, analysis.inverse))
-    simulated = ''.join(f'<li>{escape(line)}.</li>' for line in simulation_lines(analysis))
-    if simulated:
-        parts.append(f'<h2>Simulated forwards</h2><ul>{simulated}</ul>')
     parts += [
-        '<h2>How it was done</h2>',
-        '<ul>' + ''.join(f'<li>{escape(sentence)}</li>' for sentence in METHOD) + '</ul>',
-        '<h2>Provenance</h2>',
+        items((f'{line}.' for line in simulation_lines(analysis)), heading('Simulated forwards')),
+        items(METHOD, heading('How it was done')),
+        heading('Provenance'),
         provenance_table(recording_rows(analysis) | method_rows(analysis), truth, extra or {}),
     ]
-    return page(title, parts)
-
-
-def sentence_line(sentence: str) -> str:
-    """Return a sentence as a paragraph, its joint in bold."""
-    name, _, rest = sentence.partition(':')
-    return f'<p><strong>{escape(name)}</strong>:{escape(rest)}</p>'
-
-
-def notes_box(remarks: Sequence[str]) -> str:
-    """Return what a reader should know first, empty where there is nothing."""
-    if not remarks:
-        return ''
-    items = ''.join(f'<li>{escape(remark)}</li>' for remark in remarks)
-    return f'<div class="note"><ul>{items}</ul></div>'
+    return page(f'Friction of {analysis.model.name}', parts)

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""All that a report shows of one joint, in one place."""
+"""One joint of an analysis, as tables and figures show it."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from numpy.typing import NDArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.joint_motion import position_difference
+from sosml_friction.identification.law_residual import Residual, law_residual
 from sosml_friction.identification.segments import Segment, SegmentSettings
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.report.common.drawing import Style, style_of
 from sosml_friction.report.common.labels import in_order, motion_units
 
 FloatArray = NDArray[np.float64]
 
-#: Over what a position difference gives the velocity of figures [s], as in the fit.
-WINDOW_S = 0.05
+#: More estimates than this over one another cannot be told apart.
+_MOST_LINES = 4
 
 
 @dataclass(frozen=True)
@@ -29,8 +33,10 @@ class JointView:
     Hold one joint of an analysis.
 
     ``time`` (N,) [s] from the first sample; ``q``, ``v``, ``tau`` (N,) as measured, NaN where not;
-    ``speed`` (N,) position difference over :data:`WINDOW_S`, NaN at the ends; ``estimates`` tau_f
-    (N,) per observer; ``truth`` the friction that is known to be there, None if it is not.
+    ``speed`` (N,) position difference, NaN at the ends; ``estimates`` tau_f (N,) per observer;
+    ``truth`` the friction that is known to be there, None if it is not; ``preferred`` the observer
+    whose fit became the model, None if there is no fit; ``zero_band`` what is standstill to the
+    fits [rad/s or m/s].
     """
 
     name: str
@@ -45,9 +51,7 @@ class JointView:
     alternatives: Mapping[str, JointFit]
     unavailable: str = ''
     truth: FrictionParameters | None = None
-    #: The observer whose fit became the model, None if there is no fit.
     preferred: str | None = None
-    #: Slower is standstill to the fits [rad/s or m/s].
     zero_band: float = SegmentSettings.zero_band
 
     @property
@@ -65,6 +69,28 @@ class JointView:
         """Return the windows of steady motion, the same for all observers."""
         fit = next(iter(self.fits.values()), None)
         return () if fit is None else fit.segments
+
+    @property
+    def known(self) -> Mapping[str, Parameter]:
+        """Return the parameters of the truth, empty where it is not known."""
+        return {} if self.truth is None else self.truth.parameters
+
+    @property
+    def model(self) -> JointFit | None:
+        """Return the fit that became the model."""
+        return None if self.preferred is None else self.fits[self.preferred]
+
+    def style(self, observer: str) -> Style:
+        """Return how an observer is drawn in every figure of this joint."""
+        return style_of(observer, list(self.estimates).index(observer))
+
+    def residual(self) -> Residual | None:
+        """Return what the law of the model leaves, None where there is nothing."""
+        if self.model is None or self.preferred is None:
+            return None
+        tau_f = self.estimates[self.preferred]
+        found = law_residual(self.model, tau_f, self.speed, self.zero_band)
+        return None if found is None or not len(found.samples) else found
 
 
 def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> list[JointView]:
@@ -109,12 +135,9 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
     return views
 
 
-def position_difference(time: FloatArray, q: FloatArray) -> FloatArray:
-    """Return the centred difference of position over :data:`WINDOW_S`, (N,), NaN at the ends."""
-    result = np.full(len(q), np.nan)
-    step = float(np.median(np.diff(time))) if len(q) > 1 else 0.0
-    half = max(1, round(0.5 * WINDOW_S / step)) if step > 0.0 else len(q)
-    if len(q) > 2 * half:
-        span = time[2 * half :] - time[: -2 * half]
-        result[half:-half] = (q[2 * half :] - q[: -2 * half]) / np.where(span > 0.0, span, np.nan)
-    return result
+def shown_estimates(view: JointView) -> list[str]:
+    """Return which estimates a figure shows over one another: the model's and the first others."""
+    first = [] if view.preferred is None else [view.preferred]
+    others = [name for name in view.estimates if name not in first]
+    chosen = {*first, *others[: _MOST_LINES - len(first)]}
+    return [name for name in view.estimates if name in chosen]

@@ -13,16 +13,16 @@ from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_ob
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
-from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,
     to_plain,
-    write_document,
+    write_result,
     written_together,
 )
-from sosml_friction.report.fit.bags_html import write_bags_report
-from sosml_friction.report.fit.html import write_report
+from sosml_friction.report.fit.bags_html import render_bags_report
+from sosml_friction.report.fit.html import render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
 
@@ -56,7 +56,7 @@ def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> 
         'provenance': provenance,
     }
     if truth is not None:
-        document['truth'] = {view.name: _truth(view) for view in views if view.truth}
+        document['truth'] = _truth({view.name: view.truth for view in views if view.truth})
     return to_plain(document)
 
 
@@ -96,7 +96,13 @@ def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -
         'consolidation': consolidation.to_dict(),
     }
     if truth is not None:
-        document['truth'] = _known_truth(truth, analysis.model)
+        joints = analysis.model.joints
+        known = {n: j.friction for n, j in truth.joints.items() if j.friction and n in joints}
+        if not known:
+            raise ConfigurationError(
+                f'the model of the truth has no friction of {", ".join(joints)}: give one that has'
+            )
+        document['truth'] = _truth(known)
     return to_plain(document)
 
 
@@ -148,32 +154,15 @@ def _consolidated(entry: Consolidated) -> dict[str, Any]:
     }
 
 
-def _known_truth(truth: RobotModelFile, model: RobotModelFile) -> dict[str, Any]:
-    known = {
-        name: {
-            key: {'value': p.value, 'unit': p.unit} for key, p in joint.friction.parameters.items()
-        }
-        for name, joint in truth.joints.items()
-        if joint.friction is not None and name in model.joints
+def _truth(joints: Mapping[str, FrictionParameters]) -> dict[str, Any]:
+    return {
+        joint: {n: {'value': p.value, 'unit': p.unit} for n, p in friction.parameters.items()}
+        for joint, friction in joints.items()
     }
-    if not known:
-        raise ConfigurationError(
-            f'the model of the truth has no friction of {", ".join(model.joints)}: give one that '
-            'has'
-        )
-    return known
 
 
 def _fits(fits: Mapping[str, JointFit]) -> dict[str, Any]:
     return {observer: fit.to_dict() for observer, fit in fits.items()}
-
-
-def _truth(view: JointView) -> dict[str, Any]:
-    assert view.truth is not None
-    return {
-        name: {'value': parameter.value, 'unit': parameter.unit}
-        for name, parameter in view.truth.parameters.items()
-    }
 
 
 def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
@@ -207,12 +196,9 @@ def write_results(
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     folder = check_destination(folder, beside)
-    with written_together(folder, _KIND) as workshop:
-        analysis.model.write(workshop)
-        write_report(workshop / 'report.html', analysis, truth, extra, progress)
-        label = str(analysis.model.provenance.get('bag'))
-        _write_data(workshop, fit_document(analysis, truth), {label: analysis})
-    return folder
+    page = render_report(analysis, truth, extra, progress)
+    label = str(analysis.model.provenance.get('bag'))
+    return _write(folder, analysis.model, fit_document(analysis, truth), page, {label: analysis})
 
 
 def write_bags_results(
@@ -229,16 +215,20 @@ def write_bags_results(
     Parameters and errors are those of :func:`write_results`.
     """
     folder = check_destination(folder, beside)
+    page = render_bags_report(analysis, truth, extra, progress)
+    return _write(folder, analysis.model, bags_document(analysis, truth), page, analysis.bags)
+
+
+def _write(
+    folder: Path,
+    model: RobotModelFile,
+    document: Mapping[str, Any],
+    page: str,
+    analyses: Mapping[str, BagAnalysis],
+) -> Path:
     with written_together(folder, _KIND) as workshop:
-        analysis.model.write(workshop)
-        write_bags_report(workshop / 'report.html', analysis, truth, extra, progress)
-        _write_data(workshop, bags_document(analysis, truth), analysis.bags)
+        model.write(workshop)
+        write_result(workshop, _KIND, document, page)
+        table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
+        (workshop / 'segments.csv').write_text(table, encoding='utf-8')
     return folder
-
-
-def _write_data(
-    workshop: Path, document: Mapping[str, Any], analyses: Mapping[str, BagAnalysis]
-) -> None:
-    write_document(workshop, _KIND, document)
-    table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
-    (workshop / 'segments.csv').write_text(table, encoding='utf-8')

@@ -5,22 +5,19 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from io import StringIO
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
-from sosml_friction.report.common.html_page import number_cell
+from sosml_friction.report.common.html_page import folded
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.number_text import format_number
+from sosml_friction.report.common.table import Column, html_table
 from sosml_friction.report.fit.joint_view import JointView
-
-FloatArray = NDArray[np.float64]
 
 #: What a window is not used for where its observer, not its motion, is the reason.
 NOT_STARTED = 'the observer had not started'
@@ -50,42 +47,22 @@ class SegmentRow:
 
 def segment_rows(view: JointView) -> list[SegmentRow]:
     """Return the windows of a joint, used or not, in the order of time."""
-    spreads = {observer: level_spreads(view, observer) for observer in _with_levels(view)}
+    spreads = {o: level_spreads(view.segments, view.estimates[o]) for o in _with_levels(view)}
     rows = []
     for k, segment in enumerate(view.segments):
         levels = {observer: float(view.fits[observer].levels[k]) for observer in spreads}
         reason = segment.rejected
-        if not reason and not any(np.isfinite(list(levels.values()))):
+        if not reason and not any(map(math.isfinite, levels.values())):
             reason = NOT_STARTED
-        rows.append(
-            SegmentRow(
-                k + 1,
-                segment.start_s,
-                segment.end_s,
-                segment.velocity,
-                levels,
-                {observer: float(values[k]) for observer, values in spreads.items()},
-                reason,
-            )
-        )
+        spread = {observer: float(values[k]) for observer, values in spreads.items()}
+        times = (segment.start_s, segment.end_s)
+        rows.append(SegmentRow(k + 1, *times, segment.velocity, levels, spread, reason))
     return rows
 
 
 def _with_levels(view: JointView) -> list[str]:
     """Return the fits that levels say something of: forward simulation has none."""
     return [o for o, fit in view.fits.items() if fit.method != OUTPUT_ERROR]
-
-
-def level_spreads(view: JointView, observer: str) -> FloatArray:
-    """Return the standard deviation of an estimate within each window, (K,) [Nm or N]."""
-    spreads = np.full(len(view.segments), np.nan)
-    tau_f = view.estimates[observer]
-    for k, segment in enumerate(view.segments):
-        inside = tau_f[segment.first : segment.last + 1]
-        known = inside[np.isfinite(inside)]
-        if len(known) > 1:
-            spreads[k] = np.std(known)
-    return spreads
 
 
 def rejected_groups(rows: Sequence[SegmentRow]) -> dict[str, list[SegmentRow]]:
@@ -108,36 +85,24 @@ def rejected_groups(rows: Sequence[SegmentRow]) -> dict[str, list[SegmentRow]]:
 def segment_table(view: JointView) -> str:
     """Return every window as a row of an HTML table, a long one folded; the numbers are marks."""
     rows = segment_rows(view)
-    head = ''.join(
-        f'<th class="n l">level {escape(observer_label(observer))} [{view.effort_unit}]</th>'
-        '<th class="n">spread</th>'
-        for observer in _with_levels(view)
-    )
-    body = []
+    columns = [Column(head, 'n') for head in ('window', 'start [s]', 'end [s]')]
+    columns.append(Column(f'velocity [{view.velocity_unit}]', 'n'))
+    for observer in _with_levels(view):
+        head = f'level {observer_label(observer)} [{view.effort_unit}]'
+        columns += [Column(head, 'n l'), Column('spread', 'n')]
+    columns.append(Column('used, or why not', 'l'))
+    cells = []
     for row in rows:
-        cells = (
-            number_cell(str(row.number))
-            + number_cell(f'{row.start_s:.2f}')
-            + number_cell(f'{row.end_s:.2f}')
-            + number_cell(format_number(row.velocity))
-        )
+        texts = [str(row.number), f'{row.start_s:.2f}', f'{row.end_s:.2f}']
+        texts.append(format_number(row.velocity))
         for observer, level in row.levels.items():
-            spread = row.spreads[observer]
-            cells += number_cell(format_number(level, 0.1 * spread), 'n l')
-            cells += number_cell(format_number(spread, 0.1 * spread))
-        style = ' class="no"' if row.reason else ''
-        body.append(f'<tr{style}>{cells}<td class="l">{escape(row.reason) or "used"}</td></tr>')
-    table = (
-        '<div class="wide"><table><thead><tr><th class="n">window</th><th class="n">start [s]</th>'
-        f'<th class="n">end [s]</th><th class="n">velocity [{view.velocity_unit}]</th>{head}'
-        '<th class="l">used, or why not</th></tr></thead>'
-        f'<tbody>{"".join(body)}</tbody></table></div>'
-    )
+            digits = 0.1 * row.spreads[observer]
+            texts += [format_number(level, digits), format_number(row.spreads[observer], digits)]
+        cells.append([*texts, row.reason or 'used'])
+    table = html_table(columns, cells, dim=[k for k, row in enumerate(rows) if row.reason])
     used = sum(not row.reason for row in rows)
     text = f'{used} of {len(rows)} windows of steady motion are used.'
-    if len(rows) > _OPEN_ROWS:
-        return f'<details><summary>{text}</summary>{table}</details>'
-    return f'<p>{text}</p>{table}'
+    return folded(text, table) if len(rows) > _OPEN_ROWS else f'<p>{text}</p>{table}'
 
 
 def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
@@ -160,28 +125,21 @@ def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
     )
     for bag, view in joints:
         for row in segment_rows(view):
+            times = (f'{row.start_s:.4f}', f'{row.end_s:.4f}')
             numbers = [
-                _plain(values.get(observer, np.nan))
+                _plain(values.get(observer, math.nan))
                 for observer in observers
                 for values in (row.levels, row.spreads)
             ]
             writer.writerow(
-                (
-                    bag,
-                    view.name,
-                    row.number,
-                    f'{row.start_s:.4f}',
-                    f'{row.end_s:.4f}',
-                    _plain(row.velocity),
-                    view.velocity_unit,
-                    *numbers,
-                    view.effort_unit,
-                    'no' if row.reason else 'yes',
-                    row.reason,
-                )
+                [
+                    *(bag, view.name, row.number, *times, _plain(row.velocity)),
+                    *(view.velocity_unit, *numbers, view.effort_unit),
+                    *('no' if row.reason else 'yes', row.reason),
+                ]
             )
     return stream.getvalue()
 
 
 def _plain(value: float) -> str:
-    return f'{value:.7g}' if np.isfinite(value) else ''
+    return f'{value:.7g}' if math.isfinite(value) else ''

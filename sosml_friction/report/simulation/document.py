@@ -12,7 +12,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.output import (
     OutputKind,
     to_plain,
-    write_document,
+    write_result,
     written_together,
 )
 from sosml_friction.report.simulation.html import render_simulation
@@ -71,5 +71,5 @@ def write_simulation(
     """
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
-        (workshop / 'report.html').write_text(render_simulation(found, title), encoding='utf-8')
-        write_document(workshop, KIND, simulation_document(found, model, provenance))
+        document = simulation_document(found, model, provenance)
+        write_result(workshop, KIND, document, render_simulation(found, title))

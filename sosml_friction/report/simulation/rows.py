@@ -4,47 +4,27 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from rich import box
 from rich.table import Table
 
 from sosml_friction.report.common.number_text import UNKNOWN, format_number
+from sosml_friction.report.common.table import terminal_table
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 
-
-class ErrorRow(NamedTuple):
-    """Hold one row of the table, as text."""
-
-    joint: str
-    quantity: str
-    rms: str
-    largest: str
-    unit: str
-    relative: str
-
-
+COLUMNS = {'joint': 'w', 'error of': 'w', 'root mean square': 'n', 'largest': 'n', 'unit': 'w',
+           'relative': 'n'}  # fmt: skip
 _SMALL = {'rad': 'mrad', 'm': 'mm', 'rad/s': 'mrad/s', 'm/s': 'mm/s'}
 
 
-def error_rows(found: RecordedSimulation) -> list[ErrorRow]:
-    """Return a row for each joint and quantity; lengths are in thousandths."""
-    rows = []
+def error_rows(found: RecordedSimulation) -> list[tuple[str, ...]]:
+    """Return a row of texts for each joint and quantity; lengths are in thousandths."""
+    rows: list[tuple[str, ...]] = []
     for name in found.names:
-        for what, error in found.errors[name].items():
+        for k, (what, error) in enumerate(found.errors[name].items()):
             factor = 1e3 if error.unit in _SMALL else 1.0
-            share = percent_text(error.relative)
-            rows.append(
-                ErrorRow(
-                    name,
-                    what,
-                    format_number(factor * error.rms),
-                    format_number(factor * error.largest),
-                    _SMALL.get(error.unit, error.unit),
-                    share,
-                )
-            )
+            numbers = (format_number(factor * error.rms), format_number(factor * error.largest))
+            unit = _SMALL.get(error.unit, error.unit)
+            rows.append(('' if k else name, what, *numbers, unit, percent_text(error.relative)))
     return rows
 
 
@@ -58,18 +38,7 @@ def percent_text(share: float) -> str:
 
 def error_table(found: RecordedSimulation) -> Table:
     """Return the table of the terminal."""
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for heading in ('joint', 'error of'):
-        table.add_column(heading, no_wrap=True)
-    for heading in ('root mean square', 'largest'):
-        table.add_column(heading, justify='right')
-    table.add_column('unit', no_wrap=True)
-    table.add_column('relative', justify='right')
-    last = ''
-    for row in error_rows(found):
-        table.add_row(row.joint if row.joint != last else '', *row[1:])
-        last = row.joint
-    return table
+    return terminal_table(COLUMNS, error_rows(found))
 
 
 def simulation_sentences(found: RecordedSimulation) -> list[str]:

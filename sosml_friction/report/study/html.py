@@ -5,34 +5,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 
 from sosml_friction.observers.configuration import OBSERVERS
-from sosml_friction.report.common.html_page import number_cell, page, picture
+from sosml_friction.report.common.figure import figures_of
+from sosml_friction.report.common.html_page import heading, items, page, picture, result_box
 from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.study.figures import FIGURES
+from sosml_friction.report.common.table import Column, Markup, html_table
 from sosml_friction.report.study.tables import rmse_text, settle_text, short
-from sosml_friction.report.study.view import case_text, findings, is_causal
+from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.condition import encoder_noise
 from sosml_friction.study.motion import MOTIONS
+from sosml_friction.study.outcome import is_causal
 from sosml_friction.study.run import Study
 from sosml_friction.study.search import SEARCH
 from sosml_friction.study.task import Case
 
-_CAPTIONS = {
-    'figure2_slow_nominal': 'Slow motion, nominal (the paper’s Figure 2). Left: estimates, the '
-    'law fitted to them, the true law. Right: estimate minus truth. FO capped has a cutoff of at '
-    'most 300 1/s.',
-    'figure3_noise': 'Estimate minus truth with encoder noise (the paper’s Figure 3), first '
-    'scoring seed; the RMSE is the mean over all seeds. Long traces are drawn as their envelope.',
-    'figure4_mismatch': 'Reversal with a wrong model (the paper’s Figure 4). Above: estimates, '
-    'fitted laws, truth. Below: the parameters of the fitted laws; dashed: truth. The bias is the '
-    'error of the gravity model, which cannot be told from friction that does not change sign.',
-    'pareto': 'Noise against settle time, reversal with noise: the bandwidth of each causal '
-    'observer from a fifth to five times the tuned one (large marker), other ratios of its gains '
-    'kept. Left and down is better. Times below one sample are drawn at 1 ms; points at which '
-    'noise hides the mean error, or which do not settle, are left out.',
-}
 _METHOD = (
     'Plant: two-joint exoskeleton, Stribeck friction on both joints, Runge-Kutta steps; the '
     'controller (computed torque and PD, 60 rad/s, held over 1 ms) acts on the true state, so the '
@@ -60,73 +47,59 @@ _METHOD = (
 )
 
 
-def render_study(study: Study, pictures: Mapping[str, bytes]) -> str:
+def render_study(study: Study, drawn: Mapping[str, bytes]) -> str:
     """
     Return the HTML document.
 
-    :param pictures: PNG by name of the figure.
+    :param drawn: PNG by identifier of the figure.
     """
     settings = study.settings
-    sentences = ''.join(f'<p>{escape(sentence)}</p>' for sentence in findings(study))
-    title = 'Momentum observers for friction: the simulation study'
     parts = [
-        f'<h1>{title}</h1>',
         f'<p>{settings.bits} bit encoders (noise {encoder_noise(settings.bits):.3g} rad), '
         f'{settings.evaluations} evaluations in each tuning, '
         f'{settings.seeds} scoring seeds, {settings.tuning_seeds} tuning seeds.</p>',
-        f'<div class="result">{sentences}</div>' if sentences else '',
-    ]
-    for name in FIGURES:
-        if name in pictures:
-            parts.append(picture(pictures[name], _CAPTIONS[name]))
-    for case in study.observations:
-        parts.append(_case_section(study, case))
-    parts += [
-        '<h2>How it was done</h2>',
-        '<ul>' + ''.join(f'<li>{escape(sentence)}</li>' for sentence in _METHOD) + '</ul>',
-        '<h2>Observers</h2>',
+        result_box(findings(study)),
+        *(
+            picture(drawn[figure.identifier], figure.caption_of(study), figure.title)
+            for figure in figures_of('study', study)
+            if figure.identifier in drawn
+        ),
+        *(_case_section(study, case) for case in study.observations),
+        items(_METHOD, heading('How it was done')),
+        heading('Observers'),
         _observer_table(study),
     ]
-    return page(title, parts)
+    return page('Momentum observers for friction: the simulation study', parts)
 
 
 def _case_section(study: Study, case: Case) -> str:
-    rows = [row for row in study.rows if (row.motion, row.condition) == case]
-    head = ''.join(f'<th class="g l" colspan="4">{escape(joint)}</th>' for joint in study.joints)
-    columns = (
-        '<th class="n l">RMSE [mNm]</th><th class="n">noise [mNm]</th>'
-        '<th class="n">settle [ms]</th><th class="n">width [mNm]</th>'
-    ) * len(study.joints)
-    body = []
-    for row in rows:
-        cells = f'<td class="w">{escape(observer_label(row.observer))}</td><td>{row.tuning}</td>'
+    columns = [Column('observer', 'w'), Column('tuned for')]
+    for joint in study.joints:
+        columns.append(Column('RMSE [mNm]', 'n l', joint))
+        heads = ('noise [mNm]', 'settle [ms]', 'width [mNm]')
+        columns += [Column(head, 'n', joint) for head in heads]
+    columns.append(Column(f'gains ({", ".join(study.joints)})', 'l'))
+    rows = []
+    for row in study.rows:
+        if (row.motion, row.condition) != case:
+            continue
+        cells = [observer_label(row.observer), row.tuning]
         for score in row.scores:
-            cells += (
-                number_cell(rmse_text(row.condition, score), 'n l')
-                + number_cell(short(1e3 * score.noise_std))
-                + number_cell(settle_text(score))
-                + number_cell(short(1e3 * score.loop_width))
-            )
-        gains = '; '.join(
+            cells += [rmse_text(row.condition, score), short(1e3 * score.noise_std)]
+            cells += [settle_text(score), short(1e3 * score.loop_width)]
+        gains = [
             f'{name} ' + ', '.join(f'{value:.3g}' for value in values)
             for name, values in row.gains.items()
-        )
-        body.append(f'<tr>{cells}<td class="l">{escape(gains)}</td></tr>')
-    floor = ''
+        ]
+        rows.append([*cells, '; '.join(gains)])
+    text = f'<p>{_sentence(MOTIONS[case[0]].description)}.</p>'
     if case[1] == 'mismatch':
         values = ', '.join(
             f'{joint} {1e3 * float(value):.1f} mNm'
             for joint, value in zip(study.joints, study.floors[case], strict=True)
         )
-        floor = f'<p>Offset floor: {escape(values)}.</p>'
-    return (
-        f'<h2>{escape(_sentence(case_text(case)))}</h2>'
-        f'<p>{escape(_sentence(MOTIONS[case[0]].description))}.</p>{floor}'
-        '<div class="wide"><table><thead><tr><th rowspan="2">observer</th>'
-        f'<th rowspan="2">tuned for</th>{head}<th rowspan="2" class="l">gains '
-        f'({escape(", ".join(study.joints))})</th></tr><tr>{columns}</tr></thead>'
-        f'<tbody>{"".join(body)}</tbody></table></div>'
-    )
+        text += f'<p>Offset floor: {values}.</p>'
+    return heading(_sentence(case_text(case))) + text + html_table(columns, rows)
 
 
 def _observer_table(study: Study) -> str:
@@ -140,17 +113,11 @@ def _observer_table(study: Study) -> str:
             for gain, span in entry.ranges.items()
         )
         fixed = '; '.join(f'{gain} {value:g} {units[gain]}' for gain, value in entry.fixed.items())
-        rows.append(
-            f'<tr><td class="w">{escape(observer_label(name))}</td>'
-            f'<td><code>{escape(name)}</code></td>'
-            f'<td>{"on line" if is_causal(name) else "off line"}</td>'
-            f'<td>{escape(searched)}</td><td>{escape(fixed)}</td></tr>'
-        )
-    return (
-        '<div class="wide"><table><thead><tr><th>observer</th><th>name</th><th>runs</th>'
-        '<th>gains searched</th><th>gains fixed</th></tr></thead>'
-        f'<tbody>{"".join(rows)}</tbody></table></div>'
-    )
+        runs = 'on line' if is_causal(name) else 'off line'
+        code = Markup(f'<code>{name}</code>')
+        rows.append((observer_label(name), code, runs, searched, fixed))
+    columns = {'observer': 'w', 'name': '', 'runs': '', 'gains searched': '', 'gains fixed': ''}
+    return html_table(columns, rows)
 
 
 def _sentence(text: str) -> str:

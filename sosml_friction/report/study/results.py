@@ -9,20 +9,23 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.report.common.drawing import to_png
+from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,
-    write_document,
+    write_result,
     written_together,
 )
 from sosml_friction.report.study.document import FORMAT
-from sosml_friction.report.study.figures import FIGURES, available_figures, draw
 from sosml_friction.report.study.html import render_study
 from sosml_friction.study.run import Study
 
-_KIND = OutputKind(
-    'study', 'study.json', FORMAT, ('study.json', 'study.html', *(f'{f}.png' for f in FIGURES))
-)
+
+def _kind() -> OutputKind:
+    """Return what a study writes: its document, its report, a file for each figure."""
+    drawn = (f'{figure.identifier}.png' for figure in figures('study'))
+    files = ('study.json', 'study.html', *drawn)
+    return OutputKind('study', 'study.json', FORMAT, files, 'study.html')
 
 
 def check_study_destination(folder: str | Path) -> Path:
@@ -31,7 +34,7 @@ def check_study_destination(folder: str | Path) -> Path:
 
     :raises ConfigurationError: if it is a file or holds something else.
     """
-    return check_output_folder(folder, _KIND)
+    return check_output_folder(folder, _kind())
 
 
 def write_study(
@@ -50,12 +53,12 @@ def write_study(
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     folder = check_study_destination(folder)
-    with written_together(folder, _KIND) as workshop:
-        pictures = {}
-        for name in available_figures(study):
+    with written_together(folder, _kind()) as workshop:
+        drawn = {}
+        for figure in figures_of('study', study):
+            name = figure.identifier
             progress(name)
-            pictures[name] = to_png(draw(study, name))
-            (workshop / f'{name}.png').write_bytes(pictures[name])
-        (workshop / 'study.html').write_text(render_study(study, pictures), encoding='utf-8')
-        write_document(workshop, _KIND, document)
+            drawn[name] = to_png(figure.draw(study))
+            (workshop / f'{name}.png').write_bytes(drawn[name])
+        write_result(workshop, _kind(), document, render_study(study, drawn))
     return folder

@@ -8,13 +8,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from rich import box
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.number_text import UNKNOWN
+from sosml_friction.report.common.table import Column, terminal_table
 from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.metrics import Score
 from sosml_friction.study.run import Study, rmse_mean
@@ -98,38 +98,32 @@ def _spread(study: Study) -> str:
 
 
 def _rmse_table(study: Study, joint: int, cases: Sequence[Case], tuning: str) -> Table:
-    table = _table(['observer', *(case_text(case).replace(', ', '\n') for case in cases)])
+    heads = ['observer', *(case_text(case).replace(', ', '\n') for case in cases)]
+    rows = []
     for name in study.settings.observers:
         cells = [rmse_text(case[1], study.row(case, name, tuning).scores[joint]) for case in cases]
-        table.add_row(observer_label(name), *cells)
+        rows.append([observer_label(name), *cells])
     if any(case[1] == 'mismatch' for case in cases):
         floors = [
             short(1e3 * float(study.floors[case][joint])) if case[1] == 'mismatch' else ''
             for case in cases
         ]
-        table.add_row('offset floor', *floors, style='dim')
-    return table
+        rows.append(['offset floor', *floors])
+    return _table(heads, rows)
 
 
 def _dynamics_table(study: Study, cases: Sequence[Case]) -> Table:
     heads = [f'{case[0]}\n{what}' for case in cases for what in ('noise', 'settle', 'width')]
-    table = _table(['observer', *heads])
+    rows = []
     for name in study.settings.observers:
-        cells = []
-        for case in cases:
-            score = study.row(case, name).scores[0]
-            cells += [
-                short(1e3 * score.noise_std),
-                settle_text(score),
-                short(1e3 * score.loop_width),
-            ]
-        table.add_row(observer_label(name), *cells)
-    return table
+        row = [observer_label(name)]
+        for score in (study.row(case, name).scores[0] for case in cases):
+            row += [short(1e3 * score.noise_std), settle_text(score)]
+            row.append(short(1e3 * score.loop_width))
+        rows.append(row)
+    return _table(['observer', *heads], rows)
 
 
-def _table(heads: Sequence[str]) -> Table:
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column(heads[0], no_wrap=True)
-    for head in heads[1:]:
-        table.add_column(head, justify='right', no_wrap=True)
-    return table
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    columns = [Column(head, 'n w' if k else 'w') for k, head in enumerate(heads)]
+    return terminal_table(columns, rows)

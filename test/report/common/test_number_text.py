@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import SYMBOLS
 from sosml_friction.report.common.number_text import (
-    allowed_range,
     error_text,
     format_interval,
     format_number,
@@ -88,18 +87,6 @@ def test_what_is_not_identifiable_is_never_a_number(name, value, error, interval
     assert not is_number(text)
     assert error_text(parameter) == '-'
     assert interval_text(parameter) == '-'
-
-
-@settings(deadline=None)
-@given(st.sampled_from(['coulomb', 'viscous', 'stribeck', 'stribeck_velocity']), VALUES, VALUES)
-def test_a_range_of_what_cannot_be_negative_begins_at_zero(name, low, high):
-    allowed = allowed_range(name, Parameter(math.nan, 'Nm', interval=(low, high)))
-    assert allowed is None or 0.0 <= allowed[0] < allowed[1]
-    assert (allowed is None) == (max(high, 0.0) <= max(low, 0.0))
-
-
-def test_a_bias_may_be_negative():
-    assert allowed_range('bias', Parameter(math.nan, 'N', interval=(-2.0, 1.0))) == (-2.0, 1.0)
 
 
 @pytest.mark.parametrize(

@@ -10,86 +10,15 @@ import re
 
 import numpy as np
 import pytest
-from known_robots import SLIDER_STEP, slider_model, slider_recording
+from known_robots import SLIDER_STEP
 
 from sosml_friction.diagnosis.decision.confusability import Confusability
-from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.regression.noise_model import ORDER, NoiseModel
-from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.report.diagnosis.confusability import (
-    ambiguous_pairs,
-    confusability_map,
-    shown,
-)
-from sosml_friction.report.diagnosis.correlation import autocorrelation, lowest, shifted_error
-from sosml_friction.report.diagnosis.figures import way_since_reversal
+from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
+from sosml_friction.diagnosis.residual.variance_steps import variance_steps
 from sosml_friction.report.diagnosis.html import render_diagnosis
-from sosml_friction.report.diagnosis.periodogram import position_spectrum
 from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
-from sosml_friction.report.diagnosis.variance import noise_variance, variance_steps
-
-
-@pytest.fixture(scope='module')
-def diagnosis():
-    """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
-    log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
-
-
-def test_a_line_in_position_has_its_size_and_place():
-    rng = np.random.default_rng(2)
-    q = np.cumsum(rng.uniform(0.0, 0.004, 5000))
-    effort = 0.3 * np.cos(40.0 * q + 1.0) + 2.0
-    size = position_spectrum(q, effort, 20.0, 0.5, 100)
-    assert int(np.argmax(size)) == 40
-    # 0.5 %: the mean that is taken off is not quite that of the line's whole periods.
-    assert size[40] == pytest.approx(0.3, rel=5e-3)
-    assert np.median(size) < 0.03
-
-
-def test_the_way_since_a_reversal_starts_at_the_turn_and_noise_is_no_turn():
-    q = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(0.99, 0.5, 50)])
-    way = way_since_reversal(q, 0.005)
-    assert way[:101] == pytest.approx(q[:101], abs=1e-12)
-    assert way[101:] == pytest.approx(1.0 - q[101:], abs=1e-12)
-    noisy = q[:101] + 1e-3 * np.where(np.arange(101) % 2, 1.0, -1.0)
-    assert way_since_reversal(noisy, 0.05)[-1] == pytest.approx(1.0, abs=3e-3)
-    # A rest is not a motion.
-    assert way_since_reversal(np.zeros(5), 0.01) == pytest.approx(0.0)
-
-
-def test_the_autocorrelation_is_that_of_numpy():
-    e = np.random.default_rng(3).normal(size=300)
-    full = np.correlate(e, e, 'full')[299:]
-    assert autocorrelation(e, 20) == pytest.approx(full[:21] / full[0], abs=1e-12)
-
-
-def test_the_error_is_least_where_a_late_effort_is_shifted_back():
-    step = 7e-3
-    t = step * np.arange(3000)
-    signal = np.sin(3.0 * t) + 0.4 * np.sin(11.0 * t)
-    late = np.sin(3.0 * (t - 4e-3)) + 0.4 * np.sin(11.0 * (t - 4e-3))
-    shifts = np.linspace(-0.02, 0.02, 41)
-    error = shifted_error(late, late - signal, step, shifts, (1000,))
-    place, least = lowest(shifts, error)
-    assert place == pytest.approx(4e-3, abs=2e-4)
-    assert least < 0.01
-    # Without a shift it is the error itself.
-    inner = slice(10, -10)
-    usual = float(np.sqrt(np.mean((late - signal)[inner] ** 2)))
-    assert error[20] == pytest.approx(usual, rel=0.02)
-
-
-def test_the_lowest_point_is_that_of_the_parabola():
-    x = np.linspace(-1.0, 1.0, 9)
-    assert lowest(x, 2.0 + 3.0 * (x - 0.1) ** 2) == pytest.approx((0.1, 2.0))
-
-
-def test_the_variance_of_an_autoregression_is_the_closed_form():
-    coefficients = np.zeros(ORDER)
-    coefficients[0] = 0.9
-    noise = NoiseModel(coefficients, 0.5)
-    assert noise_variance(noise) == pytest.approx(0.25 / (1.0 - 0.81), rel=1e-9)
+from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
+from sosml_friction.report.figures.diagnosis.timing import milliseconds
 
 
 def test_the_cascade_of_variance_falls_from_all_to_the_noise(diagnosis):
@@ -113,7 +42,7 @@ def test_the_set_that_is_left_open_is_marked_in_the_map(diagnosis):
     pairs = ambiguous_pairs(diagnosis)
     names = {effect for pair in pairs for effect, _ in pair}
     assert {'effort_bias', 'asymmetric_friction'} <= names
-    figure = confusability_map(diagnosis)
+    figure = ConfusabilityMap().draw(diagnosis)
     boxes = figure.axes[0].patches
     # Both directions of each pair whose two causes were candidates.
     assert len(boxes) == 2 * len(pairs)
@@ -133,7 +62,7 @@ def test_a_map_too_large_keeps_what_was_named_and_the_most_alike():
     share[7, 80] = share[80, 7] = 0.9
     joints = tuple('*' if k == 0 else f'joint_{k % 3}' for k in range(m))
     found = Confusability(tuple(f'effect_{k}' for k in range(m)), joints, share, np.zeros(m))
-    kept = shown(found, {('effect_33', 'joint_0')})
+    kept = most_alike(found, {('effect_33', 'joint_0')}, MOST)
     assert len(kept) < m
     assert {7, 80, 33} <= set(kept.tolist())
     assert list(dict.fromkeys(joints[k] for k in kept))[-1] == '*'
@@ -165,3 +94,23 @@ def test_the_page_starts_with_the_verdict_and_its_sentence(diagnosis):
         recommendation=None, rejected=None,
     )  # fmt: skip
     assert '<img' not in render_diagnosis(bare)
+
+
+def test_the_title_names_the_bags_the_model_the_verdict_and_the_day(diagnosis):
+    provenance = {
+        'bags': [{'bag': 'T1'}, {'bag': 'T<2>'}],
+        'model': 'exoskeleton',
+        'diagnosed': '2026-11-22T18:15:56+00:00',
+    }
+    text = render_diagnosis(dataclasses.replace(diagnosis, laboratory=None), provenance)
+    title = 'Diagnosis of T1, T&lt;2&gt; with exoskeleton: ambiguous (2026-11-22)'
+    assert f'<title>{title}</title>' in text
+    assert f'<h1>{title}</h1>' in text
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'text'),
+    [(-1e-5, '0.0 ms'), (0.0, '0.0 ms'), (-4e-4, '-0.4 ms'), (0.01, '10.0 ms')],
+)
+def test_a_time_that_is_nothing_has_no_sign(seconds, text):
+    assert milliseconds(seconds) == text

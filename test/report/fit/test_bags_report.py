@@ -12,19 +12,16 @@ import pytest
 from rich.console import Console
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.several.bags_analysis import BagsAnalysis
-from sosml_friction.identification.several.consolidation import (
-    BagRole,
-    Consolidation,
-    consolidate,
-)
+from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.several.bag_points import bag_points
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.law_curve import fitted_law
+from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import interval_text, value_text
-from sosml_friction.report.fit import bags_html, joint_section
-from sosml_friction.report.fit.bags_figure import bag_points, bags_figure
+from sosml_friction.report.figures.bags.law import BagsLaw
+from sosml_friction.report.fit import bags_html
 from sosml_friction.report.fit.consolidation_view import (
     WAYS,
+    BagsJoint,
     bags_table,
     consolidated_remarks,
     consolidated_rows,
@@ -32,41 +29,11 @@ from sosml_friction.report.fit.consolidation_view import (
     model_entry,
 )
 
-ROLES = {
-    'ladder': BagRole('T1', 'stated', 'stated'),
-    'slow': BagRole('T3', 'stated', 'stated'),
-}
-
-
-@pytest.fixture(scope='module')
-def bags(analysis):
-    """Return two recordings, the second of the shoulder alone: the same motion, other labels."""
-    joints = {'shoulder': analysis.fit.joints['shoulder']}
-    rows = {'shoulder': analysis.fit.rows['shoulder']}
-    fit = dataclasses.replace(
-        analysis.fit,
-        joints=joints,
-        alternatives={},
-        rows=rows,
-        unavailable={'elbow': 'its actuator reports no effort'},
-    )
-    second = dataclasses.replace(analysis, fit=fit)
-    recordings = {'ladder': analysis.fit, 'slow': fit}
-    found = {
-        joint: {'sosml': consolidate(joint, 'sosml', 'Nm', recordings, ROLES)}
-        for joint in ('shoulder', 'elbow')
-    }
-    consolidation = Consolidation(
-        ('ladder', 'slow'), ROLES, found, dict.fromkeys(('shoulder', 'elbow'), 'sosml')
-    )
-    return BagsAnalysis({'ladder': analysis, 'slow': second}, consolidation, analysis.model)
-
 
 @pytest.fixture(scope='module')
 def text(bags, truth):
     with pytest.MonkeyPatch.context() as patch:
-        for module in (bags_html, joint_section):
-            patch.setattr(module, 'to_png', lambda figure: b'\x89PNG')
+        patch.setattr(figure, 'to_png', lambda drawing: b'\x89PNG')
         return bags_html.render_bags_report(bags, truth, {'command': 'sosml fit <a> b'})
 
 
@@ -142,7 +109,7 @@ def test_the_figure_has_the_rows_of_each_recording_less_the_law(bags):
     entry = model_entry(bags.consolidation, 'shoulder')
     fits = {bag: one.fit for bag, one in bags.bags.items()}
     points = bag_points(fits['ladder'], 'shoulder', 'sosml')
-    figure = bags_figure(bags.consolidation, entry, fits)
+    figure = BagsLaw().draw(BagsJoint(bags.consolidation, entry, fits))
     whole, _, residual, _ = figure.axes
     for axes in (whole, residual):
         lines = [line for line in axes.lines if line.get_marker() == 'o']

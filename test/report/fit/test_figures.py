@@ -15,19 +15,11 @@ from matplotlib.text import Text
 
 from sosml_friction.identification.segments import Segment
 from sosml_friction.report.common import drawing
+from sosml_friction.report.common.figure import figures
+from sosml_friction.report.figures.fit.overview import Overview
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.overview_figure import overview_figure
-from sosml_friction.report.fit.parameter_figure import parameter_figure, parameter_rows
-from sosml_friction.report.fit.profile_figure import profile_figure
-from sosml_friction.report.fit.residual_figure import residual_figure
-from sosml_friction.report.fit.s_shape_figure import s_shape_figure
 
-
-def bars(view):
-    return parameter_figure(parameter_rows(view), view.truth and view.truth.parameters)
-
-
-DRAWINGS = (s_shape_figure, overview_figure, bars, residual_figure, profile_figure)
+FIGURES = {figure.identifier: figure for figure in figures('fit')}
 
 
 @pytest.fixture(scope='module')
@@ -52,9 +44,9 @@ def with_rejected(view, count):
     return dataclasses.replace(view, fits=fits)
 
 
-@pytest.mark.parametrize('draw', DRAWINGS)
-def test_a_figure_is_whole_in_type_of_one_size_and_its_legend_covers_nothing(view, draw):
-    figure = draw(view)
+@pytest.mark.parametrize('name', FIGURES)
+def test_a_figure_is_whole_in_type_of_one_size_and_its_legend_covers_nothing(view, name):
+    figure = FIGURES[name].draw(view)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()
@@ -78,20 +70,22 @@ def test_a_figure_is_whole_in_type_of_one_size_and_its_legend_covers_nothing(vie
         for text in figure.findobj(Text)
         if text.get_visible() and text.get_text()
     }
-    assert len(sizes) == 1 or draw is profile_figure  # powers of ten are smaller
+    assert len(sizes) == 1 or name == 'profile'  # powers of ten are smaller
 
 
-@pytest.mark.parametrize('draw', DRAWINGS)
-def test_every_labelled_axis_has_its_unit(view, draw):
+@pytest.mark.parametrize('name', FIGURES)
+def test_every_labelled_axis_has_its_unit(view, name):
     labels = [
-        label for axes in draw(view).axes for label in (axes.get_xlabel(), axes.get_ylabel())
+        label
+        for axes in FIGURES[name].draw(view).axes
+        for label in (axes.get_xlabel(), axes.get_ylabel())
     ]
     assert any(labels)
     assert all(label.endswith(']') for label in labels if label)
 
 
 def test_the_legend_stays_off_the_axes_with_hundreds_of_windows_not_used(view):
-    figure = overview_figure(with_rejected(view, 300))
+    figure = Overview().draw(with_rejected(view, 300))
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     box = figure.legends[0].get_window_extent(canvas.get_renderer())
@@ -119,8 +113,12 @@ def test_the_envelope_keeps_extremes_and_the_order_of_time(size, random):
 
 
 def test_pyplot_and_its_global_state_stay_out():
-    code = 'import sys, sosml_friction.report.fit.html; print("matplotlib.pyplot" in sys.modules)'
+    code = (
+        'import sys, sosml_friction.report.fit.html as _\n'
+        'from sosml_friction.report.common.figure import REPORTS, figures\n'
+        'print(len([figures(report) for report in REPORTS]), "matplotlib.pyplot" in sys.modules)'
+    )
     answer = subprocess.run(
         [sys.executable, '-c', code], capture_output=True, text=True, check=True
     )
-    assert answer.stdout.strip() == 'False'
+    assert answer.stdout.split() == ['5', 'False']

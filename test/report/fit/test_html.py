@@ -9,11 +9,10 @@ from html import escape
 
 import pytest
 
-from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.report.common.html_page import table
+from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import format_number
+from sosml_friction.report.common.table import Column, Markup, html_table
 from sosml_friction.report.fit import html as report
-from sosml_friction.report.fit import joint_section
 from sosml_friction.report.fit.findings import joint_sentence, notes
 from sosml_friction.report.fit.joint_view import joint_views
 
@@ -26,7 +25,7 @@ def text(rejecting_analysis, truth):
 @pytest.fixture
 def quick(monkeypatch):
     """Leave out the drawing of the pictures, which has its own tests."""
-    monkeypatch.setattr(joint_section, 'to_png', lambda figure: b'\x89PNG')
+    monkeypatch.setattr(figure, 'to_png', lambda drawing: b'\x89PNG')
 
 
 def test_nothing_is_loaded_from_elsewhere(text):
@@ -114,32 +113,29 @@ def test_a_joint_without_fit_says_why(one_joint_analysis):
     assert 'nan' not in joint_sentence(joint_views(one_joint_analysis)[1])
 
 
-def test_an_interrupted_report_leaves_the_older_one(analysis, tmp_path):
-    path = tmp_path / 'report.html'
-    path.write_text('older')
-
-    def interrupt(step):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        report.write_report(path, analysis, progress=interrupt)
-    assert path.read_text() == 'older'
-    assert [p.name for p in tmp_path.iterdir()] == ['report.html']
-
-
-def test_a_place_that_cannot_be_written_is_one_sentence(analysis, tmp_path, monkeypatch):
-    monkeypatch.setattr(report, 'render_report', lambda *_: '<html></html>')
-    (tmp_path / 'file').write_text('')
-    with pytest.raises(ConfigurationError, match=r'report .* cannot be written'):
-        report.write_report(tmp_path / 'file' / 'report.html', analysis)
-
-
 def test_a_table_has_a_class_for_each_column_and_no_markup_of_its_texts():
-    text = table({'joint': '', 'error': 'n'}, [('<a>', '1')], 'A & B')
+    text = html_table({'joint': '', 'error': 'n'}, [('<a>', '1')], 'A & B')
     assert text == (
-        '<table><caption>A &amp; B</caption>'
+        '<div class="wide"><table><caption>A &amp; B</caption>'
         '<thead><tr><th>joint</th><th class="n">error</th></tr></thead>'
-        '<tbody><tr><td>&lt;a&gt;</td><td class="n">1</td></tr></tbody></table>'
+        '<tbody><tr><td>&lt;a&gt;</td><td class="n">1</td></tr></tbody></table></div>'
     )
     with pytest.raises(ValueError, match='zip'):
-        table({'joint': ''}, [('a', 'b')])
+        html_table({'joint': ''}, [('a', 'b')])
+
+
+def test_neighbours_of_one_group_have_a_head_above_theirs():
+    columns = [Column('from'), Column('value', 'n', 'C [Nm]'), Column('error', 'n', 'C [Nm]')]
+    text = html_table(columns, [(Markup('<b>T1</b>'), '1', '2')], dim=[0])
+    assert text == (
+        '<div class="wide"><table><thead><tr><th rowspan="2">from</th>'
+        '<th class="g l" colspan="2">C [Nm]</th></tr>'
+        '<tr><th class="n">value</th><th class="n">error</th></tr></thead>'
+        '<tbody><tr class="no"><td><b>T1</b></td><td class="n">1</td><td class="n">2</td></tr>'
+        '</tbody></table></div>'
+    )
+
+
+def test_the_model_is_the_first_of_the_observers_side_by_side(text, analysis):
+    heads = re.findall(r'<th class="g l" colspan="3">([^<]*)</th>', text)
+    assert heads[:2] == ['SOSML, segments (the model)', 'FO, segments']

@@ -9,8 +9,8 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.overview_figure import overview_figure, shown_estimates
+from sosml_friction.report.figures.fit.overview import Overview
+from sosml_friction.report.fit.joint_view import joint_views, shown_estimates
 from sosml_friction.report.fit.segment_marks import number_rejected
 from sosml_friction.report.fit.segment_rows import SegmentRow, segment_rows
 
@@ -30,14 +30,14 @@ def legend_of(figure):
 
 def test_windows_are_counted_and_every_reason_is_in_the_legend_with_its_numbers(view):
     rows = segment_rows(view)
-    labels = legend_of(overview_figure(view))
+    labels = legend_of(Overview().draw(view))
     assert f'steady window used ({sum(not r.reason for r in rows)})' in labels
     assert 'not used: speed ripples by 9 to 12 % (2, 3)' in labels
     assert 'not used: steady for < 0.1 s (5)' in labels
 
 
 def test_the_shaded_stretches_are_the_windows(view):
-    used, _ = overview_figure(view).axes[0].collections[:2]
+    used, _ = Overview().draw(view).axes[0].collections[:2]
     spans = sorted(path.get_extents().intervalx.tolist() for path in used.get_paths())
     expected = sorted([r.start_s, r.end_s] for r in segment_rows(view) if not r.reason)
     assert np.allclose(spans, expected)
@@ -63,7 +63,7 @@ def test_marks_are_numbers_of_rows_and_never_over_one_another(count):
 
 def test_a_joint_without_effort_is_drawn_as_unknown(one_joint_analysis):
     elbow = joint_views(one_joint_analysis)[1]
-    figure = overview_figure(elbow)
+    figure = Overview().draw(elbow)
     assert [t.get_text() for t in figure.axes[2].texts] == ['unknown']
     assert [t.get_text() for t in figure.axes[3].texts] == ['unknown']
     assert not any('SOSML' in label for label in legend_of(figure))

@@ -10,12 +10,9 @@ import pytest
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.drawing import style_of
 from sosml_friction.report.common.labels import SYMBOLS
+from sosml_friction.report.common.parameter_bars import ParameterRow, draw_parameters
+from sosml_friction.report.figures.fit.parameters import parameter_rows
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.parameter_figure import (
-    ParameterRow,
-    parameter_figure,
-    parameter_rows,
-)
 
 KNOWN = {name: Parameter(0.5, 'Nm', 0.02, (0.46, 0.54)) for name in SYMBOLS}
 
@@ -26,7 +23,7 @@ def drawn(parameter, known=True):
         ParameterRow('usual', KNOWN if known else {}, style_of('sosml', 0)),
         ParameterRow('other', {**KNOWN, 'stribeck': parameter}, style_of('first_order', 1)),
     ]
-    panel = parameter_figure(rows).axes[2]
+    panel = draw_parameters(rows).axes[2]
     mine = [line for line in panel.lines if np.allclose(line.get_ydata(), 1.0, atol=0.2)]
     return panel, mine
 
@@ -39,7 +36,7 @@ def test_a_joint_has_a_row_for_each_observer_and_method(analysis):
         f'{"FO" if fit.observer == "first_order" else "SOSML"}, {fit.method}' for fit in fits
     )
     assert [row.label for row in rows if row.is_model] == [f'SOSML, {view.fits["sosml"].method}']
-    figure = parameter_figure(rows)
+    figure = draw_parameters(rows)
     assert [axes.get_xlabel() for axes in figure.axes] == [
         'C [Nm]', 'B [Nm s/rad]', 'S [Nm]', 'v_s [rad/s]', 'bias [Nm]',
     ]  # fmt: skip
@@ -81,7 +78,7 @@ def test_what_the_data_say_nothing_of_is_in_words(interval, known):
 def test_a_number_far_from_all_others_is_written_at_the_edge_and_flattens_nothing():
     rows = [ParameterRow(str(k), KNOWN, style_of('sosml', 0)) for k in range(3)]
     far = {**KNOWN, 'coulomb': Parameter(50.0, 'Nm', 1.0, (48.0, 52.0))}
-    panel = parameter_figure([*rows, ParameterRow('far', far, style_of('sosml', 0))]).axes[0]
+    panel = draw_parameters([*rows, ParameterRow('far', far, style_of('sosml', 0))]).axes[0]
     left, right = panel.get_xlim()
     assert right - left < 2.0
     assert [text.get_text() for text in panel.texts] == ['50.0']
@@ -90,7 +87,7 @@ def test_a_number_far_from_all_others_is_written_at_the_edge_and_flattens_nothin
 def test_a_value_at_its_bound_says_so_and_the_truth_is_a_line():
     zero = Parameter(0.0, 'Nm', interval=(0.0, 0.1), flags=(AT_BOUND,))
     rows = [ParameterRow('one', {**KNOWN, 'viscous': zero}, style_of('sosml', 0))]
-    figure = parameter_figure(rows, {'viscous': Parameter(0.02, 'Nm')})
+    figure = draw_parameters(rows, {'viscous': Parameter(0.02, 'Nm')})
     panel = figure.axes[1]
     assert [text.get_text() for text in panel.texts] == ['at bound']
     assert any(np.allclose(line.get_xdata(), 0.02) for line in panel.lines)
@@ -99,7 +96,7 @@ def test_a_value_at_its_bound_says_so_and_the_truth_is_a_line():
 
 def test_a_law_by_direction_has_panels_of_its_own():
     row = {**KNOWN, 'viscous_asymmetry': Parameter(-37.0, 'N s/m', 2.0, (-41.0, -33.0))}
-    figure = parameter_figure([ParameterRow('one', row, style_of('sosml', 0))])
+    figure = draw_parameters([ParameterRow('one', row, style_of('sosml', 0))])
     assert figure.axes[-1].get_xlabel() == 'D_B [N s/m]'
 
 
@@ -116,7 +113,7 @@ def test_of_ranges_alone_the_narrowest_is_seen_and_the_widest_runs_out():
         )
         for high in (12.0, 3e6)
     ]
-    panel = parameter_figure(rows).axes[2]
+    panel = draw_parameters(rows).axes[2]
     assert 12.0 < panel.get_xlim()[1] < 100.0
     open_ends = [line for line in panel.lines if line.get_gid() == 'open end']
     assert [float(line.get_ydata()[0]) for line in open_ends] == [1.0]

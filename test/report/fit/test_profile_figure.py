@@ -7,8 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from sosml_friction.identification.law.profile_points import with_best
+from sosml_friction.report.figures.fit.profile import Profile
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.profile_figure import profile_figure, with_best
 
 
 @pytest.fixture(scope='module')
@@ -39,10 +40,10 @@ def test_below_the_limit_is_the_95_percent_interval(view):
 
 
 def test_every_observer_with_a_profile_is_drawn_and_none_without(view):
-    labels = [text.get_text() for text in profile_figure(view).legends[0].get_texts()]
+    labels = [text.get_text() for text in Profile().draw(view).legends[0].get_texts()]
     assert {'FO', 'SOSML', 'truth'} <= set(labels)
     fits = {
         observer: dataclasses.replace(fit, fit=dataclasses.replace(fit.fit, profile=None))
         for observer, fit in view.fits.items()
     }
-    assert profile_figure(dataclasses.replace(view, fits=fits)) is None
+    assert not Profile().applies(dataclasses.replace(view, fits=fits))

@@ -7,15 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sosml_friction.report.common.law_curve import fitted_law
-from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.residual_figure import (
+from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.law_residual import (
     Residual,
     autocorrelation,
     binned_mean,
-    law_residual,
-    residual_figure,
 )
+from sosml_friction.report.figures.fit.residual import LawResidual
+from sosml_friction.report.fit.joint_view import joint_views
 
 
 @pytest.fixture(scope='module')
@@ -28,7 +27,7 @@ def with_estimate(view, tau_f):
 
 
 def test_the_residual_is_estimate_less_law_in_the_windows_used(view):
-    residual = law_residual(view, 'sosml')
+    residual = view.residual()
     law = fitted_law(view.fits['sosml'].fit)
     k = residual.samples
     assert np.allclose(residual.value, view.estimates['sosml'][k] - law.torque(view.speed[k]))
@@ -42,7 +41,7 @@ def test_a_force_that_depends_on_position_is_seen_over_position(view):
     law = fitted_law(view.fits['sosml'].fit)
     wave = 0.1 * np.sin(2.0 * np.pi * view.q / 0.5)
     made = with_estimate(view, law.torque(np.nan_to_num(view.speed)) + wave)
-    residual = law_residual(made, 'sosml')
+    residual = made.residual()
     middle, mean = binned_mean(view.q[residual.samples], residual.value)
     known = np.isfinite(mean)
     # A bin is a fortieth of the range: the wave turns by 0.1 rad or so within it.
@@ -80,19 +79,19 @@ def test_without_a_window_the_samples_in_motion_are_shown(view):
         )
         for observer, fit in view.fits.items()
     }
-    moving = law_residual(dataclasses.replace(view, fits=fits), 'sosml')
-    assert len(moving.samples) > len(law_residual(view, 'sosml').samples)
+    moving = dataclasses.replace(view, fits=fits).residual()
+    assert len(moving.samples) > len(view.residual().samples)
     assert (np.abs(view.speed[moving.samples]) > view.zero_band).all()
 
 
 def test_the_figure_names_what_it_shows_and_a_joint_without_fit_has_none(view, one_joint_analysis):
-    labels = [axes.get_xlabel() for axes in residual_figure(view).axes]
+    labels = [axes.get_xlabel() for axes in LawResidual().draw(view).axes]
     assert labels == ['velocity [rad/s]', 'position [rad]', 'time [s]', 'lag [s]']
-    assert residual_figure(joint_views(one_joint_analysis)[1]) is None
+    assert not LawResidual().applies(joint_views(one_joint_analysis)[1])
 
 
 def test_the_levels_shown_are_what_the_law_leaves_of_each_window(view):
-    panel = residual_figure(view).axes[0]
+    panel = LawResidual().draw(view).axes[0]
     for observer, marker in (('sosml', 's'), ('first_order', 'o')):
         fit = view.fits[observer]
         law = fitted_law(fit.fit)

@@ -24,11 +24,7 @@ SCHEMA = Path(__file__).resolve().parents[3] / 'docs' / 'schema' / 'fit.schema.j
 def quick_report(monkeypatch):
     """Replace the drawing of the report, which has its own tests."""
 
-    def write(path, *_):
-        path.write_text('<html></html>')
-        return path
-
-    monkeypatch.setattr(results, 'write_report', write)
+    monkeypatch.setattr(results, 'render_report', lambda *_: '<html></html>')
 
 
 def check(document):
@@ -128,6 +124,13 @@ def test_an_interruption_leaves_nothing(analysis, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         results.write_results(tmp_path / 'fit', analysis, progress=interrupt)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures('quick_report')
+def test_a_place_that_cannot_be_written_is_one_sentence(analysis, tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(ConfigurationError, match=r'cannot be (read|written).*another place'):
+        results.write_results(tmp_path / 'file' / 'fit', analysis)
 
 
 @pytest.mark.usefixtures('quick_report')

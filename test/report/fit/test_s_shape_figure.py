@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sosml_friction.report.common.law_curve import band, fitted_law
+from sosml_friction.identification.law.law_curve import band, fitted_law
+from sosml_friction.report.figures.fit.s_shape import SShape
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.s_shape_figure import s_shape_figure
 
 
 @pytest.fixture(scope='module')
@@ -19,7 +19,7 @@ def view(rejecting_analysis):
 
 @pytest.fixture(scope='module')
 def figure(view):
-    return s_shape_figure(view)
+    return SShape().draw(view)
 
 
 def points(axes, marker):
@@ -114,7 +114,7 @@ def test_any_number_of_observers_has_its_panels(view, count):
         estimates=dict.fromkeys(names, view.estimates['sosml']),
         fits=dict.fromkeys(names, view.fits['sosml']),
     )
-    shown = [axes for axes in s_shape_figure(many).axes if axes.get_visible()]
+    shown = [axes for axes in SShape().draw(many).axes if axes.get_visible()]
     assert len(shown) == 2 * count
 
 

@@ -11,8 +11,8 @@ from html import escape
 import numpy as np
 import pytest
 
+from sosml_friction.report.figures.fit.s_shape import SShape
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.s_shape_figure import s_shape_figure
 from sosml_friction.report.fit.segment_rows import (
     NOT_STARTED,
     rejected_groups,
@@ -132,4 +132,4 @@ def test_forward_simulation_has_no_levels_and_no_column(views):
     )
     assert segments_csv({'a': [both]}) == segments_csv({'a': [view]})
     assert segment_table(both) == segment_table(view)
-    assert len(s_shape_figure(both).axes) == 6
+    assert len(SShape().draw(both).axes) == 6

@@ -7,7 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.report.simulation.figure import simulation_figure
+from sosml_friction.report.figures.simulation.simulated_joint import (
+    SimulatedJoint,
+    SimulatedJointFigure,
+)
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 QUANTITIES = ('position', 'velocity', 'effort')
@@ -32,7 +35,7 @@ def test_no_line_joins_two_windows_nor_goes_over_a_hole(count):
     # An envelope of 60000 samples has spans longer than 10.
     length = count // 6
     one = found(count, length)
-    left, right = simulation_figure(one, 0).axes[:2]
+    left, right = SimulatedJointFigure().draw(SimulatedJoint(one, 0)).axes[:2]
     measured, simulated = left.get_lines()
     (error,) = right.get_lines()
     for line, parts in ((simulated, 6), (error, 6), (measured, 2)):

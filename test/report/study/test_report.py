@@ -17,15 +17,17 @@ from rich.console import Console
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common.drawing import to_png
+from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.study import results as study_results
 from sosml_friction.report.study.document import study_document
-from sosml_friction.report.study.figures import FIGURES, available_figures, draw
 from sosml_friction.report.study.html import render_study
 from sosml_friction.report.study.results import check_study_destination, write_study
 from sosml_friction.report.study.tables import rmse_text, settle_text, short, study_tables
-from sosml_friction.report.study.view import findings, ranked, shown_observers
+from sosml_friction.report.study.view import findings, shown_observers
 from sosml_friction.study.metrics import Score
+from sosml_friction.study.outcome import ranked
 
+FIGURES = {figure.identifier: figure for figure in figures('study')}
 SCHEMA = Path(__file__).resolve().parents[3] / 'docs' / 'schema' / 'study.schema.json'
 
 
@@ -117,7 +119,7 @@ def test_fitted_laws_are_near_the_truth_where_signals_are_exact(document):
 
 @pytest.mark.parametrize('name', FIGURES)
 def test_a_figure_is_a_picture_with_units_and_no_text_outside(tiny_study, name):
-    figure = draw(tiny_study, name)
+    figure = FIGURES[name].draw(tiny_study)
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()
@@ -149,7 +151,7 @@ def test_a_figure_is_a_picture_with_units_and_no_text_outside(tiny_study, name):
 
 
 def test_figure_3_states_the_error_of_each_observer(tiny_study):
-    figure = draw(tiny_study, 'figure3_noise')
+    figure = FIGURES['figure3_noise'].draw(tiny_study)
     said = [t.get_text() for axes in figure.axes[::2] for t in axes.get_legend().get_texts()]
     for case, words in ((('slow', 'noise'), said[:3]), (('reversal', 'noise'), said[3:])):
         errors = [
@@ -160,9 +162,10 @@ def test_figure_3_states_the_error_of_each_observer(tiny_study):
 
 
 def test_figures_of_cases_that_were_not_run_are_left_out(tiny_study, nominal_only):
-    assert available_figures(tiny_study) == list(FIGURES)
-    assert available_figures(nominal_only) == ['figure2_slow_nominal']
-    assert to_png(draw(nominal_only, 'figure2_slow_nominal')).startswith(b'\x89PNG')
+    assert [figure.identifier for figure in figures_of('study', tiny_study)] == list(FIGURES)
+    (one,) = figures_of('study', nominal_only)
+    assert one.identifier == 'figure2_slow_nominal'
+    assert to_png(FIGURES['figure2_slow_nominal'].draw(nominal_only)).startswith(b'\x89PNG')
 
 
 def test_figures_show_the_papers_two_and_the_best_other(tiny_study):

@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import binom
 from scipy.stats import t as t_distribution
 
+from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
-from sosml_friction.report.common.law_curve import band, fitted_law
 
 
 def made(seed, law=lambda v: np.sign(v) * 0.8 + 0.4 * v + 0.05, form=None):

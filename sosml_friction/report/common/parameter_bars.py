@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters with their 95 % intervals, row by row: the counterpart of the paper's Figure 7."""
+"""Parameters with their intervals: a bar where there is a number, a range where there is none."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
-from sosml_friction.identification.friction_fit import WEAK_FORM
-from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
+from sosml_friction.identification.parameter_interval import NON_NEGATIVE, allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.drawing import (
     FONT,
@@ -25,16 +24,9 @@ from sosml_friction.report.common.drawing import (
     label_axes,
     legend_below,
     new_figure,
-    style_of,
 )
-from sosml_friction.report.common.labels import NON_NEGATIVE, observer_label, symbols_of
-from sosml_friction.report.common.number_text import (
-    NOT_IDENTIFIABLE_TEXT,
-    allowed_range,
-    range_text,
-    value_text,
-)
-from sosml_friction.report.fit.joint_view import JointView
+from sosml_friction.report.common.labels import symbols_of
+from sosml_friction.report.common.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
 
 _MODEL_ROW = '#f1f6f3'
 _ROW_IN = 0.36
@@ -58,32 +50,9 @@ class ParameterRow(NamedTuple):
     is_model: bool = False
 
 
-def parameter_rows(view: JointView) -> list[ParameterRow]:
-    """Return the rows of a joint: for each observer the fit in use, then the other method's."""
-    names = list(view.estimates)
-    return [
-        ParameterRow(
-            row_label(observer, fit.method),
-            fit.fit.parameters,
-            style_of(observer, names.index(observer)),
-            fits is view.fits,
-            fits is view.fits and observer == view.preferred,
-        )
-        for observer in view.fits
-        for fits in (view.fits, view.alternatives)
-        if (fit := fits.get(observer)) is not None
-    ]
-
-
-def row_label(observer: str, method: str) -> str:
-    """Return what a fit is called: observer and method, once where they are the same."""
-    label = observer_label(observer)
-    return label if observer in (WEAK_FORM, OUTPUT_ERROR) else f'{label}, {method}'
-
-
-def parameter_figure(
+def draw_parameters(
     rows: Sequence[ParameterRow], truth: Mapping[str, Parameter] | None = None
-) -> Figure:
+) -> Drawing:
     """
     Draw each parameter of each row with its 95 % interval, and the truth if known.
 
@@ -103,13 +72,7 @@ def parameter_figure(
         for place, row in enumerate(rows):
             if row.is_model:
                 axes.axhspan(place - 0.5, place + 0.5, color=_MODEL_ROW, zorder=0.1, linewidth=0)
-            parameter = row.parameters.get(name)
-            if parameter is None:
-                _words(axes, place, 'no value')
-            elif NOT_IDENTIFIABLE in parameter.flags:
-                _draw_range(axes, place, name, parameter, row.style)
-            else:
-                _draw_value(axes, place, name, parameter, row)
+            _draw_parameter(axes, place, name, row)
         if known is not None:
             axes.axvline(known.value, color='black', linestyle='--', linewidth=1.2, zorder=1.8)
         if any(_ends(name, row.parameters.get(name)) for row in rows) or known is not None:
@@ -131,50 +94,50 @@ def _tick(value: float, place: int | None) -> str:
     return f'{value:.5g}'.replace('-', '−')
 
 
-def _draw_range(axes: Axes, place: int, name: str, parameter: Parameter, style: Style) -> None:
-    allowed = allowed_range(name, parameter)
-    if allowed is None:
-        _words(axes, place, NOT_IDENTIFIABLE_TEXT)
+def _draw_parameter(axes: Axes, place: int, name: str, row: ParameterRow) -> None:
+    parameter, colour = row.parameters.get(name), row.style.colour
+    if parameter is None:
+        _words(axes, place, 'no value')
         return
     left, right = axes.get_xlim()
-    if allowed[0] > right or allowed[1] < left:
-        _beyond(axes, place, allowed[0] > right, range_text(name, parameter), style.colour)
-        return
-    low, high = max(allowed[0], left), min(allowed[1], right)
-    axes.plot([low, high], [place, place], color=style.colour, linewidth=7, alpha=0.3,
-              solid_capstyle='butt', zorder=2.0)  # fmt: skip
-    # What is cut at the edge of the panel goes on.
-    for end, edge, marker in ((allowed[0], left, '<'), (allowed[1], right, '>')):
-        if not left <= end <= right:
-            _arrow(axes, edge, place, marker, style.colour)
-
-
-def _draw_value(
-    axes: Axes, place: int, name: str, parameter: Parameter, row: ParameterRow
-) -> None:
-    if not math.isfinite(parameter.value):
+    if NOT_IDENTIFIABLE in parameter.flags:
+        allowed = allowed_range(name, parameter)
+        if allowed is None:
+            _words(axes, place, NOT_IDENTIFIABLE_TEXT)
+        elif allowed[0] > right or allowed[1] < left:
+            _beyond(axes, place, allowed[0] > right, range_text(name, parameter), colour)
+        else:
+            ends = [max(allowed[0], left), min(allowed[1], right)]
+            axes.plot(ends, [place, place], color=colour, linewidth=7, alpha=0.3,
+                      solid_capstyle='butt', zorder=2.0)  # fmt: skip
+            _cut_ends(axes, place, allowed, colour)
+    elif not math.isfinite(parameter.value):
         _words(axes, place, 'unknown')
-        return
-    colour = row.style.colour
+    elif not left <= parameter.value <= right:
+        _beyond(axes, place, parameter.value > right, value_text(name, parameter), colour)
+    else:
+        line: dict[str, Any] = {'color': colour, 'linewidth': 1.8, 'zorder': 2.2}
+        if parameter.interval is not None:
+            low, high = parameter.interval
+            axes.plot([max(low, left), min(high, right)], [place, place], **line)
+            for end in (low, high):
+                if left <= end <= right:
+                    axes.plot([end, end], [place - 0.17, place + 0.17], **line)
+            _cut_ends(axes, place, parameter.interval, colour)
+        axes.plot([parameter.value], [place], marker=row.style.marker, markersize=8, linestyle='',
+                  color=colour, markerfacecolor=colour if row.in_use else 'white',
+                  markeredgewidth=1.4, zorder=2.5)  # fmt: skip
+        if AT_BOUND in parameter.flags:
+            axes.annotate('at bound', (parameter.value, place), xytext=(8, 0), fontsize=FONT,
+                          textcoords='offset points', color=GREY, va='center')  # fmt: skip
+
+
+def _cut_ends(axes: Axes, place: int, ends: tuple[float, float], colour: str) -> None:
+    """Let an arrow say that a line which is cut at the edge of the panel goes on."""
     left, right = axes.get_xlim()
-    if not left <= parameter.value <= right:
-        text = value_text(name, parameter)
-        _beyond(axes, place, parameter.value > right, text, colour)
-        return
-    if parameter.interval is not None:
-        low, high = parameter.interval
-        axes.plot([max(low, left), min(high, right)], [place, place], color=colour,
-                  linewidth=1.8, zorder=2.2)  # fmt: skip
-        for end, edge, marker in ((low, left, '<'), (high, right, '>')):
-            if left <= end <= right:
-                axes.plot([end, end], [place - 0.17, place + 0.17], color=colour, linewidth=1.8,
-                          zorder=2.2)  # fmt: skip
-            else:
-                _arrow(axes, edge, place, marker, colour)
-    axes.plot([parameter.value], [place], zorder=2.5, **_marker(row.style, row.in_use))
-    if AT_BOUND in parameter.flags:
-        axes.annotate('at bound', (parameter.value, place), xytext=(8, 0), fontsize=FONT,
-                      textcoords='offset points', color=GREY, va='center')  # fmt: skip
+    for end, edge, marker in ((ends[0], left, '<'), (ends[1], right, '>')):
+        if not left <= end <= right:
+            _arrow(axes, edge, place, marker, colour)
 
 
 def _beyond(axes: Axes, place: int, above: bool, text: str, colour: str) -> None:
@@ -259,14 +222,3 @@ def _legend(rows: Sequence[ParameterRow], with_truth: bool) -> list[Any]:
     if with_truth:
         handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
     return handles
-
-
-def _marker(style: Style, in_use: bool) -> dict[str, Any]:
-    return {
-        'marker': style.marker,
-        'markersize': 8,
-        'linestyle': '',
-        'color': style.colour,
-        'markerfacecolor': style.colour if in_use else 'white',
-        'markeredgewidth': 1.4,
-    }

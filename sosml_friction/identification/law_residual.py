@@ -1,0 +1,122 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a fitted law leaves of an estimate of friction, and whether that is noise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.law.law_curve import fitted_law
+
+FloatArray = NDArray[np.float64]
+
+_BINS = 40
+#: A mean of fewer samples is not given.
+_FEWEST_IN_BIN = 5
+#: Lags of the autocorrelation: at most so long [s], and this share of the longest window.
+_LONGEST_LAG_S, _LAG_SHARE = 1.0, 0.5
+
+
+class Residual(NamedTuple):
+    """
+    Hold what the law of one observer leaves of its estimate.
+
+    ``samples`` (M,) are the samples, inside the windows used, or in motion where there are none;
+    ``value`` (M,) [Nm or N] is estimate - law. ``runs`` (M,) numbers the windows.
+    """
+
+    samples: NDArray[np.int64]
+    value: FloatArray
+    runs: NDArray[np.int64]
+
+    def windows(self) -> list[NDArray[np.int64]]:
+        """Return the places of each window's samples in ``samples``, in the order of time."""
+        ends = np.flatnonzero(np.diff(self.runs)) + 1
+        return np.split(np.arange(len(self.samples)), ends)
+
+
+def law_residual(
+    fit: JointFit, estimate: FloatArray, speed: FloatArray, zero_band: float
+) -> Residual | None:
+    """
+    Return what the law leaves of an observer's estimate, None where there is no law.
+
+    :param estimate: tau_f (N,) [Nm or N].
+    :param speed: velocity (N,) [rad/s or m/s], NaN where unknown.
+    :param zero_band: slower is standstill [rad/s or m/s].
+    """
+    law = fitted_law(fit.fit)
+    if law is None:
+        return None
+    residual = estimate - law.torque(np.nan_to_num(speed))
+    known = np.isfinite(residual) & np.isfinite(speed)
+    runs = np.full(len(residual), -1)
+    for k, segment in enumerate(fit.segments):
+        if not segment.rejected:
+            runs[segment.first : segment.last + 1] = k
+    if not (known & (runs >= 0)).any():
+        moving = np.abs(np.nan_to_num(speed)) > zero_band
+        runs = np.where(moving, np.cumsum(np.append(0, np.diff(moving.astype(int)) != 0)), -1)
+    index = np.flatnonzero(known & (runs >= 0))
+    return Residual(index, residual[index], runs[index])
+
+
+def level_residual(fit: JointFit) -> tuple[FloatArray, FloatArray] | None:
+    """Return velocity and level - law of the windows used, (K,) each; None without a law."""
+    law = fitted_law(fit.fit)
+    if law is None:
+        return None
+    used = [k for k, segment in enumerate(fit.segments) if not segment.rejected]
+    velocity = np.array([fit.segments[k].velocity for k in used], dtype=float)
+    return velocity, fit.levels[used] - law.torque(velocity)
+
+
+def binned_mean(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the middles of equal bins of x, and the mean of y in each, NaN where it has few."""
+    edges = np.linspace(float(x.min()), float(x.max()), _BINS + 1)
+    where = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
+    count = np.bincount(where, minlength=_BINS)
+    total = np.bincount(where, weights=y, minlength=_BINS)
+    mean = np.where(count >= _FEWEST_IN_BIN, total / np.maximum(count, 1), np.nan)
+    return 0.5 * (edges[1:] + edges[:-1]), mean
+
+
+def lags_of(residual: Residual, step: float) -> int:
+    """Return how many lags of a residual sampled every ``step`` [s] can be told."""
+    _, sizes = np.unique(residual.runs, return_counts=True)
+    return int(min(_LONGEST_LAG_S / step, _LAG_SHARE * sizes.max())) if step > 0.0 else 0
+
+
+def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """
+    Return the autocorrelation of a residual within its windows, lags 0 to ``lags``, and its pairs.
+
+    Sum of products of samples so far apart in the same window, over the root of the product of
+    the sums of their squares, so that it is never above 1; NaN where there is no pair. The mean
+    is not taken off: what the law leaves on average in a window is structure too.
+    """
+    product, before, after = (np.zeros(lags + 1) for _ in range(3))
+    pairs = np.zeros(lags + 1, dtype=np.int64)
+    for window in residual.windows():
+        part = residual.value[window]
+        count = min(lags + 1, len(part))
+        lag = np.arange(count)
+        size = 1 << (2 * len(part) - 1).bit_length()
+        product[:count] += np.fft.irfft(np.abs(np.fft.rfft(part, size)) ** 2, size)[:count]
+        energy = np.append(0.0, np.cumsum(part**2))
+        before[:count] += energy[len(part) - lag]
+        after[:count] += energy[-1] - energy[lag]
+        pairs[:count] += len(part) - lag
+    scale = np.sqrt(before * after)
+    result = np.full(lags + 1, np.nan)
+    result[scale > 0.0] = product[scale > 0.0] / scale[scale > 0.0]
+    return result, pairs
+
+
+def white_band(pairs: NDArray[np.int64]) -> FloatArray:
+    """Return what the autocorrelation of white noise stays below at 95 % of the lags."""
+    return np.asarray(1.96 / np.sqrt(np.maximum(pairs, 1)))

@@ -1,0 +1,134 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A figure of a report: defining its class puts it into the report."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any, ClassVar, Generic, TypeVar, get_args
+
+from matplotlib.figure import Figure as Drawing
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.report import figures as folder
+from sosml_friction.report.common.drawing import to_png
+from sosml_friction.report.common.html_page import picture
+
+View = TypeVar('View')
+REPORTS = ('fit', 'bags', 'diagnosis', 'study', 'simulation')
+
+
+class Figure(ABC, Generic[View]):
+    """
+    Is the base of every figure; a subclass is in the report that it names as soon as it exists.
+
+    ``Figure[X]`` draws an X: a joint, a diagnosis, a study. A new figure is one file in
+    ``report/figures/<report>``, or a class anywhere else.
+    """
+
+    _defined: ClassVar[list[type[Figure[Any]]]] = []
+    _of: ClassVar[type]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Remember the class, and what it draws."""
+        super().__init_subclass__(**kwargs)
+        Figure._defined.append(cls)
+        for base in cls.__dict__.get('__orig_bases__', ()):
+            cls._of = get_args(base)[0]
+
+    @property
+    @abstractmethod
+    def identifier(self) -> str:
+        """Name the figure within its report, and its file where it is written to one."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """Say in a few words what the figure shows."""
+
+    @property
+    @abstractmethod
+    def report(self) -> str:
+        """Name one of :data:`REPORTS`."""
+
+    @property
+    @abstractmethod
+    def order(self) -> int:
+        """Return the place among the figures of the same thing, the smallest first."""
+
+    @property
+    @abstractmethod
+    def caption(self) -> str:
+        """Return the text below the figure; it may have fields such as ``{view.name}``."""
+
+    def caption_of(self, view: View) -> str:
+        """Return the caption for what is drawn."""
+        return self.caption.format(view=view)
+
+    def applies(self, view: View) -> bool:
+        """Tell whether there is anything to draw."""
+        return True
+
+    @abstractmethod
+    def draw(self, view: View) -> Drawing:
+        """Return the figure; only where it :meth:`applies`."""
+
+    def html(self, view: View) -> str:
+        """Return the figure with its caption as HTML, the picture inside."""
+        return picture(to_png(self.draw(view)), self.caption_of(view), self.title)
+
+
+def figures(report: str) -> list[Figure[Any]]:
+    """
+    Return the figures of a report in their order.
+
+    :raises ConfigurationError: if there is no such report, a figure does not say all that it
+        has to, or two have one identifier.
+    """
+    _require_report(report)
+    package = importlib.import_module(f'{folder.__name__}.{report}')
+    for module in pkgutil.iter_modules(package.__path__, f'{package.__name__}.'):
+        importlib.import_module(module.name)
+    found: dict[str, Figure[Any]] = {}
+    for figure in _finished():
+        _require_report(figure.report)
+        if figure.report != report:
+            continue
+        if figure.identifier in found:
+            raise ConfigurationError(f'report {report} has two figures {figure.identifier}')
+        found[figure.identifier] = figure
+    return sorted(found.values(), key=lambda figure: (figure.order, figure.identifier))
+
+
+def _finished() -> Iterator[Figure[Any]]:
+    """Yield one of each class that says all that it has to; bases of others are no figures."""
+    for cls in Figure._defined:
+        missing = sorted(cls.__abstractmethods__)
+        if not isinstance(getattr(cls, '_of', None), type):
+            missing.append('class to draw, as in Figure[JointView]')
+        if not missing:
+            yield cls()
+        elif 'identifier' not in missing:
+            raise ConfigurationError(f'figure {cls.__name__} has no {", ".join(missing)}')
+
+
+def _require_report(name: str) -> None:
+    if name not in REPORTS:
+        raise ConfigurationError(f'no report {name}: there are {", ".join(REPORTS)}')
+
+
+def figures_of(report: str, view: object) -> list[Figure[Any]]:
+    """Return the figures of a report that have something to show of a view."""
+    return [
+        figure
+        for figure in figures(report)
+        if isinstance(view, figure._of) and figure.applies(view)
+    ]
+
+
+def pictures(report: str, view: object) -> str:
+    """Return all figures of a view as HTML; each is drawn, encoded and forgotten by itself."""
+    return ''.join(figure.html(view) for figure in figures_of(report, view))

@@ -1,0 +1,75 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The mean unexplained effort along six axes."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure as Drawing
+from matplotlib.lines import Line2D
+
+from sosml_friction.diagnosis.residual.joint_residual import (
+    JointResidual,
+    bins_of,
+    is_constant,
+    means_in_bins,
+)
+from sosml_friction.report.common import drawing
+from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.labels import motion_units
+
+
+class BinnedResidual(Figure[JointResidual]):
+    """Draw the mean of what is unexplained over what it may depend on, by direction."""
+
+    identifier = 'binned_residual'
+    title = 'What is unexplained along six axes'
+    report = 'diagnosis'
+    order = 20
+    caption = 'Mean of what is unexplained along six axes, by direction'
+
+    def draw(self, view: JointResidual) -> Drawing:
+        """Draw velocity, position, load, acceleration, way since the last reversal, time."""
+        figure = drawing.new_figure(10.0, 6.4)
+        panels = figure.subplots(2, 3, sharey=True).ravel()
+        length, speed = motion_units(view.unit)
+        labels = {
+            'v': f'velocity [{speed}]',
+            'q': f'position [{length}]',
+            'load': f'load [{view.unit}]',
+            'a': f'acceleration [{speed}²]',
+            'since': f'way since reversal [{length}]',
+            'time': 'time [s]',
+        }
+        forwards = view.axes['v'] > 0.0
+        for ax, (name, label) in zip(panels, labels.items(), strict=True):
+            x = view.axes[name]
+            if is_constant(x):
+                ax.text(
+                    0.5,
+                    0.5,
+                    'constant',
+                    transform=ax.transAxes,
+                    ha='center',
+                    fontsize=drawing.FONT,
+                )
+                drawing.label_axes(ax, label, '')
+                continue
+            # What matters of the way since a reversal happens in its first thousandths.
+            x, edges = bins_of(x, name == 'since')
+            if name == 'since':
+                drawing.log_axis(ax)
+            for way, dashes in ((forwards, '-'), (~forwards, '--')):
+                for values, colour in ((view.before, drawing.BEFORE), (view.after, drawing.AFTER)):
+                    middle, mean = means_in_bins(x, values, way, edges)
+                    ax.plot(middle, mean, color=colour, linestyle=dashes, linewidth=1.4)
+            drawing.label_axes(
+                ax, label, f'mean unexplained effort [{view.unit}]' if name in 'va' else ''
+            )
+        handles = [
+            Line2D([], [], color=drawing.BEFORE, label='refitted model, forwards'),
+            Line2D([], [], color=drawing.BEFORE, linestyle='--', label='backwards'),
+            Line2D([], [], color=drawing.AFTER, label='with what was named, forwards'),
+            Line2D([], [], color=drawing.AFTER, linestyle='--', label='backwards'),
+        ]
+        drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
+        return figure

@@ -1,0 +1,51 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of one recording with their intervals."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure as Drawing
+
+from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.labels import fit_label
+from sosml_friction.report.common.parameter_bars import ParameterRow, draw_parameters
+from sosml_friction.report.fit.joint_view import JointView
+
+
+class Parameters(Figure[JointView]):
+    """Draw the parameters of each observer: by the method in use, and by the other one."""
+
+    identifier = 'parameters'
+    title = 'Parameters'
+    report = 'fit'
+    order = 30
+    caption = (
+        'Parameters of joint {view.name} with their 95 % intervals. What is not identifiable '
+        'is a bare range, with an arrow where it is open.'
+    )
+
+    def applies(self, view: JointView) -> bool:
+        """Tell whether there is a fit."""
+        return view.preferred is not None
+
+    def draw(self, view: JointView) -> Drawing:
+        """Draw a row for each fit."""
+        return draw_parameters(
+            parameter_rows(view), None if view.truth is None else view.truth.parameters
+        )
+
+
+def parameter_rows(view: JointView) -> list[ParameterRow]:
+    """Return the rows of a joint: for each observer the fit in use, then the other method's."""
+    return [
+        ParameterRow(
+            fit_label(observer, fit.method),
+            fit.fit.parameters,
+            view.style(observer),
+            fits is view.fits,
+            fits is view.fits and observer == view.preferred,
+        )
+        for observer in view.fits
+        for fits in (view.fits, view.alternatives)
+        if (fit := fits.get(observer)) is not None
+    ]

@@ -1,0 +1,321 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction against velocity, a panel per observer: the counterpart of the paper's Figure 6."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Drawing
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from sosml_friction.identification.joint_motion import level_spreads
+from sosml_friction.identification.law.law_curve import band, fitted_law
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.model.laws import FrictionLaw
+from sosml_friction.report.common import drawing
+from sosml_friction.report.common.drawing import Style
+from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.fit.joint_view import JointView
+
+FloatArray = NDArray[np.float64]
+
+_COLUMNS = 3
+#: Points of one scatter that a panel shows.
+_SCATTER_POINTS = 1500
+#: Windows not used that a panel shows: the longest ones.
+_REJECTED_SHOWN = 40
+#: How far beyond the data an extrapolated law is followed, as a share of their height.
+_BEYOND = 0.2
+_PALE = '#b0b0b0'
+_ZERO_BAND = '#ece7d8'
+#: The panel of speeds begins at this share of the zero band, at most so far below the data.
+_BELOW_BAND, _DEEPEST = 0.6, 1e-3
+
+
+class _Levels(NamedTuple):
+    """Hold what the windows say of friction: velocity, level and spread, which are used."""
+
+    velocity: FloatArray
+    level: FloatArray
+    spread: FloatArray
+    used: NDArray[np.bool_]
+    shown: NDArray[np.bool_]
+
+
+class SShape(Figure[JointView]):
+    """
+    Draw tau_f against velocity and against the logarithm of speed, two panels per observer.
+
+    Samples (thinned), levels of windows with the standard deviation within each, the fitted law
+    with its 95 % band, the truth where it is known; windows not used are pale. The law is dotted
+    below the slowest window used: there it is extrapolated. The lower panels have the friction
+    that opposes motion, sgn(v) (tau_f - bias), of both directions over one another, so that the
+    knee and what is not symmetric are seen.
+    """
+
+    identifier = 's_shape'
+    title = 'Friction against velocity'
+    report = 'fit'
+    order = 10
+    caption = (
+        'S-shape of joint {view.name}: samples (thinned), levels of steady windows with the '
+        'standard deviation within each, the fitted law with its 95 % band, for each observer. '
+        'Below, both directions over one another against the logarithm of speed: a knee is '
+        'extra friction at low speed (Stribeck), triangles apart are friction that is not '
+        'symmetric. Loops between plateaus are the observers’ lag while velocity changes.'
+    )
+
+    def caption_of(self, view: JointView) -> str:
+        """Leave out the band where no law has one."""
+        text = super().caption_of(view)
+        return text if _any_band(view) else text.replace(' with its 95 % band', '')
+
+    def applies(self, view: JointView) -> bool:
+        """Tell whether there is a fit."""
+        return view.preferred is not None
+
+    def draw(self, view: JointView) -> Drawing:
+        """Draw blocks of up to three observers below one another."""
+        observers = list(view.fits)
+        blocks = [observers[k : k + _COLUMNS] for k in range(0, len(observers), _COLUMNS)]
+        figure = drawing.new_figure(10.0, 6.2 * len(blocks) + 0.5)
+        columns = min(len(observers), _COLUMNS)
+        panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
+        levels = {observer: _levels(view, observer) for observer in observers}
+        fastest = float(np.max(np.abs(np.nan_to_num(view.speed)), initial=0.0)) or 1.0
+        limit = 1.05 * fastest
+        # The lower panels begin within the zero band.
+        slowest = min(max(_BELOW_BAND * view.zero_band, _DEEPEST * fastest), 0.1 * fastest)
+        heights = [_height(view, levels, limit, slowest, folded) for folded in (False, True)]
+        for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
+            whole, knee = panels[2 * row, place], panels[2 * row + 1, place]
+            if place >= len(block):
+                whole.set_visible(False)
+                knee.set_visible(False)
+                continue
+            observer = block[place]
+            _draw(whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False)
+            _draw(knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True)
+            whole.set_ylim(heights[0])
+            knee.set_ylim(heights[1])
+            unit = view.effort_unit
+            drawing.label_axes(whole, f'velocity [{view.velocity_unit}]', f'friction τ_f [{unit}]')
+            drawing.label_axes(
+                knee, f'speed [{view.velocity_unit}]', f'sgn(v) (τ_f − bias) [{unit}]'
+            )
+            if place:
+                whole.set_ylabel('')
+                knee.set_ylabel('')
+            whole.locator_params(axis='x', nbins=5)
+            mark = ' (the model)' if observer == view.preferred else ''
+            whole.set_title(
+                observer_label(observer) + mark, fontsize=drawing.FONT, fontweight='bold'
+            )
+            figure.align_ylabels(panels[:, 0])
+        drawing.legend_below(figure, _legend(view))
+        return figure
+
+
+def _any_band(view: JointView) -> bool:
+    return any(band(fit.fit, np.ones(1)) is not None for fit in view.fits.values())
+
+
+def _levels(view: JointView, observer: str) -> _Levels:
+    fit = view.fits[observer]
+    rejected = np.array([bool(s.rejected) for s in fit.segments], dtype=bool)
+    length = np.array([s.end_s - s.start_s for s in fit.segments], dtype=float)
+    shown = np.zeros(len(rejected), dtype=bool)
+    shown[np.argsort(-np.where(rejected, length, -1.0), kind='stable')[:_REJECTED_SHOWN]] = True
+    return _Levels(
+        np.array([segment.velocity for segment in fit.segments], dtype=float),
+        np.asarray(fit.levels, dtype=float),
+        level_spreads(view.segments, view.estimates[observer]),
+        ~rejected,
+        shown & rejected,
+    )
+
+
+def _fold(
+    x: FloatArray, y: FloatArray, bias: float, folded: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Return speed and the friction that opposes motion, where the directions are folded."""
+    return (np.abs(x), np.sign(x) * (y - bias)) if folded else (x, y)
+
+
+def _draw(
+    axes: Axes,
+    view: JointView,
+    observer: str,
+    levels: _Levels,
+    span: tuple[float, float],
+    folded: bool,
+) -> None:
+    """
+    Draw one panel: samples, levels and laws.
+
+    :param span: slowest and fastest speed.
+    :param folded: both directions over one another, against the logarithm of speed.
+    """
+    style, fit, tau_f = view.style(observer), view.fits[observer].fit, view.estimates[observer]
+    law, bias = fitted_law(fit), _bias(fit)
+    slowest, fastest = span
+    standstill = max(view.zero_band, slowest) if folded else view.zero_band
+    axes.axvspan(slowest if folded else -standstill, standstill, color=_ZERO_BAND, zorder=0.4,
+                 linewidth=0)  # fmt: skip
+    for way, marker in ((1.0, '^'), (-1.0, 'v')) if folded else ((0.0, style.marker),):
+        if folded:
+            inside = way * np.nan_to_num(view.speed) >= slowest
+        else:
+            inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= fastest
+        kept = np.flatnonzero(np.isfinite(tau_f) & inside)
+        kept = kept[:: max(1, len(kept) // _SCATTER_POINTS)]
+        axes.plot(*_fold(view.speed[kept], tau_f[kept], bias, folded), linestyle='', marker='.',
+                  markersize=3.0, color=style.colour, alpha=0.22, markeredgewidth=0.0,
+                  zorder=1.5)  # fmt: skip
+        for some, rejected in ((levels.shown, True), (levels.used, False)):
+            mine = some & (way * levels.velocity > 0.0) if folded else some
+            points = _fold(levels.velocity[mine], levels.level[mine], bias, folded)
+            _points(axes, points, levels.spread[mine], marker, style, rejected)
+    v = np.geomspace(slowest, fastest, 300)
+    # Two branches: a law with sgn(v) has no line across zero. Folded a symmetric law is one line.
+    for branch in (v, -v):
+        again = folded and branch is not v
+        if law is not None and not (again and 'viscous_asymmetry' not in law.parameters):
+            x, y = _fold(branch, law.torque(branch), bias, folded)
+            _law(axes, x, y, band(fit, branch), np.abs(branch) >= fit.slowest, style)
+        if view.truth is not None and not again:
+            truth = view.truth.make_law()
+            true_bias = truth.parameters.get('bias', 0.0)
+            axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
+                      linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
+    if folded:
+        axes.set_xscale('log')
+        axes.set_xlim(span)
+    else:
+        axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
+        axes.axvline(0.0, color=drawing.GREY, linewidth=0.6)
+        axes.set_xlim(-fastest, fastest)
+
+
+def _law(
+    axes: Axes,
+    x: FloatArray,
+    y: FloatArray,
+    half: FloatArray | None,
+    measured: NDArray[np.bool_],
+    style: Style,
+) -> None:
+    """Draw a law with its band, dotted where it is extrapolated."""
+    line: dict[str, Any] = {'color': style.colour, 'linewidth': 1.8, 'zorder': 2.5}
+    seen = measured if measured.any() else np.ones(len(x), dtype=bool)
+    if half is not None:
+        axes.fill_between(x, y - half, y + half, color=style.colour, alpha=0.25, linewidth=0,
+                          zorder=2.0)  # fmt: skip
+    axes.plot(x, np.where(seen, y, np.nan), **line)
+    if not seen.all():
+        axes.plot(x, np.where(seen, np.nan, y), linestyle=':', **line)
+
+
+def _points(
+    axes: Axes,
+    points: tuple[FloatArray, FloatArray],
+    spread: FloatArray,
+    marker: str,
+    style: Style,
+    rejected: bool,
+) -> None:
+    """Draw levels with their spread; pale and hollow where they are not used."""
+    axes.errorbar(
+        *points, np.nan_to_num(spread), fmt=marker, markersize=6,
+        color=_PALE if rejected else style.colour,
+        markerfacecolor='white' if rejected else style.colour,
+        markeredgecolor=_PALE if rejected else drawing.marker_edge(style._replace(marker=marker)),
+        markeredgewidth=1.0 if rejected else 0.7,
+        elinewidth=0.9, capsize=0, zorder=3.2 if rejected else 4,
+    )  # fmt: skip
+
+
+def _bias(fit: LawFit) -> float:
+    law = fitted_law(fit)
+    return 0.0 if law is None else law.parameters.get('bias', 0.0)
+
+
+def _height(
+    view: JointView, levels: Mapping[str, _Levels], limit: float, slowest: float, folded: bool
+) -> tuple[float, float]:
+    """Choose the height by what samples, levels and laws reach, spikes left out."""
+    values = [np.zeros(0 if folded else 1)]
+    beyond = []
+    inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= limit
+    v = np.geomspace(slowest, limit, 60)
+
+    def curve(law: FrictionLaw, bias: float, floor: float) -> FloatArray:
+        x = np.concatenate([v[v >= floor], -v[v >= floor]])
+        return _fold(x, law.torque(x), bias, folded)[1]
+
+    for observer, some in levels.items():
+        tau_f, fit = view.estimates[observer], view.fits[observer].fit
+        law, bias, known = fitted_law(fit), _bias(fit), inside & np.isfinite(tau_f)
+        # Below the data only transients of reversals are left, which would flatten the knee.
+        used = np.abs(some.velocity[some.used])
+        slow = float(used.min()) if len(used) else fit.slowest
+        floor = max(0.5 * slow, view.zero_band) if np.isfinite(slow) else view.zero_band
+        if folded:
+            known &= np.abs(np.nan_to_num(view.speed)) > floor
+        if known.any():
+            share = 0.05 if folded else 0.005
+            samples = _fold(view.speed[known], tau_f[known], bias, folded)[1]
+            values.append(np.quantile(samples, (share, 1.0 - share)))
+        level = _fold(some.velocity, some.level, bias, folded)[1]
+        spread = np.where(some.used, np.nan_to_num(some.spread), 0.0)
+        values += [(level + reach)[some.used | some.shown] for reach in (-spread, spread)]
+        if law is not None:
+            values.append(curve(law, bias, floor))
+            if law.smoothing_velocity == 0.0:
+                beyond.append(curve(law, bias, 0.0))
+        if view.truth is not None:
+            truth = view.truth.make_law()
+            values.append(curve(truth, truth.parameters.get('bias', 0.0), floor))
+    everything = np.concatenate(values)
+    everything = everything[np.isfinite(everything)]
+    if not len(everything):
+        return -1.0, 1.0
+    low, high = float(everything.min()), float(everything.max())
+    span = high - low or 1.0
+    # What is extrapolated may run out of the panel.
+    lowest = min([low, *(max(float(x.min()), low - _BEYOND * span) for x in beyond)])
+    highest = max([high, *(min(float(x.max()), high + _BEYOND * span) for x in beyond)])
+    return lowest - 0.07 * span, highest + 0.07 * span
+
+
+def _legend(view: JointView) -> Sequence[Any]:
+    dot: dict[str, Any] = {'color': drawing.GREY, 'linestyle': ''}
+    hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
+    used = 'window used: level, ± std within it'
+    handles: list[Any] = [
+        Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **dot),
+        Line2D([], [], marker='o', markeredgecolor='white', label=used, **dot),
+        Line2D([], [], marker='^', label='v > 0', **dot),
+        Line2D([], [], marker='v', label='v < 0', **dot),
+    ]
+    count = sum(bool(segment.rejected) for segment in view.segments)
+    if count:
+        longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
+        handles.append(Line2D([], [], marker='o', label=f'window not used{longest}', **hollow))
+    line: dict[str, Any] = {'color': drawing.GREY, 'linewidth': 1.8}
+    handles.append(Line2D([], [], label='fitted law', **line))
+    handles.append(Line2D([], [], linestyle=':', label='slower than the data', **line))
+    if _any_band(view):
+        handles.append(Patch(color=drawing.GREY, alpha=0.3, linewidth=0, label='95 % band'))
+    handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
+    if view.truth is not None:
+        handles.append(Line2D([], [], color='black', linestyle='--', linewidth=1.1, label='truth'))
+    return handles
