@@ -9,23 +9,16 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark
-from sosml_friction.cli.options import (
-    BagsArgument,
-    NamespaceOption,
-    folder_option,
-    json_option,
-    out_option,
-    parse_names,
-)
 
 
 @app.command()
 def diagnose(
-    bags: BagsArgument,
+    bags: options.BagsArgument,
     model: Annotated[
         Path | None,
-        folder_option(
+        options.folder_option(
             "Model folder that is put to the test, with its own URDF; default: the bag's own "
             'model and robot_description.'
         ),
@@ -38,15 +31,15 @@ def diagnose(
             'bags that are left out in turn.',
         ),
     ] = None,
-    out: Annotated[Path | None, out_option('<name of the first bag>_diagnosis')] = None,
+    out: Annotated[Path | None, options.out_option('<name of the first bag>_diagnosis')] = None,
     without: Annotated[
         str | None, typer.Option(metavar='EFFECT,...', help='Causes not to look for.')
     ] = None,
     urdf: Annotated[
         Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
-    namespace: NamespaceOption = None,
-    json: Annotated[bool, json_option('sentences')] = False,
+    namespace: options.NamespaceOption = None,
+    json: Annotated[bool, options.json_option('sentences')] = False,
 ) -> None:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -71,7 +64,7 @@ def diagnose(
 
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
-    leave = (parse_names(without) or ()) if without else ()
+    leave = options.parse_names(without or None) or ()
     with progress(f'reading {bags[0]}') as step:
         found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
         diagnosis, provenance = found.diagnosis, found.provenance

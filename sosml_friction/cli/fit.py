@@ -9,28 +9,8 @@ from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import (
-    app,
-    command_line,
-    print_blocks,
-    print_json,
-    progress,
-    remark,
-)
-from sosml_friction.cli.options import (
-    OBSERVER_NAMES,
-    BagsArgument,
-    EffortHoldOption,
-    JsonOption,
-    ModelOption,
-    NamespaceOption,
-    UrdfOption,
-    folder_option,
-    names_option,
-    out_option,
-    parse_names,
-    stated,
-)
+from sosml_friction.cli import options
+from sosml_friction.cli.app import app, command_line, print_blocks, print_json, progress, remark
 
 MethodOption = Annotated[
     str,
@@ -108,23 +88,23 @@ BandwidthOption = Annotated[
 ]
 ObserversOption = Annotated[
     str | None,
-    names_option(
+    options.names_option(
         'Observers to run, with gains as sosml tune proposes them; SOSML, else the first '
-        f'one, makes the model. Default: those of the bag. Known: {OBSERVER_NAMES}.'
+        f'one, makes the model. Default: those of the bag. Known: {options.OBSERVER_NAMES}.'
     ),
 ]
-OutOption = Annotated[Path | None, out_option('<name of the first bag>_fit')]
+OutOption = Annotated[Path | None, options.out_option('<name of the first bag>_fit')]
 TruthOption = Annotated[
-    Path | None, folder_option('Model folder whose friction is known to be the truth.')
+    Path | None, options.folder_option('Model folder whose friction is known to be the truth.')
 ]
 
 
 @app.command()
 def fit(
     context: typer.Context,
-    bags: BagsArgument,
-    model: ModelOption = None,
-    urdf: UrdfOption = None,
+    bags: options.BagsArgument,
+    model: options.ModelOption = None,
+    urdf: options.UrdfOption = None,
     method: MethodOption = 'auto',
     law: LawOption = 'auto',
     symmetric: SymmetricOption = True,
@@ -137,11 +117,11 @@ def fit(
     refit_inertia: RefitInertiaOption = False,
     bandwidth: BandwidthOption = None,
     observers: ObserversOption = None,
-    effort_hold: EffortHoldOption = None,
-    namespace: NamespaceOption = None,
+    effort_hold: options.EffortHoldOption = None,
+    namespace: options.NamespaceOption = None,
     out: OutOption = None,
     truth: TruthOption = None,
-    json: JsonOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """
     Fit the friction of every joint of one or several recordings.
@@ -165,9 +145,10 @@ def fit(
     from sosml_friction.report.fit.fit_run import run_fit
     from sosml_friction.report.fit.outcome import hold_remark
 
+    segments = options.stated(zero_band=zero_band, window_s=window, trim_s=trim)
     settings = FitSettings(
         method=method,
-        segments=SegmentSettings(**stated(zero_band=zero_band, window_s=window, trim_s=trim)),
+        segments=SegmentSettings(**segments),
         refit_inertia=refit_inertia,
         form=LawForm(law, symmetric, alpha),
     )
@@ -175,7 +156,7 @@ def fit(
         outcome = run_fit(
             bags, out, truth, effort_hold or (), namespace, role or (), own_bias, step,
             model=model, urdf=urdf, settings=settings, bandwidth=bandwidth,
-            observers=parse_names(observers), command=command_line(context),
+            observers=options.parse_names(observers), command=command_line(context),
         )  # fmt: skip
     if json:
         print_json(outcome.document, output=str(outcome.folder))

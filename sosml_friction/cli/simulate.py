@@ -9,21 +9,15 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
-from sosml_friction.cli.options import (
-    BagArgument,
-    JsonOrTableOption,
-    NamespaceOption,
-    folder_option,
-    out_option,
-)
 
 
 @app.command()
 def simulate(
-    bag: BagArgument,
+    bag: options.BagArgument,
     model: Annotated[
-        Path | None, folder_option("Model folder to simulate; default: the bag's own.")
+        Path | None, options.folder_option("Model folder to simulate; default: the bag's own.")
     ] = None,
     horizon: Annotated[
         float | None,
@@ -33,15 +27,15 @@ def simulate(
             'the closed loop from end to end where the bag holds its controller, else 0.5.',
         ),
     ] = None,
-    out: Annotated[Path | None, out_option('<name of the bag>_simulation')] = None,
+    out: Annotated[Path | None, options.out_option('<name of the bag>_simulation')] = None,
     urdf: Annotated[
         Path | None,
         typer.Option(
             help="URDF file; default: that of --model, else the bag's robot_description."
         ),
     ] = None,
-    namespace: NamespaceOption = None,
-    json: JsonOrTableOption = False,
+    namespace: options.NamespaceOption = None,
+    json: options.JsonOrTableOption = False,
 ) -> None:
     """
     Simulate a recording from a model folder, and show where the two differ.
@@ -54,7 +48,7 @@ def simulate(
 
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
-    from sosml_friction.identification.bag_simulation import simulate_bag
+    from sosml_friction.diagnosis.bag_simulation import simulate_bag
     from sosml_friction.identification.several.bags_analysis import bag_name
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.simulation.document import (

@@ -9,18 +9,16 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
-from sosml_friction.cli.options import (
-    JsonOption,
-    folder_option,
-    names_option,
-    parse_names,
-    stated,
-)
 from sosml_friction.exceptions import ConfigurationError
 
 _MOST_PROCESSES = 1024
 
+OutOption = Annotated[Path, options.folder_option('Where to write the report.')]
+ObserversOption = Annotated[
+    str | None, options.names_option('Observers of the study; default: all.')
+]
 SeedsOption = Annotated[
     int | None,
     typer.Option(metavar='N', help='Noise seeds that are scored, 1 to 100; default: 5.'),
@@ -52,19 +50,23 @@ QuickOption = Annotated[
 
 @app.command()
 def study(
-    out: Annotated[Path, folder_option('Where to write the report.')] = Path('study_output'),
+    out: Annotated[Path, options.folder_option('Where to write the report.')] = Path(
+        'study_output'
+    ),
     seeds: SeedsOption = None,
     tuning_seeds: TuningSeedsOption = None,
     evaluations: EvaluationsOption = None,
-    observers: Annotated[str | None, names_option('Observers of the study; default: all.')] = None,
-    motions: Annotated[str | None, names_option('slow, reversal; default: both.')] = None,
+    observers: Annotated[
+        str | None, options.names_option('Observers of the study; default: all.')
+    ] = None,
+    motions: Annotated[str | None, options.names_option('slow, reversal; default: both.')] = None,
     conditions: Annotated[
-        str | None, names_option('nominal, noise, mismatch; default: all.')
+        str | None, options.names_option('nominal, noise, mismatch; default: all.')
     ] = None,
     bits: BitsOption = 16,
     processes: ProcessesOption = None,
     quick: QuickOption = False,
-    json: JsonOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """
     Compare the observers in simulation, as the paper does, with all tuned equally well.
@@ -83,13 +85,13 @@ def study(
     from sosml_friction.report.study.tables import study_tables
     from sosml_friction.study.run import QUICK, StudySettings, run_study
 
-    given = stated(
+    given = options.stated(
         seeds=seeds,
         tuning_seeds=tuning_seeds,
         evaluations=evaluations,
-        observers=parse_names(observers),
-        motions=parse_names(motions),
-        conditions=parse_names(conditions),
+        observers=options.parse_names(observers),
+        motions=options.parse_names(motions),
+        conditions=options.parse_names(conditions),
     )
     settings = StudySettings(**{**(QUICK if quick else {}), **given}, bits=bits)
     if processes is not None and not 1 <= processes <= _MOST_PROCESSES:

@@ -12,30 +12,33 @@ import typer
 from sosml_friction.cli.app import app, print_blocks, print_json, remark
 from sosml_friction.cli.options import JsonOption, folder_option
 
+NameArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar='NAME',
+        help='speed_ladder (or T1), symmetric_reversals (T2), slow_ladder (T3), slow_s_shape, '
+        'reversal, multisine or rich.',
+    ),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--set',
+        metavar='KEY=VALUE',
+        help='An option of the trajectory, a list with commas; repeatable. All have centre, '
+        'start, scale, effort_margin and acceleration_limit; docs/parameters.md has the rest.',
+    ),
+]
+
 
 @app.command()
 def trajectory(
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar='NAME',
-            help='speed_ladder (or T1), symmetric_reversals (T2), slow_ladder (T3), slow_s_shape, '
-            'reversal, multisine or rich.',
-        ),
-    ],
+    name: NameArgument,
     model: Annotated[Path | None, folder_option('Model folder; default: the exoskeleton.')] = None,
     urdf: Annotated[
         Path | None, typer.Option(metavar='FILE', help="URDF file; default: the model's.")
     ] = None,
-    stated: Annotated[
-        list[str] | None,
-        typer.Option(
-            '--set',
-            metavar='KEY=VALUE',
-            help='An option of the trajectory, a list with commas; repeatable. All have centre, '
-            'start, scale, effort_margin and acceleration_limit; docs/parameters.md has the rest.',
-        ),
-    ] = None,
+    stated: SetOption = None,
     plot: Annotated[Path | None, typer.Option(metavar='FILE.png', help='Picture to draw.')] = None,
     out: Annotated[
         Path | None,

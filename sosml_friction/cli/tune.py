@@ -9,61 +9,58 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
-from sosml_friction.cli.options import (
-    OBSERVER_NAMES,
-    BagArgument,
-    EffortHoldOption,
-    JsonOption,
-    ModelOption,
-    NamespaceOption,
-    UrdfOption,
-    joint_values_option,
-    names_option,
-    parse_names,
-)
 
+ObserversOption = Annotated[
+    str | None,
+    options.names_option(
+        f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
+    ),
+]
 PositionNoiseOption = Annotated[
     list[str] | None,
-    joint_values_option(
+    options.joint_values_option(
         'Noise of a position [rad or m], with resolution / sqrt(12); default: measured.'
     ),
 ]
 VelocityNoiseOption = Annotated[
     list[str] | None,
-    joint_values_option('Noise of a velocity [rad/s or m/s]; default: measured.'),
+    options.joint_values_option('Noise of a velocity [rad/s or m/s]; default: measured.'),
 ]
 FrictionJumpOption = Annotated[
     list[str] | None,
-    joint_values_option(
+    options.joint_values_option(
         'How much friction changes at a reversal, twice its level [Nm or N]; default: measured.'
     ),
 ]
 ReversalTimeOption = Annotated[
-    list[str] | None, joint_values_option('Time between reversals [s]; default: measured.')
+    list[str] | None, options.joint_values_option('Time between reversals [s]; default: measured.')
 ]
 
 
 @app.command()
 def tune(
-    bag: BagArgument,
+    bag: options.BagArgument,
     observers: Annotated[
         str | None,
-        names_option(f'Observers to propose gains for; default: all of {OBSERVER_NAMES}.'),
+        options.names_option(
+            f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
+        ),
     ] = None,
     position_noise: PositionNoiseOption = None,
     velocity_noise: VelocityNoiseOption = None,
     friction_jump: FrictionJumpOption = None,
     reversal_time: ReversalTimeOption = None,
-    effort_hold: EffortHoldOption = None,
-    model: ModelOption = None,
-    urdf: UrdfOption = None,
-    namespace: NamespaceOption = None,
+    effort_hold: options.EffortHoldOption = None,
+    model: options.ModelOption = None,
+    urdf: options.UrdfOption = None,
+    namespace: options.NamespaceOption = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar='FILE.yaml', help='Parameter file to write, for observer_node.'),
     ] = None,
-    json: JsonOption = False,
+    json: options.JsonOption = False,
 ) -> None:
     """
     Propose gains for the observers from the noise, the friction and the motion in a bag.
@@ -90,7 +87,7 @@ def tune(
         known = {name: gains.parse_stated(name, values or [], joints) for name, values in given}
         step('measuring noise, trying gains')
         holds = gains.parse_effort_hold(effort_hold or [], joints)
-        chosen = parse_names(observers)
+        chosen = options.parse_names(observers)
         proposal = gains.propose_gains(recorded, bag_name(bag), known, chosen, holds)
     if out is not None:
         gains.write_parameters(out, proposal)
