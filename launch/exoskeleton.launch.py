@@ -23,6 +23,22 @@ from launch_ros.substitutions import FindPackageShare
 def generate_launch_description():
     parameters = ParameterFile(LaunchConfiguration('params_file'), allow_substs=True)
     emulate = LaunchConfiguration('emulate')
+    autostart = ParameterValue(LaunchConfiguration('autostart'), value_type=bool)
+
+    def switch(name, default, description):
+        return DeclareLaunchArgument(
+            name, default_value=default, choices=['true', 'false'], description=description
+        )
+
+    def node(executable, **more):
+        return Node(
+            package='sosml_friction',
+            executable=executable,
+            parameters=[parameters],
+            output='screen',
+            **more,
+        )
+
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -32,31 +48,14 @@ def generate_launch_description():
                 ),
                 description='Parameters of all nodes; the default ones are for the emulator.',
             ),
-            DeclareLaunchArgument(
-                'emulate',
-                default_value='false',
-                choices=['true', 'false'],
-                description='Start the emulated exoskeleton too.',
-            ),
-            DeclareLaunchArgument(
+            switch('emulate', 'false', 'Start the emulated exoskeleton too.'),
+            switch(
                 'autostart',
-                default_value='true',
-                choices=['true', 'false'],
-                description='Configure and activate the driver; nothing moves before ~/enable.',
+                'true',
+                'Configure and activate the driver; nothing moves before ~/enable.',
             ),
-            DeclareLaunchArgument(
-                'identify',
-                default_value='false',
-                choices=['true', 'false'],
-                description='Start the identifier too; it waits for ~/start.',
-            ),
-            Node(
-                package='sosml_friction',
-                executable='emulator_node',
-                parameters=[parameters],
-                output='screen',
-                condition=IfCondition(emulate),
-            ),
+            switch('identify', 'false', 'Start the identifier too; it waits for ~/start.'),
+            node('emulator_node', condition=IfCondition(emulate)),
             # Jazzy's launch_ros cannot start lifecycle nodes itself: the driver has `autostart`.
             # Respawned, it finds an emulator that was not yet listening when it first asked.
             LifecycleNode(
@@ -64,31 +63,13 @@ def generate_launch_description():
                 executable='driver_node',
                 name='driver_node',
                 namespace='',
-                parameters=[
-                    parameters,
-                    {
-                        'autostart': ParameterValue(
-                            LaunchConfiguration('autostart'), value_type=bool
-                        )
-                    },
-                ],
+                parameters=[parameters, {'autostart': autostart}],
                 output='screen',
                 respawn=emulate,
                 respawn_delay=1.0,
                 respawn_max_retries=10,
             ),
-            Node(
-                package='sosml_friction',
-                executable='observer_node',
-                parameters=[parameters],
-                output='screen',
-            ),
-            Node(
-                package='sosml_friction',
-                executable='identifier_node',
-                parameters=[parameters],
-                output='screen',
-                condition=IfCondition(LaunchConfiguration('identify')),
-            ),
+            node('observer_node'),
+            node('identifier_node', condition=IfCondition(LaunchConfiguration('identify'))),
         ]
     )

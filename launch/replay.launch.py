@@ -16,9 +16,17 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 
 def generate_launch_description():
-    def text(argument):
-        # Also when it looks like a number.
-        return ParameterValue(LaunchConfiguration(argument), value_type=str)
+    def value(argument, kind=str):
+        # A text stays one when it looks like a number.
+        return ParameterValue(LaunchConfiguration(argument), value_type=kind)
+
+    def node(executable, **parameters):
+        return Node(
+            package='sosml_friction',
+            executable=executable,
+            parameters=[parameters],
+            output='screen',
+        )
 
     return LaunchDescription(
         [
@@ -27,29 +35,17 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 'model', default_value='', description='Model folder; empty: the exoskeleton.'
             ),
-            Node(
-                package='sosml_friction',
-                executable='observer_node',
-                parameters=[
-                    {
-                        'use_sim_time': True,
-                        'model': text('model'),
-                        'configuration': text('bag'),
-                    }
-                ],
-                output='screen',
+            node(
+                'observer_node',
+                use_sim_time=True,
+                model=value('model'),
+                configuration=value('bag'),
             ),
-            Node(
-                package='sosml_friction',
-                executable='replay_node',
-                parameters=[
-                    {
-                        'bag': text('bag'),
-                        'rate': ParameterValue(LaunchConfiguration('rate'), value_type=float),
-                        'exclude': ['*/friction_estimate*', '*/observer_configuration'],
-                    }
-                ],
-                output='screen',
+            node(
+                'replay_node',
+                bag=value('bag'),
+                rate=value('rate', float),
+                exclude=['*/friction_estimate*', '*/observer_configuration'],
             ),
         ]
     )

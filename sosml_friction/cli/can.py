@@ -4,21 +4,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
 from sosml_friction.cli.options import JsonOrTableOption
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.share import share_directory
 
-# As in cli.py, modules that load NumPy or python-can are imported where they are needed.
-
-app = typer.Typer(
-    name='can',
-    no_args_is_help=False,
-    help='Look at the actuators on a CAN bus. No motor is commanded.',
-)
+if TYPE_CHECKING:
+    from sosml_friction.actuators.servo.dbc import ServoDbc
 
 _NODE = 'driver_node'
 
@@ -40,29 +38,37 @@ ChannelOption = Annotated[
 BitrateOption = Annotated[
     int | None, typer.Option(help='Bit rate [bit/s]; default: 1000000.', metavar='BIT/S')
 ]
+DbcOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar='FILE.dbc',
+        help='DBC of a servo bridge to ask as well; default: that of the package if a joint '
+        'of the config file is a servo_dbc. A bridge answers only commands: it is sent "off".',
+    ),
+]
+
+can_app = typer.Typer(
+    name='can', help='Look at the actuators on a CAN bus. No motor is commanded.'
+)
+can_app.callback(invoke_without_command=True)(show_help)
+app.add_typer(can_app)
 
 
-@app.callback(invoke_without_command=True)
-def _can(context: typer.Context) -> None:
-    if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
-        raise typer.Exit(2)
+class _BusName(NamedTuple):
+    """Say which bus: interface and channel as python-can names them, bit rate [bit/s]."""
+
+    interface: str
+    channel: str
+    bitrate: int
 
 
-@app.command()
+@can_app.command()
 def scan(
     config: ConfigOption = None,
     interface: InterfaceOption = None,
     channel: ChannelOption = None,
     bitrate: BitrateOption = None,
-    dbc: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='FILE.dbc',
-            help='DBC of a servo bridge to ask as well; default: that of the package if a joint '
-            'of the config file is a servo_dbc. A bridge answers only commands: it is sent "off".',
-        ),
-    ] = None,
+    dbc: DbcOption = None,
     ids: Annotated[str, typer.Option(metavar='FIRST-LAST', help='Motor ids to ask.')] = '1-32',
     wait: Annotated[
         float, typer.Option(metavar='SECONDS', help='How long to wait for an answer.')
@@ -79,49 +85,40 @@ def scan(
 
     Example: sosml can scan --interface slcan --channel socket://127.0.0.1:29536
     """
+    import can
+
     from sosml_friction.actuators.bus.can_scan import CanScan
     from sosml_friction.actuators.bus.clock import MonotonicClock
     from sosml_friction.actuators.bus.open_bus import open_bus
-    from sosml_friction.actuators.driver.configuration import SERVO_DBC
-    from sosml_friction.actuators.servo.dbc import ServoDbc
-    from sosml_friction.report.common.output import to_json
-    from sosml_friction.report.common.progress import progress
-    from sosml_friction.report.common.tables import print_table
     from sosml_friction.report.plan.can_view import scan_document, scan_table
-    from sosml_friction.share import share_directory
 
     values = _parameters(config)
-    bus_of = _bus_of(values, interface, channel, bitrate)
+    name = _bus_name(values, interface, channel, bitrate)
     motors = _motor_ids(ids)
     if not 0.001 <= wait <= 60.0:
         raise ConfigurationError(f'the wait is {wait:g} s: give 0.001 to 60')
-    joints = values.get('joints') or []
-    servos = [joint for joint in joints if values.get(f'{joint}.driver') == SERVO_DBC]
-    path = dbc
-    if path is None and servos:
-        own = values.get(f'{servos[0]}.dbc')
-        path = Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
-    bridge = None if path is None else ServoDbc(str(path))
+    bridge = _bridge(values, dbc)
     with progress('listening and asking'):
-        bus = open_bus(*bus_of)
+        bus = open_bus(*name)
         try:
             found = CanScan(bus, MonotonicClock(), wait).run(motors, bridge)
         finally:
-            _close(bus)
+            # What was found stands, whether the adapter says goodbye or not.
+            with suppress(can.CanError, OSError):
+                bus.shutdown()
     if json:
-        typer.echo(to_json(scan_document(found, *bus_of)))
+        print_json(scan_document(found, *name))
     elif found:
-        print_table(scan_table(found))
+        print_blocks([scan_table(found)])
     if not found:
-        typer.echo(
-            f'sosml: nobody answers on {bus_of[0]} {bus_of[1]}: check power, wiring, termination '
-            f'and the bit rate {bus_of[2]}',
-            err=True,
+        remark(
+            f'nobody answers on {name.interface} {name.channel}: check power, wiring, termination '
+            f'and the bit rate {name.bitrate}'
         )
         raise typer.Exit(1)
 
 
-@app.command()
+@can_app.command()
 def check(
     config: ConfigOption = None,
     interface: InterfaceOption = None,
@@ -140,23 +137,18 @@ def check(
     Example: sosml can check --config config/exoskeleton.yaml
     """
     from sosml_friction.actuators.bus.can_check import check_bus
-    from sosml_friction.report.common.output import to_json
-    from sosml_friction.report.common.progress import progress
-    from sosml_friction.report.common.tables import print_table
     from sosml_friction.report.plan.can_view import check_document, check_table
-    from sosml_friction.share import share_directory
 
     values = _parameters(config or share_directory() / 'config' / 'exoskeleton.yaml')
-    bus_of = _bus_of(values, interface, channel, bitrate)
+    name = _bus_name(values, interface, channel, bitrate)
     with progress('asking the actuators'):
-        result = check_bus(values, *bus_of)
-    document = check_document(result, *bus_of)
+        result = check_bus(values, *name)
+    document = check_document(result, *name)
     if json:
-        typer.echo(to_json(document))
+        print_json(document)
     else:
-        print_table(check_table(result))
-        typer.echo(document['verdict'])
-    if any(own.problem for own in result):
+        print_blocks([check_table(result), document['verdict']])
+    if not document['ready']:
         raise typer.Exit(1)
 
 
@@ -166,11 +158,11 @@ def _parameters(config: Path | None) -> dict[str, Any]:
     return {} if config is None else read_parameters(config, _NODE)
 
 
-def _bus_of(
+def _bus_name(
     values: dict[str, Any], interface: str | None, channel: str | None, bitrate: int | None
-) -> tuple[str, str, int]:
+) -> _BusName:
     """
-    Return interface, channel and bit rate: the options', else the file's.
+    Return which bus the options name, else the file.
 
     :raises ConfigurationError: if none of them says one.
     """
@@ -184,7 +176,7 @@ def _bus_of(
     rate = bitrate if bitrate is not None else values.get('can_bitrate', 1_000_000)
     if isinstance(rate, bool) or not isinstance(rate, int) or not 10_000 <= rate <= 1_000_000:
         raise ConfigurationError(f'the bit rate is {rate}: give 10000 to 1000000 bit/s')
-    return str(interface), str(channel), rate
+    return _BusName(str(interface), str(channel), rate)
 
 
 def _motor_ids(text: str) -> range:
@@ -198,11 +190,14 @@ def _motor_ids(text: str) -> range:
     return ids
 
 
-def _close(bus: Any) -> None:
-    import contextlib
+def _bridge(values: dict[str, Any], dbc: Path | None) -> ServoDbc | None:
+    """Return the servo bridge of the option, else that of the file's first servo, if any."""
+    from sosml_friction.actuators.driver.configuration import SERVO_DBC
+    from sosml_friction.actuators.servo.dbc import ServoDbc
 
-    import can
-
-    # What was found stands, whether the adapter says goodbye or not.
-    with contextlib.suppress(can.CanError, OSError):
-        bus.shutdown()
+    joints = values.get('joints') or []
+    servo = next((own for own in joints if values.get(f'{own}.driver') == SERVO_DBC), None)
+    if dbc is None and servo is not None:
+        own = values.get(f'{servo}.dbc')
+        dbc = Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
+    return None if dbc is None else ServoDbc(str(dbc))

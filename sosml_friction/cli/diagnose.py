@@ -4,26 +4,21 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.options import (
-    BagsArgument,
-    NamespaceOption,
-    folder_option,
-    json_option,
-    out_option,
-)
+from sosml_friction.cli import options
+from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark
 
 
+@app.command()
 def diagnose(
-    bags: BagsArgument,
+    bags: options.BagsArgument,
     model: Annotated[
         Path | None,
-        folder_option(
+        options.folder_option(
             "Model folder that is put to the test, with its own URDF; default: the bag's own "
             'model and robot_description.'
         ),
@@ -36,16 +31,15 @@ def diagnose(
             'bags that are left out in turn.',
         ),
     ] = None,
-    out: Annotated[Path | None, out_option('<name of the first bag>_diagnosis')] = None,
+    out: Annotated[Path | None, options.out_option('<name of the first bag>_diagnosis')] = None,
     without: Annotated[
-        str | None,
-        typer.Option(metavar='EFFECT,...', help='Causes not to look for.'),
+        str | None, typer.Option(metavar='EFFECT,...', help='Causes not to look for.')
     ] = None,
     urdf: Annotated[
         Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
-    namespace: NamespaceOption = None,
-    json: Annotated[bool, json_option('sentences')] = False,
+    namespace: options.NamespaceOption = None,
+    json: Annotated[bool, options.json_option('sentences')] = False,
 ) -> None:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -65,29 +59,21 @@ def diagnose(
     """
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.identification.several.bags_analysis import bag_name
-    from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
-    from sosml_friction.report.common.progress import progress
-    from sosml_friction.report.diagnosis.document import (
-        KIND,
-        diagnosis_document,
-        diagnosis_lines,
-        write_diagnosis,
-    )
+    from sosml_friction.report.common.output import check_output_folder, require_writable
+    from sosml_friction.report.diagnosis import document as view
 
-    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), KIND)
+    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
-    leave = tuple(x.strip() for x in without.split(',')) if without else ()
+    leave = options.parse_names(without or None) or ()
     with progress(f'reading {bags[0]}') as step:
         found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
         diagnosis, provenance = found.diagnosis, found.provenance
-        write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
+        view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
     if json:
-        document = diagnosis_document(diagnosis, provenance)
-        typer.echo(to_json({**document, 'output': str(folder)}))
+        print_json(view.diagnosis_document(diagnosis, provenance), output=str(folder))
     else:
-        for line in diagnosis_lines(diagnosis):
-            typer.echo(line)
-        typer.echo(f'diagnosis.json and report.html are in {folder}')
+        done = f'diagnosis.json and report.html are in {folder}'
+        print_blocks([*view.diagnosis_lines(diagnosis), done])
     if diagnosis.verdict == 'bad_data':
-        print(f'sosml: {" ".join(diagnosis.sentence.split())}', file=sys.stderr)
+        remark(diagnosis.sentence)
         raise typer.Exit(1)

@@ -9,6 +9,16 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.exceptions import BagError
+
+OBSERVER_NAMES = (
+    'quasi_static, first_order, first_order_prefiltered, linear_second_order, sosml, '
+    'sosml_explicit, kalman, kalman_adaptive, kalman_scheduled, kalman_imm, kalman_stribeck, '
+    'smoother'
+)
+#: What sosml import reads; written out, so that --help loads nothing.
+IMPORTED = ('.csv', '.mat', '.npy', '.npz')
+
 
 def json_option(instead: str) -> Any:
     """Return the option --json of a command that prints ``instead`` without it."""
@@ -35,9 +45,35 @@ def joint_values_option(what: str) -> Any:
     return typer.Option(metavar='[JOINT=]VALUE', help=what)
 
 
-BagArgument = Annotated[Path, typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')]
+def parse_names(text: str | None) -> tuple[str, ...] | None:
+    """Return the names of an option of :func:`names_option`, None where it was not given."""
+    return None if text is None else tuple(name.strip() for name in text.split(','))
+
+
+def stated(**values: Any) -> dict[str, Any]:
+    """Return those options that were given."""
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _refuse_data_file(bag: Path) -> Path:
+    if bag.suffix.lower() in IMPORTED and bag.is_file():
+        raise BagError(
+            f'{bag} is no bag: turn it into one first with sosml import {bag} --map MAPPING.yaml'
+        )
+    return bag
+
+
+def _refuse_data_files(bags: list[Path]) -> list[Path]:
+    return [_refuse_data_file(bag) for bag in bags]
+
+
+BagArgument = Annotated[
+    Path,
+    typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_file),
+]
 BagsArgument = Annotated[
-    list[Path], typer.Argument(metavar='BAG', help='Bag folder or .mcap file.')
+    list[Path],
+    typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_files),
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]

@@ -38,6 +38,7 @@ LATCHED_TOPICS = (
     'friction_parameters',
     'tf_static',
 )
+_STATES = 'joint_states'
 
 PARAMETERS = (
     ParameterSpec('bag', 'string', None, 'the bag to play: a folder or one .mcap file'),
@@ -84,20 +85,19 @@ class ReplayNode(ProgramNode):
         if self._bag.recovered:
             self.get_logger().warning(self._bag.recovery)
         self._outputs: dict[str, Any] = {}
+        excluded = ['/clock', *self._p['exclude']]
+        if not self._p['commands']:
+            excluded += ['joint_trajectory', '*/joint_trajectory']
         for topic, (type_name, _) in self._bag.topics.items():
-            if topic == '/clock' or any(fnmatch.fnmatch(topic, x) for x in self._p['exclude']):
+            if any(fnmatch.fnmatch(topic, pattern) for pattern in excluded):
                 continue
-            if topic.rpartition('/')[2] == 'joint_trajectory' and not self._p['commands']:
-                continue
-            latched = topic.rpartition('/')[2] in LATCHED_TOPICS
             try:
                 kind = message_class(type_name)
             except BagError as error:
                 self.get_logger().warning(f'{topic} is not played: {error}')
                 continue
-            self._outputs[topic] = self.create_publisher(
-                kind, topic, LATCHED if latched else JOINT_STATES
-            )
+            qos = LATCHED if _last_part(topic) in LATCHED_TOPICS else JOINT_STATES
+            self._outputs[topic] = self.create_publisher(kind, topic, qos)
         if not self._outputs:
             raise ConfigurationError(
                 f'nothing is left to play of {self._p["bag"]}: exclude fewer of its topics '
@@ -135,12 +135,11 @@ class ReplayNode(ProgramNode):
             self._finished.set()
 
     def _play(self) -> None:
-        first: dict[str, bytes] = {}
+        latched = {topic for topic in self._outputs if _last_part(topic) in LATCHED_TOPICS}
         for topic, _, data in self._bag.timeline():
-            if topic in self._outputs and topic.rpartition('/')[2] in LATCHED_TOPICS:
-                first.setdefault(topic, data)
-        for topic, data in first.items():
-            self._outputs[topic].publish(data)
+            if topic in latched:
+                latched.remove(topic)
+                self._outputs[topic].publish(data)
         self._await_subscribers()
         self.get_logger().info(f'playing {self._bag.duration_s:.1f} s of {self._p["bag"]}')
         started = time.monotonic()
@@ -157,8 +156,8 @@ class ReplayNode(ProgramNode):
                 return
             if topic not in self._outputs:
                 continue
-            seconds, nanoseconds = divmod(log_time_ns, 1_000_000_000)
-            if topic.rpartition('/')[2] == 'joint_states':
+            if _last_part(topic) == _STATES:
+                seconds, nanoseconds = divmod(log_time_ns, 1_000_000_000)
                 stamp = Time(sec=seconds, nanosec=nanoseconds)
                 self._clock_output.publish(ClockMessage(clock=stamp))
             self._outputs[topic].publish(data)
@@ -167,11 +166,7 @@ class ReplayNode(ProgramNode):
             output.wait_for_all_acked(Duration(seconds=5.0))
 
     def _await_subscribers(self) -> None:
-        waiting = [
-            output
-            for topic, output in self._outputs.items()
-            if topic.rpartition('/')[2] == 'joint_states'
-        ]
+        waiting = [own for topic, own in self._outputs.items() if _last_part(topic) == _STATES]
         wanted, end = self._p['subscribers'], time.monotonic() + self._p['wait']
         while any(output.get_subscription_count() < wanted for output in waiting):
             if time.monotonic() >= end:
@@ -183,11 +178,10 @@ class ReplayNode(ProgramNode):
                 return
 
     def _check_end(self) -> None:
-        if not self._finished.is_set():
-            return
-        if self._error is None and self.outcome is None:
-            self.get_logger().info(f'{self._played} messages played')
-        self.end(self._error)
+        if self._finished.is_set():
+            if self._error is None and self.outcome is None:
+                self.get_logger().info(f'{self._played} messages played')
+            self.end(self._error)
 
     def _on_pause(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = self._running.is_set()
@@ -206,6 +200,10 @@ class ReplayNode(ProgramNode):
         values = {'bag': self._p['bag'], 'messages played': self._played, 'rate': self._p['rate']}
         status = make_status(f'{self.get_name()}: bag', OK, message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
+
+
+def _last_part(topic: str) -> str:
+    return topic.rpartition('/')[2]
 
 
 HELP = NodeHelp(

@@ -66,18 +66,17 @@ def run_node(
     node: Node | None = None
     stop = _StopSignal()
     try:
-        with stop:
-            node = factory()
-            if isinstance(node, ProgramNode):
-                node.refuse_unknown_parameters()
-            executor = make_executor()
-            stop.on_signal = executor.wake
-            executor.add_node(node)
-            while rclpy.ok() and not stop.is_set() and getattr(node, 'outcome', None) is None:
-                executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
-            executor.remove_node(node)
-            if isinstance(node, ProgramNode) and node.outcome is not None:
-                raise node.outcome
+        node = factory()
+        if isinstance(node, ProgramNode):
+            node.refuse_unknown_parameters()
+        executor = make_executor()
+        stop.on_signal = executor.wake
+        executor.add_node(node)
+        while rclpy.ok() and not stop.is_set() and getattr(node, 'outcome', None) is None:
+            executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
+        executor.remove_node(node)
+        if isinstance(node, ProgramNode) and node.outcome is not None:
+            raise node.outcome
     except SosmlFrictionError as error:
         return _refuse(error)
     except OSError as error:
@@ -116,15 +115,10 @@ class _StopSignal:
     def __init__(self) -> None:
         self.on_signal: Callable[[], None] = lambda: None
         self._event = threading.Event()
+        self.is_set = self._event.is_set
         self._before: dict[int, Any] = {}
-
-    def is_set(self) -> bool:
-        """Tell whether a signal came."""
-        return self._event.is_set()
-
-    def __enter__(self) -> _StopSignal:
         if threading.current_thread() is not threading.main_thread():
-            return self
+            return
         self._read, self._write = os.pipe()
         os.set_blocking(self._write, False)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
@@ -132,10 +126,6 @@ class _StopSignal:
         self._fd_before = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
         self._watcher = threading.Thread(target=self._watch, name='signals', daemon=True)
         self._watcher.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Keep the handlers: the node is still to be destroyed in peace."""
 
     def _watch(self) -> None:
         # An empty read is the end of the pipe: restore() closed it.

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slider_bags import COULOMB, EMPS, VISCOUS, slider_log
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
@@ -24,23 +25,14 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
-EMPS = share_directory() / 'config' / 'emps'
 EXOSKELETON = share_directory() / 'config' / 'exoskeleton'
-COULOMB, VISCOUS = 20.0, 200.0
 PERIOD = 0.004
 
 
 def good_log() -> JointLog:
     """Return a ladder of three speeds, 0.3 N of noise on effort, an encoder of 2 um."""
-    robot = read_model(EMPS).make_robot()
-    ladder = speed_ladder({'slider': 0.1}, {'slider': 0.12}, [0.01, 0.04, 0.1], plateau_s=0.6)
-    spline = ladder.spline()
-    t = np.arange(0.0, ladder.duration, PERIOD)
-    q, v, a = spline(t), spline(t, 1), spline(t, 2)
-    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
-    tau += COULOMB * np.sign(v) + VISCOUS * v + np.random.default_rng(3).normal(0.0, 0.3, v.shape)
-    q = 2e-6 * np.round(q / 2e-6)
-    return JointLog(('slider',), np.rint(t * 1e9).astype(np.int64) + 10**9, q, v, tau)
+    log = slider_log()
+    return replace(log, t_ns=log.t_ns + 10**9, q=2e-6 * np.round(log.q / 2e-6))
 
 
 def rows(log: JointLog, which) -> JointLog:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,7 +15,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from sosml_friction.exceptions import ActuatorError
-from sosml_friction.nodes import demo
+from sosml_friction.nodes import demo_client
 
 
 class Service:
@@ -43,20 +42,20 @@ class Service:
 
 
 @pytest.fixture
-def chain_to(monkeypatch: pytest.MonkeyPatch) -> Any:
+def client_of(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Return a maker of the demo's own node, on a clock that each spin moves by 0.1 s."""
     clock = [0.0]
-    monkeypatch.setattr(demo, 'time', SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(demo_client, 'time', SimpleNamespace(monotonic=lambda: clock[0]))
 
     def spin_once(timeout_sec: float) -> None:
         clock[0] += timeout_sec
 
-    def make(service: Service) -> demo._Chain:
+    def make(service: Service) -> demo_client.DemoClient:
         node: Any = SimpleNamespace(
             create_subscription=lambda *_: None, create_client=lambda *_: service
         )
         executor: Any = SimpleNamespace(spin_once=spin_once)
-        return demo._Chain(node, executor, {}, Path(), lambda progress: None)
+        return demo_client.DemoClient(node, executor, [], lambda what, share=None: None)
 
     return make
 
@@ -64,23 +63,22 @@ def chain_to(monkeypatch: pytest.MonkeyPatch) -> Any:
 YES, NO = Trigger.Response(success=True), Trigger.Response(success=False, message='not yet')
 
 
-def test_a_node_that_says_no_or_nothing_is_asked_until_it_says_yes(chain_to):
+def test_a_node_that_says_no_or_nothing_is_asked_until_it_says_yes(client_of):
     service = Service(NO, None, YES)
-    chain_to(service).call(Trigger, 'node/start', Trigger.Request())
+    client_of(service).call(Trigger, 'node/start', Trigger.Request())
     assert service.asked == 3
     assert len(service.forgotten) == 1
 
 
-def test_what_was_begun_is_not_begun_again_for_a_reply_that_was_lost(chain_to):
+def test_what_was_begun_is_not_begun_again_for_a_reply_that_was_lost(client_of):
     service = Service(None)
-    chain = chain_to(service)
-    chain.call(Trigger, 'node/start', Trigger.Request(), done=lambda: service.asked == 1)
+    client_of(service).call(Trigger, 'node/start', Trigger.Request(), lambda: service.asked == 1)
     assert service.asked == 1
 
 
 @pytest.mark.parametrize(('answer', 'words'), [(None, 'no answer'), (NO, 'not yet')])
-def test_a_node_that_never_says_yes_is_told_with_its_last_answer(chain_to, answer, words):
+def test_a_node_that_never_says_yes_is_told_with_its_last_answer(client_of, answer, words):
     service = Service(answer)
     with pytest.raises(ActuatorError, match=f'node/start did not succeed within 60 s: {words}'):
-        chain_to(service).call(Trigger, 'node/start', Trigger.Request())
+        client_of(service).call(Trigger, 'node/start', Trigger.Request())
     assert service.asked > 10

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.model.terms.cogging import lines
+from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.kernels import squares
 
 FloatArray = NDArray[np.float64]
@@ -22,8 +23,11 @@ _PER_SPAN, _MOST, _AT_ONCE = 4.0, 800, 32
 _SLOW = 0.04
 #: Fewer samples in one direction are no spectrum.
 _FEWEST = 200
-#: The effects whose parameters ``frequency...`` are lines in position.
-PERIODIC_IN_POSITION = ('cogging', 'position_dependent_friction')
+
+
+def repeats_with_position(name: str) -> bool:
+    """Tell whether the ``frequency`` of a cause is a line in position: its term says so."""
+    return name in TERMS.classes and TERMS[name].repeats
 
 
 class Lines(NamedTuple):
@@ -62,7 +66,7 @@ def position_lines(joint: JointResidual) -> Lines:
     named = tuple(
         cause.parameters[name].value / unit
         for cause in diagnosis.causes
-        if cause.joint == joint.name and cause.effect in PERIODIC_IN_POSITION
+        if cause.joint == joint.name and repeats_with_position(cause.effect)
         for name in cause.parameters
         if name.startswith('frequency')
     )

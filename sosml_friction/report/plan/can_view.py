@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from rich import box
@@ -15,8 +16,6 @@ from sosml_friction.actuators.driver.start_up import Check
 
 SCAN_FORMAT = 'sosml_friction/can_scan/1'
 CHECK_FORMAT = 'sosml_friction/can_check/1'
-
-OK, WARNING, PROBLEM = 'ok', 'warning', 'problem'
 
 
 def _table(*columns: str) -> Table:
@@ -30,10 +29,9 @@ def scan_table(found: Sequence[FoundActuator]) -> Table:
     """Return who answered, one row each."""
     table = _table('id', 'kind', 'model', 'version', 'V', 'degC', 'errors', 'remarks')
     for own in found:
+        number = f'{own.can_id:#05x}'
         table.add_row(
-            f'{own.can_id:#05x}'
-            if own.motor_id is None
-            else f'{own.motor_id} ({own.can_id:#05x})',
+            number if own.motor_id is None else f'{own.motor_id} ({number})',
             own.kind,
             own.model or 'not told',
             'not told' if own.version is None else str(own.version),
@@ -52,35 +50,19 @@ def scan_document(
     return {
         'format': SCAN_FORMAT,
         'bus': {'interface': interface, 'channel': channel, 'bitrate': bitrate},
-        'actuators': [
-            {
-                'can_id': own.can_id,
-                'kind': own.kind,
-                'motor_id': own.motor_id,
-                'model': own.model,
-                'version': own.version,
-                'voltage': own.voltage,
-                'temperature': own.temperature,
-                'errors': own.errors,
-                'remarks': own.remarks,
-            }
-            for own in found
-        ],
+        'actuators': [asdict(own) for own in found],
     }
 
 
-def verdict(check: Check) -> str:
-    """Return 'problem', 'warning' or 'ok'."""
-    if check.problem:
-        return PROBLEM
-    return WARNING if check.warning else OK
+def _verdict(check: Check) -> str:
+    return 'problem' if check.problem else 'warning' if check.warning else 'ok'
 
 
 def check_table(checks: Sequence[Check]) -> Table:
     """Return what each step found, with its verdict."""
     table = _table('joint', 'step', 'found', 'verdict', 'why')
     for own in checks:
-        table.add_row(own.joint, own.step, own.result, verdict(own), own.problem or own.warning)
+        table.add_row(own.joint, own.step, own.result, _verdict(own), own.problem or own.warning)
     return table
 
 
@@ -88,8 +70,8 @@ def check_document(
     checks: Sequence[Check], interface: str, channel: str, bitrate: int
 ) -> dict[str, Any]:
     """Return the JSON document of ``sosml can check``."""
-    problems = sum(bool(own.problem) for own in checks)
-    warnings = sum(verdict(own) == WARNING for own in checks)
+    verdicts = [_verdict(own) for own in checks]
+    problems, warnings = verdicts.count('problem'), verdicts.count('warning')
     if problems:
         text = f'{problems} of {len(checks)} checks speak against enabling the joints'
     elif warnings:
@@ -106,7 +88,7 @@ def check_document(
                 'joint': own.joint,
                 'step': own.step,
                 'found': own.result,
-                'verdict': verdict(own),
+                'verdict': _verdict(own),
                 'why': own.problem or own.warning,
             }
             for own in checks

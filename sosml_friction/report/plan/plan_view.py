@@ -77,8 +77,8 @@ def plan_table(plan: ExperimentPlan, budget_s: float) -> RenderableType:
     """Return the speeds, the standard errors they give beside the wanted ones, and a verdict."""
     table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column('parameter', no_wrap=True)
-    table.add_column('best standard error', justify='right')
-    table.add_column('wanted', justify='right')
+    for heading in ('best standard error', 'wanted'):
+        table.add_column(heading, justify='right')
     table.add_column('', no_wrap=True)
     for name, error in plan.std_errors.items():
         wanted = plan.wanted.get(name)
@@ -88,26 +88,25 @@ def plan_table(plan: ExperimentPlan, budget_s: float) -> RenderableType:
         f'{speed:.4g}' + (f' ({count} times)' if count > 1 else '')
         for speed, count in Counter(plan.speeds).items()
     )
-    lines = [
-        f'Plateau speeds: {times}',
+    head = (
+        f'Plateau speeds: {times}\n'
         f'A speed ladder of {plan.duration_s:.0f} s; the mean friction of a plateau is known to '
-        f'{plan.level_std:.2g}.',
-    ]
+        f'{plan.level_std:.2g}.'
+    )
+    missed = ''
     if plan.missed:
         hours = plan.needed_s / 3600.0
         needed = f'{plan.needed_s:.0f} s' if hours <= 1.0 else f'about {hours:.2g} hours'
-        lines.append(
-            f'Not all can be reached within {budget_s:g} s: the best is '
-            + ', '.join(
-                f'{plan.std_errors[name]:.2g} for {name} (wanted {plan.wanted[name]:.4g})'
-                for name in plan.missed
-            )
-            + f'. All that is wanted takes {needed}.'
+        best = ', '.join(
+            f'{plan.std_errors[name]:.2g} for {name} (wanted {plan.wanted[name]:.4g})'
+            for name in plan.missed
         )
-    lines.append(
-        'Bounds for the assumed friction, which no estimate is below; a fit may be worse.'
-    )
-    return Group(Text(lines[0]), Text(lines[1]), table, *(Text(line) for line in lines[2:]))
+        missed = (
+            f'Not all can be reached within {budget_s:g} s: the best is {best}. All that is '
+            f'wanted takes {needed}.\n'
+        )
+    caveat = 'Bounds for the assumed friction, which no estimate is below; a fit may be worse.'
+    return Group(Text(head), table, Text(missed + caveat))
 
 
 def plan_command(plan: ExperimentPlan, settings: PlanSettings) -> str:

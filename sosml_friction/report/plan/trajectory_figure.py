@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from sosml_friction.motion.plan import PlannedTrajectory
 from sosml_friction.report.common.drawing import FONT, GREY, draw_line, label_axes, new_figure
 from sosml_friction.report.common.labels import motion_units
-from sosml_friction.report.plan.planned_trajectory import PlannedTrajectory
 
 FloatArray = NDArray[np.float64]
 

@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
+from sosml_friction.motion.plan import plan_trajectory
 from sosml_friction.report.common.drawing import to_png
-from sosml_friction.report.plan.planned_trajectory import plan_trajectory
 from sosml_friction.report.plan.trajectory_figure import _LIMIT, trajectory_figure
 from sosml_friction.share import share_directory
 
@@ -21,7 +21,7 @@ def dashes(axes):
 
 
 def test_each_joint_has_position_velocity_and_effort_with_units_and_limits():
-    figure = trajectory_figure(plan_trajectory('speed_ladder', None, None, []))
+    figure = trajectory_figure(plan_trajectory('speed_ladder'))
     axes = panels(figure, 2)
     assert [a.get_ylabel() for a in axes[:, 0]] == [
         'position [rad]',
@@ -43,7 +43,7 @@ def test_each_joint_has_position_velocity_and_effort_with_units_and_limits():
 
 
 def test_what_is_beyond_a_limit_is_drawn_in_its_colour():
-    planned = plan_trajectory('speed_ladder', None, None, ['centre=0,1'])
+    planned = plan_trajectory('speed_ladder', stated=['centre=0,1'])
     figure = trajectory_figure(planned)
     assert 'beyond a limit' in figure.texts[0].get_text()
     axes = panels(figure, 2)
@@ -62,7 +62,7 @@ def test_what_is_beyond_a_limit_is_drawn_in_its_colour():
 def test_a_prismatic_joint_has_metres_and_newtons():
     emps = share_directory() / 'config' / 'emps'
     options = ['speeds=0.01,0.05', 'top_speed=0.1', 'effort_margin=1']
-    figure = trajectory_figure(plan_trajectory('speed_ladder', emps, None, options))
+    figure = trajectory_figure(plan_trajectory('speed_ladder', emps, stated=options))
     axes = panels(figure, 1)
     assert [a.get_ylabel() for a in axes[:, 0]] == [
         'position [m]',

@@ -1,0 +1,95 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+The application that every command registers itself with, and what commands print with.
+
+Modules that load NumPy, Pinocchio or Matplotlib are imported in the functions that need them, here
+and in every command, so that --help and a misspelt option answer at once.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from sosml_friction.report.common.progress import Step
+
+app = typer.Typer(
+    name='sosml',
+    context_settings={'help_option_names': ['-h', '--help']},
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help='Friction of robot joints without a torque sensor: plan a trajectory, fit friction to a '
+    'recording, import data, look into a bag, or see a demonstration.',
+)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f'sosml {version("sosml_friction")}')
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def _sosml(
+    context: typer.Context,
+    _: Annotated[
+        bool,
+        typer.Option(
+            '--version', is_eager=True, callback=_print_version, help='Print the version and exit.'
+        ),
+    ] = False,
+) -> None:
+    show_help(context)
+
+
+def show_help(context: typer.Context) -> None:
+    """Print the help of a group that was called without a command, and end with exit code 2."""
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(2)
+
+
+def command_line(context: typer.Context) -> str:
+    """Return what the tool was called with, for the provenance of what it writes."""
+    return shlex.join(['sosml', *(context.obj or ())])
+
+
+def remark(text: str) -> None:
+    """Print one sentence on stderr."""
+    print(f'sosml: {" ".join(text.split())}', file=sys.stderr)
+
+
+def print_json(document: Mapping[str, Any], **more: Any) -> None:
+    """Print a document as the one JSON object of stdout, with ``more`` entries at its end."""
+    from sosml_friction.report.common.output import to_json
+
+    typer.echo(to_json({**document, **more}))
+
+
+def print_blocks(blocks: Iterable[str | RenderableType]) -> None:
+    """Print sentences, each a line as long as it is, and tables on stdout."""
+    from sosml_friction.report.common.tables import print_table
+
+    for block in blocks:
+        if isinstance(block, str):
+            typer.echo(block)
+        else:
+            print_table(block)
+
+
+def progress(what: str) -> AbstractContextManager[Step]:
+    """Show what is done on a terminal, as :func:`sosml_friction.report.common.progress` does."""
+    from sosml_friction.report.common.progress import progress as shown
+
+    return shown(what)

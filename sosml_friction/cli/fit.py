@@ -1,0 +1,169 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml fit``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sosml_friction.cli import options
+from sosml_friction.cli.app import app, command_line, print_blocks, print_json, progress, remark
+
+MethodOption = Annotated[
+    str,
+    typer.Option(
+        metavar='auto|segments|samples|weak|output_error',
+        help='auto: a regression on position and effort without an observer (weak form), '
+        'which becomes the model, and beside it the estimate of each observer, by segments '
+        '(levels of steady windows) where plateaus reach down to a fifth of the top speed, '
+        'else by samples (all in motion); weak: the same. segments, samples: the observers '
+        'alone. output_error adds a simulation fitted to the motion, under the recorded '
+        'controller or by the measured effort.',
+    ),
+]
+LawOption = Annotated[
+    str,
+    typer.Option(
+        metavar='auto|coulomb_viscous|stribeck',
+        help='Law to fit; auto adds the Stribeck term where the data show it.',
+    ),
+]
+SymmetricOption = Annotated[
+    bool,
+    typer.Option(
+        '--symmetric/--asymmetric', help='Whether friction is the same in both directions.'
+    ),
+]
+AlphaOption = Annotated[
+    float, typer.Option(metavar='1|2', help='Exponent of the speed in the Stribeck term.')
+]
+ZeroBandOption = Annotated[
+    float | None,
+    typer.Option(metavar='SPEED', help='Slower is standstill [rad/s or m/s]; default: 0.001.'),
+]
+WindowOption = Annotated[
+    float | None,
+    typer.Option(metavar='S', help='Over what steadiness of speed is judged; default: 0.05.'),
+]
+TrimOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar='S', help='Least that is cut off the beginning of a steady window; default: 0.15.'
+    ),
+]
+RoleOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar='BAG=ROLE',
+        help="Which of the paper's trajectories a bag is: T1 (speed ladder), T2 (symmetric "
+        'reversals), T3 (slow ladder) or other; repeatable. Default: as recorded, else by '
+        'its motion.',
+    ),
+]
+OwnBiasOption = Annotated[
+    bool | None,
+    typer.Option(
+        '--own-bias/--common-bias',
+        help='Whether each bag has a bias of its own in the joint fit; default: where the '
+        'bags differ in it.',
+    ),
+]
+RefitInertiaOption = Annotated[
+    bool,
+    typer.Option(
+        '--refit-inertia',
+        help='Fit inertia too, by the inverse model and by the weak form. It is reported; the '
+        'model keeps its own. Where the bag holds its controller, the closed loop is '
+        'simulated with what was found.',
+    ),
+]
+BandwidthOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar='RAD_S', help="Bandwidth of the observers; default: the bag's own gains."
+    ),
+]
+ObserversOption = Annotated[
+    str | None,
+    options.names_option(
+        'Observers to run, with gains as sosml tune proposes them; SOSML, else the first '
+        f'one, makes the model. Default: those of the bag. Known: {options.OBSERVER_NAMES}.'
+    ),
+]
+OutOption = Annotated[Path | None, options.out_option('<name of the first bag>_fit')]
+TruthOption = Annotated[
+    Path | None, options.folder_option('Model folder whose friction is known to be the truth.')
+]
+
+
+@app.command()
+def fit(
+    context: typer.Context,
+    bags: options.BagsArgument,
+    model: options.ModelOption = None,
+    urdf: options.UrdfOption = None,
+    method: MethodOption = 'auto',
+    law: LawOption = 'auto',
+    symmetric: SymmetricOption = True,
+    alpha: AlphaOption = 1.0,
+    zero_band: ZeroBandOption = None,
+    window: WindowOption = None,
+    trim: TrimOption = None,
+    role: RoleOption = None,
+    own_bias: OwnBiasOption = None,
+    refit_inertia: RefitInertiaOption = False,
+    bandwidth: BandwidthOption = None,
+    observers: ObserversOption = None,
+    effort_hold: options.EffortHoldOption = None,
+    namespace: options.NamespaceOption = None,
+    out: OutOption = None,
+    truth: TruthOption = None,
+    json: options.JsonOption = False,
+) -> None:
+    """
+    Fit the friction of every joint of one or several recordings.
+
+    Fits the law of friction to position and effort (weak form) and to what the observers say,
+    prints the parameters with their standard errors, and writes a model folder (robot.urdf,
+    model.yaml) with report.html, fit.json and segments.csv. An earlier fit in the same place is
+    replaced, anything else is not touched.
+
+    Several bags of the same robot are fitted each alone, then together: by the paper's rule (C and
+    B from T1 and T3, S and v_s from T2, the bias from T3) and by one fit to all of them, and it is
+    said which to prefer and in what the bags disagree.
+
+    Exit code 1 if a joint that reports effort could not be fitted.
+
+    Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
+    """
+    from sosml_friction.identification.friction_fit import FitSettings
+    from sosml_friction.identification.law.law_form import LawForm
+    from sosml_friction.identification.segments import SegmentSettings
+    from sosml_friction.report.fit.fit_run import run_fit
+    from sosml_friction.report.fit.outcome import hold_remark
+
+    segments = options.stated(zero_band=zero_band, window_s=window, trim_s=trim)
+    settings = FitSettings(
+        method=method,
+        segments=SegmentSettings(**segments),
+        refit_inertia=refit_inertia,
+        form=LawForm(law, symmetric, alpha),
+    )
+    with progress(f'reading and fitting {bags[0]}') as step:
+        outcome = run_fit(
+            bags, out, truth, effort_hold or (), namespace, role or (), own_bias, step,
+            model=model, urdf=urdf, settings=settings, bandwidth=bandwidth,
+            observers=options.parse_names(observers), command=command_line(context),
+        )  # fmt: skip
+    if json:
+        print_json(outcome.document, output=str(outcome.folder))
+    else:
+        print_blocks(outcome.blocks())
+        print_blocks(() if effort_hold else hold_remark(bags, namespace))
+    for sentence in outcome.remarks():
+        remark(sentence)
+    if outcome.is_no:
+        raise typer.Exit(1)

@@ -1,0 +1,93 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml plan``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from sosml_friction.cli.app import app, print_blocks, print_json
+from sosml_friction.cli.options import JsonOption, stated
+
+StdErrorOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar='NAME=NUMBER',
+        help='Wanted standard error of coulomb, viscous, stribeck, stribeck_velocity or bias; '
+        'repeatable.',
+    ),
+]
+BudgetOption = Annotated[float, typer.Option(metavar='S', help='Longest duration of the ladder.')]
+NoiseOption = Annotated[
+    float | None,
+    typer.Option(metavar='NM', help='Standard deviation of a sample of friction; default: 0.05.'),
+]
+CorrelationOption = Annotated[
+    float | None,
+    typer.Option(metavar='S', help='Correlation time of that noise; default: 0.005.'),
+]
+AssumeOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar='NAME=NUMBER',
+        help='Friction that is expected; default: coulomb=0.8, viscous=0.35, stribeck=0.5, '
+        'stribeck_velocity=0.03, bias=0; repeatable.',
+    ),
+]
+PlateauOption = Annotated[
+    float | None, typer.Option(metavar='S', help='Length of a plateau; default: 1.')
+]
+RampOption = Annotated[
+    float | None, typer.Option(metavar='S', help='Length of a ramp; default: 0.3.')
+]
+SlowestOption = Annotated[
+    float | None, typer.Option(metavar='RAD_S', help='Slowest plateau; default: 0.01.')
+]
+FastestOption = Annotated[
+    float | None, typer.Option(metavar='RAD_S', help='Fastest plateau; default: 0.7.')
+]
+
+
+@app.command()
+def plan(
+    std_error: StdErrorOption = None,
+    budget: BudgetOption = 120.0,
+    noise: NoiseOption = None,
+    correlation: CorrelationOption = None,
+    assume: AssumeOption = None,
+    plateau: PlateauOption = None,
+    ramp: RampOption = None,
+    slowest: SlowestOption = None,
+    fastest: FastestOption = None,
+    json: JsonOption = False,
+) -> None:
+    """
+    Choose the plateau speeds of a speed ladder for wanted standard errors.
+
+    Takes the Cramer-Rao bound of the Stribeck law from the noise of a plateau's mean, and prints
+    the shortest ladder that reaches the wanted errors, or the best within the time, and what that
+    is. For a prismatic joint read N, m/s and so on.
+
+    Exit code 1 if a wanted error cannot be reached within the time.
+
+    Example: sosml plan --std-error coulomb=0.005 --std-error stribeck=0.01 --budget 60
+    """
+    from sosml_friction.identification.experiment_plan import PlanSettings, plan_experiment
+    from sosml_friction.report.plan import plan_view as view
+
+    given = stated(
+        noise=noise, correlation_s=correlation, plateau_s=plateau, ramp_s=ramp, slowest=slowest,
+        fastest=fastest,
+    )  # fmt: skip
+    settings = PlanSettings(**given)
+    wanted = view.parse_parameters('--std-error', std_error or [])
+    assumed = {**view.ASSUMED, **view.parse_parameters('--assume', assume or [])}
+    found = plan_experiment(wanted, budget, assumed, settings)
+    if json:
+        print_json(view.plan_document(found, budget, assumed, settings))
+    else:
+        print_blocks([view.plan_table(found, budget), view.plan_command(found, settings)])
+    if found.missed:
+        raise typer.Exit(1)

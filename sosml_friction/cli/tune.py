@@ -1,0 +1,104 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``sosml tune``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from sosml_friction.cli import options
+from sosml_friction.cli.app import app, print_blocks, print_json, progress
+
+ObserversOption = Annotated[
+    str | None,
+    options.names_option(
+        f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
+    ),
+]
+PositionNoiseOption = Annotated[
+    list[str] | None,
+    options.joint_values_option(
+        'Noise of a position [rad or m], with resolution / sqrt(12); default: measured.'
+    ),
+]
+VelocityNoiseOption = Annotated[
+    list[str] | None,
+    options.joint_values_option('Noise of a velocity [rad/s or m/s]; default: measured.'),
+]
+FrictionJumpOption = Annotated[
+    list[str] | None,
+    options.joint_values_option(
+        'How much friction changes at a reversal, twice its level [Nm or N]; default: measured.'
+    ),
+]
+ReversalTimeOption = Annotated[
+    list[str] | None, options.joint_values_option('Time between reversals [s]; default: measured.')
+]
+
+
+@app.command()
+def tune(
+    bag: options.BagArgument,
+    observers: Annotated[
+        str | None,
+        options.names_option(
+            f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
+        ),
+    ] = None,
+    position_noise: PositionNoiseOption = None,
+    velocity_noise: VelocityNoiseOption = None,
+    friction_jump: FrictionJumpOption = None,
+    reversal_time: ReversalTimeOption = None,
+    effort_hold: options.EffortHoldOption = None,
+    model: options.ModelOption = None,
+    urdf: options.UrdfOption = None,
+    namespace: options.NamespaceOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar='FILE.yaml', help='Parameter file to write, for observer_node.'),
+    ] = None,
+    json: options.JsonOption = False,
+) -> None:
+    """
+    Propose gains for the observers from the noise, the friction and the motion in a bag.
+
+    Measures the noise of positions and velocities, by how much friction jumps at a reversal and
+    how often the joint turns round; each of the four can be stated instead. Prints the gains that
+    follow, with the noise and the settling time they are expected to have, and writes them as a
+    parameter file that observer_node takes with --params-file.
+
+    Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
+    """
+    from sosml_friction.identification.bag_analysis import read_recorded_robot
+    from sosml_friction.identification.several.bags_analysis import bag_name
+    from sosml_friction.study import gain_proposal as gains
+
+    if out is not None:
+        gains.check_parameter_file(out)
+    given = zip(
+        gains.STATED, (position_noise, velocity_noise, friction_jump, reversal_time), strict=True
+    )
+    with progress(f'reading {bag}') as step:
+        recorded = read_recorded_robot(bag, model, urdf, namespace)
+        joints = recorded.robot.names
+        known = {name: gains.parse_stated(name, values or [], joints) for name, values in given}
+        step('measuring noise, trying gains')
+        holds = gains.parse_effort_hold(effort_hold or [], joints)
+        chosen = options.parse_names(observers)
+        proposal = gains.propose_gains(recorded, bag_name(bag), known, chosen, holds)
+    if out is not None:
+        gains.write_parameters(out, proposal)
+    if json:
+        output = None if out is None else str(out)
+        print_json(gains.proposal_document(proposal), output=output)
+        return
+    print_blocks([gains.proposal_view(proposal)])
+    if out is not None:
+        runs = 'these observers' if observers else 'first_order and sosml'
+        typer.echo(
+            f'Gains are in {out}: observer_node --ros-args --params-file {out} runs {runs}; '
+            '-p observers:=[...] -p selected:=... choose others.'
+        )

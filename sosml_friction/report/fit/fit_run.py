@@ -1,0 +1,115 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fit one or several recordings and write the results: all of ``sosml fit`` but its options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.several.bags_analysis import (
+    BagsAnalysis,
+    analyse_bags,
+    bag_name,
+)
+from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.report.common.tables import parameter_table
+from sosml_friction.report.fit import results
+from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
+from sosml_friction.report.fit.findings import answers, caveats
+from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.fit.outcome import FitOutcome
+from sosml_friction.study.gain_proposal import parse_effort_hold
+
+
+def run_fit(
+    bags: Sequence[Path],
+    out: Path | None = None,
+    truth: Path | None = None,
+    effort_hold: Sequence[str] = (),
+    namespace: str | None = None,
+    roles: Sequence[str] = (),
+    own_bias: bool | None = None,
+    step: Callable[[str], None] = lambda what: None,
+    **how: Any,
+) -> FitOutcome:
+    """
+    Fit friction to recordings and write a model folder with its report.
+
+    :param out: folder of the results; None: the name of the first bag and ``_fit``.
+    :param truth: model folder whose friction is known to be that of the robot.
+    :param effort_hold: ``HOLD`` or ``JOINT=HOLD``.
+    :param roles: ``BAG=ROLE``, of several bags.
+    :param own_bias: whether each of several bags has a bias of its own.
+    :param step: called with what is done next.
+    :param how: the other arguments of
+        :func:`~sosml_friction.identification.bag_analysis.analyse_bag`.
+    :raises SosmlFrictionError: as that function, or if ``out`` holds something else.
+    """
+    several = len(bags) > 1
+    if not several and (roles or own_bias is not None):
+        raise ConfigurationError(
+            f'{"--role" if roles else "--own-bias"} says how several bags are put together, and '
+            'one is given: give the others too, or leave it out'
+        )
+    folder = results.check_destination(out or Path(f'{bag_name(bags[0])}_fit'))
+    known = None if truth is None else read_model(truth)
+    names = Bag.open(bags[0], namespace).joint_log().names if effort_hold else ()
+    how |= {'namespace': namespace, 'effort_hold': parse_effort_hold(effort_hold, names)}
+    if several:
+        together = analyse_bags(bags, roles=roles, own_bias=own_bias, progress=step, **how)
+        return _write_several(folder, bags, together, known, step)
+    return _write_one(folder, bags[0], analyse_bag(bags[0], progress=step, **how), known, step)
+
+
+def _write_one(
+    folder: Path,
+    bag: Path,
+    analysis: BagAnalysis,
+    truth: RobotModelFile | None,
+    step: Callable[[str], None],
+) -> FitOutcome:
+    document = results.fit_document(analysis, truth)
+    step('drawing the report')
+    results.write_results(folder, analysis, truth, None, lambda what: step(f'drawing {what}'))
+    views, fit = joint_views(analysis, truth), analysis.fit
+    return FitOutcome(
+        folder,
+        {bag: analysis},
+        document,
+        found=answers(views),
+        table=parameter_table(analysis, truth),
+        open_ends=caveats(views),
+        failed=[j for j in fit.unavailable if j not in fit.joints] + list(analysis.unmodelled),
+    )
+
+
+def _write_several(
+    folder: Path,
+    bags: Sequence[Path],
+    analysis: BagsAnalysis,
+    truth: RobotModelFile | None,
+    step: Callable[[str], None],
+) -> FitOutcome:
+    document = results.bags_document(analysis, truth)
+    step('drawing the report')
+    results.write_bags_results(folder, analysis, truth, None, lambda what: step(f'drawing {what}'))
+    consolidation = analysis.consolidation
+    unmodelled = [
+        name
+        for name, joint in analysis.model.joints.items()
+        if joint.friction is None and name in consolidation.joints
+    ]
+    return FitOutcome(
+        folder,
+        dict(zip(bags, analysis.bags.values(), strict=True)),
+        document,
+        found=bags_answers(analysis),
+        table=bags_table(analysis, truth),
+        open_ends=(),
+        failed=[*consolidation.unavailable, *unmodelled],
+    )

@@ -1,0 +1,107 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What ``sosml trajectory`` prints and writes of a planned trajectory."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from sosml_friction.motion.plan import Demand, PlannedTrajectory
+from sosml_friction.report.common.labels import motion_units
+from sosml_friction.report.common.number_text import UNKNOWN
+
+FORMAT = 'sosml_friction/trajectory/1'
+
+
+def trajectory_document(planned: PlannedTrajectory) -> dict[str, Any]:
+    """Return the object of ``sosml trajectory --json``."""
+    robot = planned.robot
+    joints = {}
+    for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
+        joints[name] = {
+            'unit': robot.effort_units[i],
+            'position': {
+                'lowest': float(planned.loads.q[:, i].min()),
+                'highest': float(planned.loads.q[:, i].max()),
+                'lower_limit': limit.lower,
+                'upper_limit': limit.upper,
+            },
+            **{what: _demand_entry(what, own) for what, own in planned.demands(i).items()},
+        }
+    return {
+        'format': FORMAT,
+        'trajectory': planned.kind.name,
+        'robot': robot.robot_name,
+        'duration_s': planned.trajectory.duration,
+        'knots': len(planned.trajectory.t),
+        'options': dict(planned.options),
+        'joints': joints,
+        'fits': not planned.beyond,
+        'beyond': [use.sentence() for use in planned.beyond],
+    }
+
+
+def _demand_entry(what: str, demand: Demand) -> dict[str, Any]:
+    friction = {'friction_allowance': demand.allowance} if what == 'effort' else {}
+    return {'peak': demand.peak, 'at_s': demand.at_s, **friction, 'limit': demand.limit}
+
+
+def trajectory_table(planned: PlannedTrajectory) -> RenderableType:
+    """Return duration, extremes of each joint beside its limits, and what is beyond them."""
+    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    for heading in ('joint', 'quantity', 'unit'):
+        table.add_column(heading, no_wrap=True)
+    for heading in ('reaches', 'friction needs', 'limit', 'share'):
+        table.add_column(heading, justify='right', no_wrap=True)
+    robot = planned.robot
+    for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
+        way, speed = motion_units(robot.effort_units[i])
+        q = planned.loads.q[:, i]
+        table.add_row(
+            name, 'position', way, f'{q.min():.3g} to {q.max():.3g}', '',
+            f'{limit.lower:.3g} to {limit.upper:.3g}', '',
+        )  # fmt: skip
+        units = {'speed': speed, 'acceleration': f'{speed}2', 'effort': robot.effort_units[i]}
+        for what, demand in planned.demands(i).items():
+            table.add_row(
+                '', what, units[what], f'{demand.peak:.3g}',
+                f'{demand.allowance:.3g}' if demand.allowance else '',
+                UNKNOWN if demand.limit is None else f'{demand.limit:.3g}',
+                UNKNOWN if demand.share is None else f'{100.0 * demand.share:.0f} %',
+                end_section=what == 'effort',
+            )  # fmt: skip
+    verdict = [f'Beyond a limit: {use.sentence()}' for use in planned.beyond]
+    return Group(
+        Text(f'{planned.kind.description}: {planned.trajectory.duration:.1f} s'),
+        table,
+        Text('\n'.join(verdict or ['All within the limits.'])),
+    )
+
+
+def trajectory_csv(planned: PlannedTrajectory) -> str:
+    """Return time and, for each joint, position, velocity, acceleration, rigid-body effort."""
+    loads, robot = planned.loads, planned.robot
+    header = ['time [s]']
+    columns = [loads.t]
+    for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
+        way, speed = motion_units(unit)
+        header += [
+            f'{name} position [{way}]',
+            f'{name} velocity [{speed}]',
+            f'{name} acceleration [{speed}2]',
+            f'{name} rigid-body effort [{unit}]',
+        ]
+        columns += [loads.q[:, i], loads.v[:, i], loads.a[:, i], loads.tau[:, i]]
+    stream = StringIO()
+    writer = csv.writer(stream, lineterminator='\n')
+    writer.writerow(header)
+    writer.writerows([f'{x:.9g}' for x in row] for row in np.column_stack(columns).tolist())
+    return stream.getvalue()

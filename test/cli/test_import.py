@@ -1,0 +1,107 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""``sosml import``: the bag it makes, and the files it cannot use."""
+
+import numpy as np
+import pytest
+from slider_bags import checked, slider_log
+
+from sosml_friction.bags.bag import Bag
+
+
+def write_csv(folder, name='slider.csv'):
+    log = slider_log()
+    file = folder / name
+    rows = np.column_stack([log.time, log.q, log.tau])
+    np.savetxt(file, rows, delimiter=',', header='t,q,f', comments='')
+    mapping = folder / 'slider.yaml'
+    mapping.write_text(
+        'time: {variable: t, unit: s}\n'
+        'joints: {slider: {position: {variable: q, unit: m}, effort: {variable: f, unit: N}}}\n'
+    )
+    return file, mapping
+
+
+def test_emps_from_the_file_to_the_published_friction(sosml, data_directory):
+    file = data_directory / 'emps' / 'DATA_EMPS.mat'
+    if not file.is_file():
+        pytest.skip(f'no {file}')
+    code, out, err = sosml('import', file, '--json')
+    assert code == 0
+    assert err.count('\n') == 1
+    assert 'emps.yaml' in err
+    imported = checked(out, 'import')
+    assert imported['joint_states']['samples'] == 24841
+    options = ('--refit-inertia', '--method', 'output_error', '--json')
+    code, out, err = sosml('fit', imported['bag'], *options)
+    assert (code, err) == (0, '')
+    document = checked(out, 'fit')
+    inverse = document['inverse_model']['joints']['slider']
+    # Published: A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", 2019.
+    published = {
+        'symmetric': {
+            'inertia': (95.109, 0.1),
+            'viscous': (203.5, 0.5),
+            'coulomb': (20.39, 0.05),
+            'bias': (-3.165, 0.02),
+        },
+        'asymmetric': {'viscous_positive': (166.7, 0.5), 'viscous_negative': (240.4, 0.5)},
+    }
+    for form, numbers in published.items():
+        for name, (value, tolerance) in numbers.items():
+            found = inverse[form]['parameters'][name]['value']
+            assert found == pytest.approx(value, abs=tolerance), (form, name)
+    assert inverse['symmetric']['relative_error'] == pytest.approx(4.08, abs=0.05)
+    assert inverse['asymmetric']['relative_error'] == pytest.approx(3.11, abs=0.06)
+    closed_loop = document['output_error']['closed_loop']['slider']
+    assert closed_loop['position_error'] <= 0.0138
+    assert closed_loop['effort_error'] <= 5.85
+    simulated = document['output_error']['joints']['slider']
+    assert simulated['mode'] == 'controller'
+    assert simulated['position_error'] <= 0.0138
+    fits = document['joints']['slider']
+    assert set(fits) == {'first_order', 'sosml', 'weak_form', 'output_error'}
+    for observer in ('first_order', 'sosml', 'output_error'):
+        parameters = fits[observer]['parameters']
+        assert parameters['coulomb']['value'] == pytest.approx(20.3935, rel=0.03)
+        assert parameters['viscous']['value'] == pytest.approx(203.5034, rel=0.03)
+
+
+def test_import_makes_a_bag_as_the_mapping_says(sosml, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    code, out, err = sosml('import', file, '--map', mapping, '--out', tmp_path / 'bag')
+    assert (code, err) == (0, '')
+    assert 'slider (position, effort)' in out
+    log = Bag.open(tmp_path / 'bag').joint_log()
+    assert np.allclose(log.q, slider_log().q)
+    document = checked(sosml('info', tmp_path / 'bag', '--json')[1], 'info')
+    assert document['joint_states']['measured'] == {'slider': ['position', 'effort']}
+
+
+def test_import_without_mapping_lists_the_shipped_ones(refused, tmp_path):
+    file, _ = write_csv(tmp_path)
+    err = refused('import', file)
+    assert '--map' in err
+    assert 'emps' in err
+
+
+def test_import_does_not_overwrite_a_bag(refused, sosml, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    assert sosml('import', file, '--map', mapping)[0] == 0
+    assert 'not overwritten' in refused('import', file, '--map', mapping)
+
+
+@pytest.mark.parametrize('missing', ['file', 'mapping'])
+def test_import_of_what_is_not_there_is_refused(refused, tmp_path, missing):
+    file, mapping = write_csv(tmp_path)
+    (file if missing == 'file' else mapping).unlink()
+    assert (file if missing == 'file' else mapping).name in refused(
+        'import', file, '--map', mapping
+    )
+
+
+@pytest.mark.parametrize('name', ['missing.csv', 'emps.mat'])
+def test_a_missing_file_is_told_before_a_mapping_is_looked_for(refused, name):
+    err = refused('import', name)
+    assert f'{name} does not exist' in err
+    assert '--map' not in err
