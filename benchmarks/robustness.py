@@ -24,8 +24,8 @@ from rich.table import Table
 
 from sosml_friction.model.stribeck import Stribeck
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import make_observer
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.condition import encoder_noise, observe
 from sosml_friction.study.motion import POSTURE, Reference, reversal, slow

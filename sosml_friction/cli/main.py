@@ -36,6 +36,7 @@ from sosml_friction.cli.options import (
 )
 from sosml_friction.cli.simulate import simulate
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+from sosml_friction.observers import kinds
 from sosml_friction.share import share_directory
 
 # Modules that load NumPy, Pinocchio or Matplotlib are imported in the command that needs them, so
@@ -58,11 +59,7 @@ app = typer.Typer(
 
 app.add_typer(can_app)
 
-_OBSERVER_NAMES = (
-    'quasi_static, first_order, first_order_prefiltered, linear_second_order, sosml, '
-    'sosml_explicit, kalman, kalman_adaptive, kalman_scheduled, kalman_imm, kalman_stribeck, '
-    'smoother'
-)
+_OBSERVER_NAMES = ', '.join(kinds.NAMES)
 
 
 @app.callback(invoke_without_command=True)
@@ -191,7 +188,7 @@ def fit(
     from sosml_friction.identification.segments import SegmentSettings
     from sosml_friction.identification.several.bags_analysis import analyse_bags, bag_name
     from sosml_friction.model.model_folder import read_model
-    from sosml_friction.observers.configuration import OBSERVERS
+    from sosml_friction.observers.registry import OBSERVERS
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
     from sosml_friction.report.common.tables import parameter_table, print_table

@@ -24,6 +24,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sosml_friction.observers.crossing import crossing_probability
+
 FloatArray = NDArray[np.float64]
 
 
@@ -144,6 +146,51 @@ def estimate_or_restart(x: FloatArray, begun: NDArray[np.bool_], joint: int, p: 
     begun[joint] = False
     x[1] = p
     return np.nan
+
+
+@njit(cache=True)
+def run_filter(
+    x: FloatArray,
+    P: FloatArray,
+    begun: NDArray[np.bool_],
+    h: FloatArray,
+    p: FloatArray,
+    integral: FloatArray,
+    forcing: FloatArray,
+    inertia: FloatArray,
+    mobilities: FloatArray,
+    position_noise: FloatArray,
+    disturbance_rate: FloatArray,
+    crossing_jump: FloatArray,
+) -> FloatArray:
+    """
+    Advance the filters of all joints, in place, and return tau_e after each interval, (N, n).
+
+    :param mobilities: M^-1 of each interval, (N, n, n); not looked at where no jump is expected.
+    :param crossing_jump: standard deviation of the change of friction where a joint's velocity
+        changes its sign, (n,) [Nm]; zero for a random walk alone.
+    """
+    n = len(x)
+    estimate = np.empty_like(p)
+    crossing = np.zeros(n)
+    for k in range(len(p)):
+        for i in range(n):
+            if not begun[i]:
+                R = measurement_variance(inertia[k, i], position_noise)
+                begin(
+                    x[i], P[i], x[i, 1], R, h[k], disturbance_rate[i] ** 2 + crossing_jump[i] ** 2
+                )
+                begun[i] = True
+        for i in range(n):
+            if crossing_jump[i] > 0.0:
+                crossing[i] = crossing_probability(x, P, mobilities[k, i], forcing[k], h[k])
+        for i in range(n):
+            R = measurement_variance(inertia[k, i], position_noise)
+            q = disturbance_rate[i] ** 2 + crossing_jump[i] ** 2 * crossing[i] / h[k]
+            predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q)
+            update(x[i], P[i], R)
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
+    return estimate
 
 
 def steady_lag_filter(R: float, h: float, q: float) -> tuple[FloatArray, FloatArray]:

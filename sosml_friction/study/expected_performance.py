@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.observers.configuration import make_observer
+from sosml_friction.observers.kinds.kalman_stribeck import SMOOTHING_VELOCITY
+from sosml_friction.observers.log_conditions import slope_weights
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
+from sosml_friction.observers.registry import make_observer
 from sosml_friction.study.metrics import SETTLED, settled_after
 
 FloatArray = NDArray[np.float64]
@@ -117,11 +118,9 @@ def expected_performance(
 
 def _slope(q: FloatArray, span: int, step: float) -> FloatArray:
     """Return the least-squares slope of the last ``span`` positions; the first one is at rest."""
-    centred = np.arange(span) - 0.5 * (span - 1)
-    weights = centred / (np.sum(centred**2) * step)
     padded = np.concatenate([np.repeat(q[:1], span - 1, axis=0), q])
     windows = np.lib.stride_tricks.sliding_window_view(padded, span, axis=0)
-    return np.array(windows @ weights)
+    return np.array(windows @ slope_weights(span, step))
 
 
 def _judge(

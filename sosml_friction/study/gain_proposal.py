@@ -18,11 +18,11 @@ from rich.text import Text
 
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import RecordedRobot, effort_holds
-from sosml_friction.observers.configuration import CAUSAL, OBSERVERS, check_observers
-from sosml_friction.observers.friction_estimator import EFFORT_HOLDS
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
-from sosml_friction.observers.recipe import Gains, gains_for_conditions
-from sosml_friction.report.common.labels import observer_label
+from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
+from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS, check_observers
+from sosml_friction.observers.search_space import Gains
 from sosml_friction.study.expected_performance import Expectation, expected_performance
 
 FORMAT = 'sosml_friction/tune/1'
@@ -47,7 +47,7 @@ class GainProposal:
     @property
     def on_line(self) -> tuple[str, ...]:
         """Return those observers that can run in a node."""
-        return tuple(name for name in self.gains if name in CAUSAL)
+        return tuple(name for name in self.gains if OBSERVERS[name].causal)
 
 
 def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> dict[str, float]:
@@ -153,7 +153,7 @@ def proposal_document(proposal: GainProposal) -> dict[str, Any]:
                 'gains': {gain: values[i] for gain, values in gains.items()},
                 'noise': proposal.expected[name].noise[i],
                 'settle_s': proposal.expected[name].settle_s[i],
-                'on_line': name in CAUSAL,
+                'on_line': OBSERVERS[name].causal,
             }
             for name, gains in proposal.gains.items()
         }
@@ -267,7 +267,7 @@ def proposal_view(proposal: GainProposal) -> RenderableType:
             settle = expected.settle_s[i]
             proposed.add_row(
                 joint if k == 0 else '',
-                observer_label(name),
+                OBSERVERS[name].label,
                 f'{_without_rounding(expected.noise[i]):.3g} {proposal.effort_units[i]}',
                 f'{1e3 * settle:.0f} ms' if np.isfinite(settle) else 'never',
                 ', '.join(f'{gain} {values[i]:.4g}' for gain, values in gains.items()),

@@ -13,7 +13,7 @@ without noise there is one signal, on which both happens.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from sosml_friction.study.metrics import SCORED_FROM_S, Score
 from sosml_friction.study.motion import MOTIONS
 from sosml_friction.study.parallel import available_cores, run_all, workers
 from sosml_friction.study.plant import PLANT_STEP, simulate, study_robot
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import (
     Case,
     StudyTask,
@@ -62,7 +62,7 @@ class StudySettings:
     """
     Choose the extent of the study.
 
-    :param observers: keys of ``SEARCH``.
+    :param observers: names of :func:`~sosml_friction.study.search.study_variants`.
     :param seeds: noise seeds 1..seeds are scored, 1 to 100.
     :param tuning_seeds: noise seeds 101.. are averaged in tuning, 1 to 100.
     :param evaluations: gain sets tried in each tuning, 4 to 100000.
@@ -73,7 +73,7 @@ class StudySettings:
 
     motions: Sequence[str] = tuple(MOTIONS)
     conditions: Sequence[str] = CONDITIONS
-    observers: Sequence[str] = tuple(SEARCH)
+    observers: Sequence[str] = field(default_factory=lambda: tuple(study_variants()))
     seeds: int = 5
     tuning_seeds: int = 2
     evaluations: int = 300
@@ -84,7 +84,7 @@ class StudySettings:
         for what, chosen, known in (
             ('motion', self.motions, tuple(MOTIONS)),
             ('condition', self.conditions, CONDITIONS),
-            ('observer', self.observers, tuple(SEARCH)),
+            ('observer', self.observers, tuple(study_variants())),
         ):
             unknown = [name for name in chosen if name not in known]
             if unknown:
@@ -161,7 +161,7 @@ class Study:
 
     def estimate(self, row: StudyRow) -> FloatArray:
         """Return tau_f (N, n) [Nm] that a row's observer says of the observation of its case."""
-        observer = SEARCH[row.observer].make(row.gains)
+        observer = study_variants()[row.observer].observer(row.gains)
         return self.observations[row.motion, row.condition].estimate(observer)
 
 
@@ -190,8 +190,9 @@ def run_study(
         tuned_on = {case: pair[0] for cases in prepared for case, pair in cases.items()}
         scored_on = {case: pair[1] for cases in prepared for case, pair in cases.items()}
         plan = _plan(settings, tuned_on, scored_on)
+        known = list(study_variants())
         # The last observers are the slowest: they come first, so that none is left at the end.
-        order = sorted(range(len(plan)), key=lambda k: -list(SEARCH).index(plan[k][0]))
+        order = sorted(range(len(plan)), key=lambda k: -known.index(plan[k][0]))
         results: dict[int, TaskResult] = dict(
             zip(
                 order,
@@ -241,9 +242,10 @@ def _plan(
     plan = []
     noisy = [tuned_on[case] for case in tuned_on if case[1] == 'noise']
     for name in settings.observers:
+        variant = study_variants()[name]
         for case, observations in tuned_on.items():
             task = StudyTask(
-                name,
+                variant,
                 [observations],
                 {case: scored_on[case]},
                 settings.evaluations,
@@ -252,7 +254,7 @@ def _plan(
             )
             plan.append((name, 'case', task))
         if len(noisy) > 1:
-            task = StudyTask(name, noisy, scored_on, settings.evaluations, noise)
+            task = StudyTask(variant, noisy, scored_on, settings.evaluations, noise)
             plan.append((name, 'shared', task))
     return plan
 

@@ -22,7 +22,7 @@ from sosml_friction.bags.serialization import message_class, serialize, serializ
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectories import TRAJECTORIES
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
-from sosml_friction.observers.configuration import OBSERVERS, make_observer
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.share import share_directory
 
 SCHEMAS = Path(__file__).resolve().parents[2] / 'docs' / 'schema'

@@ -17,9 +17,9 @@ import pytest
 
 from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.observers.configuration import CAUSAL, make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
+from sosml_friction.observers.registry import make_observer, on_line_names
 from sosml_friction.share import share_directory
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -37,7 +37,7 @@ def compiled() -> None:
     conditions = ([1e-4], [1e-3], [1.0], [1.0])
     robot = read_model(share_directory() / 'config' / 'emps').make_robot()
     gains = recipe_gains(robot, BANDWIDTH, *conditions)
-    FrictionEstimator(robot, [make_observer(name, gains[name]) for name in CAUSAL])
+    FrictionEstimator(robot, [make_observer(name, gains[name]) for name in on_line_names()])
     emulated_exoskeleton()
 
 

@@ -19,7 +19,8 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.urdf_bodies import with_bodies
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.observers.configuration import CAUSAL, parse_configuration
+from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.observers.registry import on_line_names
 from sosml_friction.share import share_directory
 
 NAMES = ('shoulder', 'elbow')
@@ -75,9 +76,9 @@ def published(ros, urdf_path, start_node, *parameters, observers=('first_order',
         (1500, ('first_order', 'sosml'), ()),
         (
             500,
-            CAUSAL,
+            on_line_names(),
             (
-                f'observers:=[{",".join(CAUSAL)}]',
+                f'observers:=[{",".join(on_line_names())}]',
                 'friction_jump:=[2.0,1.0]',
                 'reversal_time:=[1.0,1.0]',
                 'position_noise:=[5.0e-5,5.0e-5]',

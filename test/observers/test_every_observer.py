@@ -17,9 +17,9 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import OBSERVERS, make_observer, refuse_offline
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.registry import OBSERVERS, make_observer, refuse_offline
 from sosml_friction.report.common.labels import observer_label
 
 ENCODER_NOISE = 5e-5

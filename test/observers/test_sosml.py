@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.sosml import Sosml, run_implicit
+from sosml_friction.observers.kinds.sosml import Sosml, run_implicit
 
 
 def make(s1, t1, s2, t2):

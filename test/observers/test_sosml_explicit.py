@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.sosml import Sosml
-from sosml_friction.observers.sosml_explicit import TANH, SosmlExplicit, run_explicit
+from sosml_friction.observers.kinds.sosml import Sosml
+from sosml_friction.observers.kinds.sosml_explicit import TANH, SosmlExplicit, run_explicit
 
 H = 1e-3
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.observers.recipe import gains_for_bandwidth, gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.study.expected_performance import expected_performance
 
 STEP, NOISE, INERTIA = 1e-3, 5e-6, 0.4

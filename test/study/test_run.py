@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.first_order import FirstOrder
+from sosml_friction.observers.kinds.first_order import FirstOrder
 from sosml_friction.study import run as study_run
 from sosml_friction.study.condition import Observation, encoder_noise, observe
 from sosml_friction.study.run import StudySettings, rmse_mean, run_study

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from sosml_friction.observers.configuration import OBSERVERS
+from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.study.search import SEARCH
 
 

@@ -7,16 +7,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 
-from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.report.common.html_page import number_cell, page, picture
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.study.figures import FIGURES
 from sosml_friction.report.study.tables import rmse_text, settle_text, short
-from sosml_friction.report.study.view import case_text, findings, is_causal
+from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.condition import encoder_noise
 from sosml_friction.study.motion import MOTIONS
 from sosml_friction.study.run import Study
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 _CAPTIONS = {
@@ -132,18 +131,18 @@ def _case_section(study: Study, case: Case) -> str:
 def _observer_table(study: Study) -> str:
     rows = []
     for name in study.settings.observers:
-        entry = SEARCH[name]
-        units = OBSERVERS[entry.observer].gain_units
+        observer, space = study_variants()[name]
+        units = observer.gain_units
         searched = '; '.join(
             f'{gain} {span.low:g} to {span.high:g}'
             + (f' times {span.of}^{span.power:g}' if span.of else f' {units[gain]}')
-            for gain, span in entry.ranges.items()
+            for gain, span in space.ranges.items()
         )
-        fixed = '; '.join(f'{gain} {value:g} {units[gain]}' for gain, value in entry.fixed.items())
+        fixed = '; '.join(f'{gain} {value:g} {units[gain]}' for gain, value in space.fixed.items())
         rows.append(
             f'<tr><td class="w">{escape(observer_label(name))}</td>'
             f'<td><code>{escape(name)}</code></td>'
-            f'<td>{"on line" if is_causal(name) else "off line"}</td>'
+            f'<td>{"on line" if observer.causal else "off line"}</td>'
             f'<td>{escape(searched)}</td><td>{escape(fixed)}</td></tr>'
         )
     return (

@@ -8,14 +8,13 @@ import math
 from collections.abc import Sequence
 
 from sosml_friction.model.stribeck import Stribeck
-from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.report.common.drawing import style_of
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.curve_fit import fit_raw
 from sosml_friction.study.metrics import SCORED_FROM_S
 from sosml_friction.study.plant import SMOOTHING_VELOCITY
 from sosml_friction.study.run import Study, rmse_mean
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 #: The cases whose estimates a friction law is fitted to, as in the paper's Figures 2 and 4.
@@ -27,7 +26,7 @@ _FEW = 3
 
 def is_causal(name: str) -> bool:
     """Tell whether an observer of the study runs on line."""
-    return OBSERVERS[SEARCH[name].observer].causal
+    return study_variants()[name].observer.causal
 
 
 def ranked(study: Study, case: Case, tuning: str = 'case') -> list[str]:
@@ -49,8 +48,9 @@ def shown_observers(study: Study, case: Case) -> list[str]:
     """
     chosen = [name for name in _PAPER if name in study.settings.observers]
     for name in ranked(study, case):
-        kinds = {SEARCH[other].observer for other in chosen}
-        if len(chosen) < _FEW and SEARCH[name].observer not in kinds and is_causal(name):
+        kinds = {study_variants()[other].observer for other in chosen}
+        observer = study_variants()[name].observer
+        if len(chosen) < _FEW and observer not in kinds and observer.causal:
             chosen.append(name)
     return sorted(chosen, key=lambda name: -style_of(name, 0).width)
 

@@ -12,8 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.crossing import crossing_probability, mobility
-from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     estimate_or_restart,
@@ -22,7 +23,8 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Keeps a weight from underflow: it says nothing, but its hypothesis can come back.
 _LEAST_WEIGHT = 1e-100
@@ -157,13 +159,13 @@ class KalmanImm(Kalman):
     Weigh two Kalman observers: one believes in a recent jump of friction, the other does not.
 
     Interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic Control 33, 1988), for
-    each joint two filters of the :class:`~sosml_friction.observers.kalman.Kalman` model. In an
+    each joint two filters of the :class:`Kalman` model. In an
     interval friction jumps with the chance pi that the joint's velocity changes its sign
     (:mod:`~sosml_friction.observers.crossing`, at the merged estimate); a jump moves the weight to
     the second filter and adds crossing_jump^2 to its variance of tau_e; its weight goes back to
     the first with the time constant ``jump_memory``. Then each filter takes the measurement, and
     the weights are multiplied by the likelihoods of the innovations. The estimate is the weighted
-    mean. Against :class:`~sosml_friction.observers.kalman_scheduled.KalmanScheduled`, where the
+    mean. Against :class:`KalmanScheduled`, where the
     same jump widens one filter, the one without the jump keeps its certainty until the
     measurements have decided.
 
@@ -176,20 +178,40 @@ class KalmanImm(Kalman):
     velocity, about its Coulomb level; ``jump_memory`` [s] > 0.
     """
 
-    identifier: ClassVar[str] = 'kalman_imm'
+    identifier = 'kalman_imm'
+    label = 'Kalman IMM'
+    place = 10.0
     gain_units: ClassVar[Mapping[str, str]] = {
-        'position_noise': 'rad',
-        'disturbance_rate': 'Nm/sqrt(s)',
+        **Kalman.gain_units,
         'crossing_jump': 'Nm',
         'jump_memory': 's',
     }
     positive_gains: ClassVar[tuple[str, ...]] = (*Kalman.positive_gains, 'jump_memory')
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'kalman_imm': SearchSpace(
+            {
+                'disturbance_rate': RATE,
+                'crossing_jump': JUMP,
+                'jump_memory': SearchRange(0.01, 3.0),
+            },
+            SWEEP,
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
         self._modes = np.full((self.n, 2, 3), np.nan)
         self._covariances = np.full((self.n, 2, 3, 3), np.nan)
         self._weight = np.full((self.n, 2), np.nan)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return a tenth of the random walk, and a jump of D / 2 believed in for T / 3."""
+        return {
+            **cls._between_jumps(conditions),
+            'crossing_jump': 0.5 * conditions.friction_jump,
+            'jump_memory': conditions.reversal_time / 3.0,
+        }
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""

@@ -4,13 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     is_finite,
@@ -19,7 +21,11 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
+
+#: How near standstill friction may jump: some widths of the smooth sign [rad/s or m/s].
+_CROSSING_VELOCITY = 0.02
 
 
 @njit(cache=True)
@@ -78,11 +84,11 @@ def _smooth(
     return momentum, disturbance
 
 
-class Smoother(Observer):
+class Smoother(Kalman):
     """
     Estimate tau_e at each sample from the whole recording, by the model of the Kalman observer.
 
-    The most probable tau_e of :class:`~sosml_friction.observers.kalman.Kalman` given what came
+    The most probable tau_e of :class:`Kalman` given what came
     before and after: the Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier,
     which carries the adjoint backwards and inverts no covariance. It has no lag. A joint without
     forcing over an interval is smoothed in pieces, before and after it.
@@ -100,31 +106,42 @@ class Smoother(Observer):
     at constant q; ``crossing_velocity`` [rad/s] > 0.
     """
 
-    identifier: ClassVar[str] = 'smoother'
+    identifier = 'smoother'
+    label = 'Smoother'
+    place = 12.0
     gain_units: ClassVar[Mapping[str, str]] = {
-        'position_noise': 'rad',
-        'disturbance_rate': 'Nm/sqrt(s)',
+        **Kalman.gain_units,
         'crossing_rate': 'Nm/sqrt(s)',
         'crossing_velocity': 'rad/s',
     }
-    positive_gains: ClassVar[tuple[str, ...]] = (
-        'position_noise',
-        'disturbance_rate',
-        'crossing_velocity',
-    )
-    causal: ClassVar[bool] = False
+    positive_gains: ClassVar[tuple[str, ...]] = (*Kalman.positive_gains, 'crossing_velocity')
+    causal = False
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'smoother': SearchSpace(
+            {
+                'disturbance_rate': RATE,
+                'crossing_rate': SearchRange(1.0, 1e4, 'disturbance_rate', 1.0),
+                'crossing_velocity': SearchRange(1e-3, 1.0),
+            },
+            SWEEP,
+        )
+    }
 
-    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
-        super().__init__(gains)
-        self._x = np.full((self.n, 3), np.nan)
-        self._P = np.full((self.n, 3, 3), np.nan)
-        self._begun = np.zeros(self.n, dtype=np.bool_)
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """
+        Return a tenth of the random walk, and D at a standstill.
 
-    def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._x[:, 1] = p
-        # The covariance at the start depends on the first interval.
-        self._begun[:] = False
+        Near it, where the velocity of a sinusoid of top speed V passes with the acceleration
+        pi V / T, the variance D^2 within exp(-(v / v_c)^2): crossing rate^2 = D^2 sqrt(pi) V /
+        (T v_c). Without a top speed it is the Kalman observer's model, smoothed.
+        """
+        c, crossing_velocity = conditions, {'crossing_velocity': _CROSSING_VELOCITY}
+        if c.top_speed is None:
+            return {**super().recipe(c), 'crossing_rate': 0.0, **crossing_velocity}
+        passages = np.sqrt(np.pi) * c.top_speed / (c.reversal_time * _CROSSING_VELOCITY)
+        crossing = c.friction_jump * np.sqrt(passages)
+        return {**cls._between_jumps(c), 'crossing_rate': crossing, **crossing_velocity}
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Smooth over the intervals, given all before, and return tau_e at their ends, (N, n)."""
