@@ -15,7 +15,7 @@ from hypothesis import settings
 from scipy.io import loadmat
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.cli.main import main as cli
+from sosml_friction.cli import main as cli
 from sosml_friction.model.robot import Robot
 from sosml_friction.study.run import Study, StudySettings, run_study
 

@@ -56,6 +56,10 @@ class Observer(ABC):
     causal: ClassVar[bool]
     #: True where a friction law is built in: to fit one to the estimate is to get it back.
     carries_law: ClassVar[bool] = False
+    #: True where the estimate of a joint depends on the efforts of the others.
+    coupled: ClassVar[bool] = False
+    #: True where the torque of an acceleration is taken for friction.
+    slow_motion_only: ClassVar[bool] = False
     #: The variants of it in the study, by name, in the order of its tables.
     study: ClassVar[Mapping[str, SearchSpace]]
 

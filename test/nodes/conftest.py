@@ -27,6 +27,7 @@ os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 # Wrong types in a message are an error here, not bytes on the wire.
 os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
 
+SHARED = Path(__file__).resolve().parents[1] / 'shared'
 #: A condition that has not come true by then never will; no test judges how long it took.
 PATIENCE = 60.0
 
@@ -44,11 +45,14 @@ def compiled() -> None:
 class NodeProcess:
     """A node of the package as a program, its output in a file."""
 
-    def __init__(self, name: str, arguments: list[str], log: Path) -> None:
+    def __init__(self, name: str, arguments: list[str], log: Path, module: str) -> None:
         self.name, self.log = name, log
+        module = module or f'sosml_friction.nodes.{name}'
+        path = os.pathsep.join([str(SHARED), os.environ.get('PYTHONPATH', '')])
         with log.open('wb') as stream:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', f'sosml_friction.nodes.{name}', *arguments],
+                [sys.executable, '-m', module, *arguments],
+                env={**os.environ, 'PYTHONPATH': path},
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
@@ -128,13 +132,15 @@ def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
     """Return a function that starts a node by name with ``key:=value`` parameters."""
     started: list[NodeProcess] = []
 
-    def start(name: str, *parameters: str, files: tuple[Path, ...] = ()) -> NodeProcess:
+    def start(
+        name: str, *parameters: str, files: tuple[Path, ...] = (), module: str = ''
+    ) -> NodeProcess:
         arguments = ['--ros-args']
         for file in files:
             arguments += ['--params-file', str(file)]
         for parameter in parameters:
             arguments += ['-p', parameter]
-        node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log')
+        node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log', module)
         started.append(node)
         return node
 

@@ -181,6 +181,7 @@ class KalmanImm(Kalman):
     identifier = 'kalman_imm'
     label = 'Kalman IMM'
     place = 10.0
+    coupled = True
     gain_units: ClassVar[Mapping[str, str]] = {
         **Kalman.gain_units,
         'crossing_jump': 'Nm',

@@ -38,6 +38,7 @@ class KalmanScheduled(Kalman):
     identifier = 'kalman_scheduled'
     label = 'Kalman scheduled'
     place = 9.0
+    coupled = True
     gain_units: ClassVar[Mapping[str, str]] = {**Kalman.gain_units, 'crossing_jump': 'Nm'}
     study: ClassVar[Mapping[str, SearchSpace]] = {
         'kalman_scheduled': SearchSpace({'disturbance_rate': RATE, 'crossing_jump': JUMP}, SWEEP)

@@ -340,6 +340,7 @@ class KalmanStribeck(Observer):
     identifier = 'kalman_stribeck'
     label = 'Kalman+law'
     place = 11.0
+    coupled = True
     causal = True
     carries_law = True
     gain_units: ClassVar[Mapping[str, str]] = {

@@ -31,6 +31,7 @@ class QuasiStatic(FirstOrder):
     identifier = 'quasi_static'
     label = 'Quasi-static'
     place = 1.0
+    slow_motion_only = True
     study: ClassVar[Mapping[str, SearchSpace]] = {
         'quasi_static': SearchSpace({'cutoff': CUTOFF}, ('cutoff', 1.0))
     }

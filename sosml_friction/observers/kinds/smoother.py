@@ -109,6 +109,7 @@ class Smoother(Kalman):
     identifier = 'smoother'
     label = 'Smoother'
     place = 12.0
+    coupled = True
     gain_units: ClassVar[Mapping[str, str]] = {
         **Kalman.gain_units,
         'crossing_rate': 'Nm/sqrt(s)',
