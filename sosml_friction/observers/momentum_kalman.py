@@ -25,6 +25,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sosml_friction.observers.crossing import crossing_probability
+from sosml_friction.observers.momentum_samples import Columns
 
 FloatArray = NDArray[np.float64]
 
@@ -153,23 +154,20 @@ def run_filter(
     x: FloatArray,
     P: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
+    samples: Columns,
     mobilities: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-    crossing_jump: FloatArray,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
     """
     Advance the filters of all joints, in place, and return tau_e after each interval, (N, n).
 
     :param mobilities: M^-1 of each interval, (N, n, n); not looked at where no jump is expected.
-    :param crossing_jump: standard deviation of the change of friction where a joint's velocity
-        changes its sign, (n,) [Nm]; zero for a random walk alone.
+    :param gains: position noise, disturbance rate and crossing jump, (n,) each: the last is the
+        standard deviation of the change of friction where a joint's velocity changes its sign
+        [Nm]; zero for a random walk alone.
     """
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, crossing_jump = gains
     n = len(x)
     estimate = np.empty_like(p)
     crossing = np.zeros(n)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+#: h, p, integral, forcing and inertia, as compiled functions take them.
+Columns = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class MomentumSamples:
     inertia: FloatArray
 
     @property
-    def columns(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return h, p, integral, forcing and inertia, as compiled functions take them."""
+    def columns(self) -> Columns:
+        """Return h, p, integral, forcing and inertia."""
         return self.h, self.p, self.integral, self.forcing, self.inertia
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from numba import njit
 
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -31,12 +31,11 @@ def _run(
     f: FloatArray,
     r: FloatArray,
     p_previous: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    c0: FloatArray,
-    wf: FloatArray,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, _, forcing, _ = samples
+    c0, wf = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(r)):
@@ -116,10 +115,7 @@ class FirstOrderPrefiltered(FirstOrder):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return _run(
-            self._f, self._r, self._p, s.h, s.p, s.forcing, g['cutoff'], g['prefilter_cutoff']
-        )
+        return _run(self._f, self._r, self._p, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return the step of the class's equations with f eliminated."""

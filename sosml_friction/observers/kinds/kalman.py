@@ -85,9 +85,8 @@ class Kalman(Observer):
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        state = self._x, self._P, self._begun
         gains = (*self.gains.values(), np.zeros(self.n))
-        return run_filter(*state, *samples.columns, samples.inertia, *gains)
+        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
 
     def _remember(self, samples: MomentumSamples) -> None:
         """Keep the last inertia, for :meth:`lag_filter`."""

@@ -22,7 +22,7 @@ from sosml_friction.observers.momentum_kalman import (
     steady_lag_filter,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -58,15 +58,11 @@ def _run(
     q: FloatArray,
     means: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-    adaptation_rate: FloatArray,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, adaptation_rate = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(x)):
@@ -139,7 +135,7 @@ class KalmanAdaptive(Kalman):
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
         state = self._x, self._P, self._q, self._means, self._begun
-        return _run(*state, *samples.columns, *self.gains.values())
+        return _run(*state, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return the filter with the steady gain of the inertia and process noise seen last."""

@@ -22,7 +22,7 @@ from sosml_friction.observers.momentum_kalman import (
     predict,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -113,17 +113,12 @@ def _run(
     covariances: FloatArray,
     weight: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
+    samples: Columns,
     mobilities: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-    crossing_jump: FloatArray,
-    jump_memory: FloatArray,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, crossing_jump, jump_memory = gains
     n = len(x)
     estimate = np.empty_like(p)
     crossing, innovation, S = np.empty(n), np.empty(2), np.empty(2)
@@ -217,17 +212,9 @@ class KalmanImm(Kalman):
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        return _run(
-            self._x,
-            self._P,
-            self._modes,
-            self._covariances,
-            self._weight,
-            self._begun,
-            *samples.columns,
-            mobility(samples.inertia),
-            *self.gains.values(),
-        )
+        state = self._x, self._P, self._modes, self._covariances, self._weight, self._begun
+        gains = tuple(self.gains.values())
+        return _run(*state, samples.columns, mobility(samples.inertia), gains)
 
     def mode_probabilities(self) -> FloatArray:
         """Return the weights of no recent jump and of one, (n, 2); NaN before the first sample."""

@@ -55,11 +55,5 @@ class KalmanScheduled(Kalman):
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        return run_filter(
-            self._x,
-            self._P,
-            self._begun,
-            *samples.columns,
-            mobility(samples.inertia),
-            *self.gains.values(),
-        )
+        state, gains = (self._x, self._P, self._begun), tuple(self.gains.values())
+        return run_filter(*state, samples.columns, mobility(samples.inertia), gains)

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -213,13 +213,15 @@ def _velocities(
     M: FloatArray,
     forcing: FloatArray,
     h: float,
-    v_s: FloatArray,
-    v0: FloatArray,
-    phi: FloatArray,
-    slope: FloatArray,
-    v_next: FloatArray,
-) -> None:
-    """Write the velocities after h, (n,), and the law at its beginning, (n, 3) each."""
+    law: tuple[FloatArray, ...],
+) -> FloatArray:
+    """
+    Return the velocities after h, (n,).
+
+    :param law: v_s and v0, (n,) each; its columns and slopes at the beginning are written behind
+        them, (n, 3) each.
+    """
+    v_s, v0, phi, slope = law
     n = len(forcing)
     v = x[:, 1].copy()
     system, momentum = M.copy(), M_last @ v
@@ -232,9 +234,10 @@ def _velocities(
             system[i, i] = 1.0
             momentum[i] = v[i]
     # What has overflowed starts afresh at the end; solve would refuse it.
-    v_next[:] = np.nan
+    v_next = np.full(n, np.nan)
     if np.isfinite(momentum).all():
         v_next[:] = np.linalg.solve(system, momentum)
+    return v_next
 
 
 @njit(cache=True)
@@ -243,20 +246,16 @@ def _run(
     P: FloatArray,
     M_last: FloatArray,
     fresh: FloatArray,
-    h: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
-    R: FloatArray,
-    prior: FloatArray,
-    time: FloatArray,
-    v_s: FloatArray,
-    v0: FloatArray,
+    samples: Columns,
+    settings: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, _, integral, forcing, inertia = samples
+    R, prior, time, v_s, v0 = settings
     N, n = integral.shape
     estimate = np.empty((N, n))
     phi, slope = np.zeros((n, 3)), np.zeros((n, 3))
-    row, noise, v_next = np.zeros(5), np.zeros(_STATES), np.empty(n)
+    law = (v_s, v0, phi, slope)
+    row, noise = np.zeros(5), np.zeros(_STATES)
     for k in range(N):
         M = inertia[k]
         if fresh[0] > 0.0:
@@ -267,13 +266,13 @@ def _run(
             fresh[0] = 0.0
         dq = np.linalg.solve(0.5 * (M_last + M), integral[k])
         mobility = np.linalg.inv(M)
-        _velocities(x, P, M_last, M, forcing[k], h[k], v_s, v0, phi, slope, v_next)
+        v_next = _velocities(x, P, M_last, M, forcing[k], h[k], law)
         count = _pieces(x[:, 1], v_next, v_s, v0)
         T, growth = h[k] / count, (M - M_last) / count
         for _ in range(count):
             if count > 1:
                 M_piece = M_last + growth
-                _velocities(x, P, M_last, M_piece, forcing[k], T, v_s, v0, phi, slope, v_next)
+                v_next = _velocities(x, P, M_last, M_piece, forcing[k], T, law)
                 M_last[:] = M_piece
             for i in range(n):
                 m = mobility[i, i]
@@ -414,22 +413,14 @@ class KalmanStribeck(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return _run(
-            self._x,
-            self._P,
-            self._M,
-            self._fresh,
-            s.h,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            g['position_noise'] ** 2,
+        settings = (
+            self.gains['position_noise'] ** 2,
             self._prior,
-            g['residual_time'],
-            g['stribeck_velocity'],
-            g['smoothing_velocity'],
+            self.gains['residual_time'],
+            self.gains['stribeck_velocity'],
+            self.gains['smoothing_velocity'],
         )
+        return _run(self._x, self._P, self._M, self._fresh, samples.columns, settings)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return 1: friction that obeys the law is followed without lag."""

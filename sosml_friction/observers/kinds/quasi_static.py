@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder, run_first_order
+from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchSpace
@@ -47,6 +48,4 @@ class QuasiStatic(FirstOrder):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        still = np.zeros(s.p.shape)
-        return run_first_order(self._r, self._p, s.h, still, s.forcing, self.gains['cutoff'])
+        return super().run(replace(samples, p=np.zeros(samples.p.shape)))

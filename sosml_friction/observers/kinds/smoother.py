@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from sosml_friction.observers.momentum_kalman import (
     predict,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -33,15 +34,12 @@ def _smooth(
     x: FloatArray,
     P: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
+    samples: Columns,
     position_noise: FloatArray,
     q: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Filter forwards, the states in place, and go back: momentum and tau_e, each (N, n)."""
+    h, p, integral, forcing, inertia = samples
     count, n = p.shape
     momentum = np.empty_like(p)
     disturbance = np.empty_like(p)
@@ -146,31 +144,19 @@ class Smoother(Kalman):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Smooth over the intervals, given all before, and return tau_e at their ends, (N, n)."""
-        s = samples
+        s, noise = samples, self.gains['position_noise']
         q = np.broadcast_to(self.gains['disturbance_rate'] ** 2, s.p.shape)
         extra = self.gains['crossing_rate'] ** 2
         if extra.any():
             state = self._x.copy(), self._P.copy(), self._begun.copy()
             # At this q positions alone tell the momentum: a missing effort may as well be zero.
-            known = np.where(np.isfinite(s.forcing), s.forcing, 0.0)
-            momentum, _ = self._pass(*state, s, known, q + extra)
+            known = replace(s, forcing=np.where(np.isfinite(s.forcing), s.forcing, 0.0))
+            momentum, _ = _smooth(*state, known.columns, noise, q + extra)
             v = np.linalg.solve(s.inertia, momentum[..., None])[..., 0]
             # Beyond 30 the exponential is zero; an unknown velocity may be a crossing.
             ratio = np.minimum(np.abs(v) / self.gains['crossing_velocity'], 30.0)
             q = q + extra * np.exp(-(np.nan_to_num(ratio, nan=0.0) ** 2))
-        return self._pass(self._x, self._P, self._begun, s, s.forcing, q)[1]
-
-    def _pass(
-        self,
-        x: FloatArray,
-        P: FloatArray,
-        begun: NDArray[np.bool_],
-        s: MomentumSamples,
-        forcing: FloatArray,
-        q: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        noise = self.gains['position_noise']
-        return _smooth(x, P, begun, s.h, s.p, s.integral, forcing, s.inertia, noise, q)
+        return _smooth(self._x, self._P, self._begun, s.columns, noise, q)[1]
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return 1: a smoother has no lag."""

@@ -12,24 +12,18 @@ from numba import njit
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
 @njit(cache=True)
-def run_implicit(
-    p_hat: FloatArray,
-    sigma: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    s1: FloatArray,
-    t1: FloatArray,
-    s2: FloatArray,
-    t2: FloatArray,
+def _run(
+    p_hat: FloatArray, sigma: FloatArray, samples: Columns, gains: tuple[FloatArray, ...]
 ) -> FloatArray:
     """Advance the states (n,) in place and return sigma after each interval, (N, n)."""
+    h, p, _, forcing, _ = samples
+    s1, t1, s2, t2 = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         T = h[k]
@@ -133,8 +127,7 @@ class Sosml(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        return run_implicit(self._p_hat, self._sigma, s.h, s.p, s.forcing, *self.gains.values())
+        return _run(self._p_hat, self._sigma, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

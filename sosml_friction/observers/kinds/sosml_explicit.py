@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sosml_friction.observers.kinds.sosml import Sosml
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import FloatArray, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
@@ -22,16 +22,12 @@ def _run(
     p_hat: FloatArray,
     sigma: FloatArray,
     p_previous: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    s1: FloatArray,
-    t1: FloatArray,
-    s2: FloatArray,
-    t2: FloatArray,
-    boundary: FloatArray,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
     """Advance the states (n,) in place and return sigma after each interval, (N, n)."""
+    h, p, _, forcing, _ = samples
+    s1, t1, s2, t2, boundary = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(sigma)):
@@ -105,8 +101,8 @@ class SosmlExplicit(Sosml):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, state = samples, (self._p_hat, self._sigma, self._p)
-        return _run(*state, s.h, s.p, s.forcing, *self.gains.values())
+        gains = tuple(self.gains.values())
+        return _run(self._p_hat, self._sigma, self._p, samples.columns, gains)
 
     def stiffness(self) -> FloatArray:
         """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""
