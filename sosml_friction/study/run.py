@@ -20,24 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.study.condition import (
-    CONDITIONS,
-    Observation,
-    encoder_noise,
-    observe,
-)
+from sosml_friction.study.condition import CONDITIONS, Observation, encoder_noise, observe
 from sosml_friction.study.metrics import SCORED_FROM_S, Score
 from sosml_friction.study.motion import MOTIONS
 from sosml_friction.study.parallel import available_cores, run_all, workers
 from sosml_friction.study.plant import PLANT_STEP, simulate, study_robot
 from sosml_friction.study.search import study_variants
-from sosml_friction.study.task import (
-    Case,
-    StudyTask,
-    SweepPoint,
-    TaskResult,
-    run_task,
-)
+from sosml_friction.study.task import Case, StudyTask, SweepPoint, run_task
 
 FloatArray = NDArray[np.float64]
 
@@ -152,11 +141,8 @@ class Study:
 
     def row(self, case: Case, observer: str, tuning: str = 'case') -> StudyRow:
         """Return one row."""
-        (row,) = [
-            row
-            for row in self.rows
-            if (row.motion, row.condition, row.observer, row.tuning) == (*case, observer, tuning)
-        ]
+        wanted = (*case, observer, tuning)
+        (row,) = [r for r in self.rows if (r.motion, r.condition, r.observer, r.tuning) == wanted]
         return row
 
     def estimate(self, row: StudyRow) -> FloatArray:
@@ -192,24 +178,15 @@ def run_study(
         plan = _plan(settings, tuned_on, scored_on)
         known = list(study_variants())
         # The last observers are the slowest: they come first, so that none is left at the end.
-        order = sorted(range(len(plan)), key=lambda k: -known.index(plan[k][0]))
-        results: dict[int, TaskResult] = dict(
-            zip(
-                order,
-                run_all(
-                    pool,
-                    run_task,
-                    [plan[k][2] for k in order],
-                    lambda done: progress(
-                        f'tuning and scoring, {done} of {len(plan)}', done / len(plan)
-                    ),
-                ),
-                strict=True,
-            )
+        plan.sort(key=lambda planned: -known.index(planned[0]))
+        results = run_all(
+            pool,
+            run_task,
+            [task for _, _, task in plan],
+            lambda done: progress(f'tuning and scoring, {done} of {len(plan)}', done / len(plan)),
         )
     rows, sweeps = [], {}
-    for k, (name, tuning, _) in enumerate(plan):
-        result = results[k]
+    for (name, tuning, _), result in zip(plan, results, strict=True):
         for (motion, condition), scores in result.scores.items():
             rows.append(StudyRow(motion, condition, name, tuning, result.gains, scores))
         if result.sweep:
