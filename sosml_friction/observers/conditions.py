@@ -74,11 +74,11 @@ class Conditions:
         cls,
         robot: Robot,
         q: FloatArray,
-        position_noise: Sequence[float],
-        velocity_noise: Sequence[float],
-        friction_jump: Sequence[float],
-        reversal_time: Sequence[float],
-        top_speed: Sequence[float] | None = None,
+        position_noise: ArrayLike,
+        velocity_noise: ArrayLike,
+        friction_jump: ArrayLike,
+        reversal_time: ArrayLike,
+        top_speed: ArrayLike | None = None,
     ) -> Conditions:
         """
         Return the conditions of a robot at posture ``q``, (n,).

@@ -81,15 +81,9 @@ class LogConditions:
                     raise DataError(
                         f'{name} of joint {joint} cannot be measured in this recording ({meaning})'
                     )
-        return Conditions.of(
-            robot,
-            self.posture,
-            self.position_noise.tolist(),
-            self.velocity_noise.tolist(),
-            self.friction_jump.tolist(),
-            self.reversal_time.tolist(),
-            self.top_speed.tolist(),
-        )
+        noise = self.position_noise, self.velocity_noise
+        motion = self.friction_jump, self.reversal_time, self.top_speed
+        return Conditions.of(robot, self.posture, *noise, *motion)
 
 
 def measure_conditions(

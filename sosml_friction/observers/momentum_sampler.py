@@ -134,27 +134,20 @@ class MomentumSampler:
         """
         log = log.select(self.robot.names)
         self.reset()
-        stretches: list[Stretch] = []
-        p_start: FloatArray | None = None
-        rows: list[int] = []
-        intervals: list[Interval] = []
-
-        def finish() -> None:
-            if p_start is not None and rows:
-                stretches.append(Stretch(np.array(rows), p_start, stack(intervals)))
-            rows.clear()
-            intervals.clear()
-
+        parts: list[tuple[FloatArray | None, list[int], list[Interval]]] = []
         for k in range(len(log)):
             taken = self.take(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
-            if isinstance(taken, Interval):
-                rows.append(k)
-                intervals.append(taken)
+            if isinstance(taken, Start):
+                parts.append((taken.p, [], []))
             elif taken is not None:
-                finish()
-                p_start = taken.p
-        finish()
-        return stretches
+                # An interval follows a start.
+                parts[-1][1].append(k)
+                parts[-1][2].append(taken)
+        return [
+            Stretch(np.array(rows), p_start, stack(intervals))
+            for p_start, rows, intervals in parts
+            if p_start is not None and rows
+        ]
 
     def take(
         self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray

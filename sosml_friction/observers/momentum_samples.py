@@ -42,6 +42,11 @@ class MomentumSamples:
         """Return h, p, integral, forcing and inertia."""
         return self.h, self.p, self.integral, self.forcing, self.inertia
 
+    @property
+    def mobility(self) -> FloatArray:
+        """Return M^-1 at the end of each interval, (N, n, n) [1/(kg m2) or 1/kg]."""
+        return np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
+
     def __len__(self) -> int:
         """Return the number of intervals."""
         return len(self.h)

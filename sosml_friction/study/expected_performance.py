@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,21 +79,19 @@ def expected_performance(
     forcing = np.diff(v, axis=0) @ inertia / step + friction[1:]
     fixed = np.broadcast_to(inertia, (count - 1, n, n)).copy()
     h = np.full(count - 1, step)
-    measurements: list[tuple[FloatArray, MomentumSamples]] = []
 
+    @cache
     def measurement(seed: int) -> tuple[FloatArray, MomentumSamples]:
-        if seed == len(measurements):
-            rng = np.random.default_rng(seed)
-            read = q + measured.position_noise * rng.normal(size=q.shape)
-            if measured.velocity_span:
-                seen = _slope(read, measured.velocity_span, step)
-            else:
-                seen = v + measured.velocity_noise * rng.normal(size=v.shape)
-            samples = MomentumSamples(
-                h, seen[1:] @ inertia, np.diff(read, axis=0) @ inertia, forcing, fixed
-            )
-            measurements.append((seen[0] @ inertia, samples))
-        return measurements[seed]
+        rng = np.random.default_rng(seed)
+        read = q + measured.position_noise * rng.normal(size=q.shape)
+        if measured.velocity_span:
+            seen = _slope(read, measured.velocity_span, step)
+        else:
+            seen = v + measured.velocity_noise * rng.normal(size=v.shape)
+        samples = MomentumSamples(
+            h, seen[1:] @ inertia, np.diff(read, axis=0) @ inertia, forcing, fixed
+        )
+        return seen[0] @ inertia, samples
 
     found = {}
     for name, values in gains.items():

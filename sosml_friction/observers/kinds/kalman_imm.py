@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.crossing import crossing_probability, mobility
+from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
@@ -214,7 +214,7 @@ class KalmanImm(Kalman):
         self._remember(samples)
         state = self._x, self._P, self._modes, self._covariances, self._weight, self._begun
         gains = tuple(self.gains.values())
-        return _run(*state, samples.columns, mobility(samples.inertia), gains)
+        return _run(*state, samples.columns, samples.mobility, gains)
 
     def mode_probabilities(self) -> FloatArray:
         """Return the weights of no recent jump and of one, (n, 2); NaN before the first sample."""

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.crossing import mobility
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import run_filter
 from sosml_friction.observers.momentum_samples import MomentumSamples
@@ -56,4 +55,4 @@ class KalmanScheduled(Kalman):
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
         state, gains = (self._x, self._P, self._begun), tuple(self.gains.values())
-        return run_filter(*state, samples.columns, mobility(samples.inertia), gains)
+        return run_filter(*state, samples.columns, samples.mobility, gains)
