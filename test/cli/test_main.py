@@ -854,7 +854,7 @@ def test_a_plan_that_cannot_be_is_refused(refused, arguments, words):
 
 @pytest.mark.parametrize('command', ['fit', 'tune'])
 def test_help_names_every_observer(sosml, command):
-    """The names are written out there, so that --help loads nothing."""
+    """They are the names of files there, so that --help loads none."""
     words = ' '.join(sosml(command, '--help')[1].split())
     for name in OBSERVERS:
         assert name in words

@@ -88,10 +88,10 @@ class KalmanAdaptive(Kalman):
     """
     Adapt the process noise until the innovations are white.
 
-    In a :class:`Kalman` observer of the right gain an innovation
-    tells nothing of the next. If they go together the filter lags and its intensity q is too
-    small, if they alternate it follows noise and q is too large. With the running mean m of the
-    innovations e before, and c = e m / mean(e^2), scaled to variance one for white ones ::
+    In a :class:`Kalman` observer of the right gain an innovation tells nothing of the next. If
+    they go together the filter lags and its intensity q is too small, if they alternate it follows
+    noise and q is too large. With the running mean m of the innovations e before, and c = e m /
+    mean(e^2), scaled to variance one for white ones ::
 
         d(ln q) / dt = adaptation_rate c,   q >= disturbance_rate^2
 

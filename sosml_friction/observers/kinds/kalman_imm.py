@@ -154,15 +154,14 @@ class KalmanImm(Kalman):
     Weigh two Kalman observers: one believes in a recent jump of friction, the other does not.
 
     Interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic Control 33, 1988), for
-    each joint two filters of the :class:`Kalman` model. In an
-    interval friction jumps with the chance pi that the joint's velocity changes its sign
+    each joint two filters of the :class:`Kalman` model. In an interval friction jumps with the
+    chance pi that the joint's velocity changes its sign
     (:mod:`~sosml_friction.observers.crossing`, at the merged estimate); a jump moves the weight to
     the second filter and adds crossing_jump^2 to its variance of tau_e; its weight goes back to
     the first with the time constant ``jump_memory``. Then each filter takes the measurement, and
     the weights are multiplied by the likelihoods of the innovations. The estimate is the weighted
-    mean. Against :class:`KalmanScheduled`, where the
-    same jump widens one filter, the one without the jump keeps its certainty until the
-    measurements have decided.
+    mean. Against :class:`KalmanScheduled`, where the same jump widens one filter, the one without
+    the jump keeps its certainty until the measurements have decided.
 
     Good for friction that depends on velocity, at one set of gains for slow and fast motion; a
     torque that jumps while the joint moves (a contact) is followed at the slow rate of

@@ -19,12 +19,12 @@ class KalmanScheduled(Kalman):
     """
     Raise the process noise by the chance that friction has jumped.
 
-    A :class:`Kalman` observer whose random walk has over an
-    interval of length h the intensity q = disturbance_rate^2 + crossing_jump^2 pi / h, where pi is
-    the chance that the joint's velocity changes its sign in it, by the filter's own estimate and
-    covariance (:mod:`~sosml_friction.observers.crossing`). One passage through zero so brings the
-    variance crossing_jump^2, spread over the time in which it may have happened: short in a fast
-    reversal, long in a slow one, with the same gains. Between passages it may be a slow observer.
+    A :class:`Kalman` observer whose random walk has over an interval of length h the intensity q =
+    disturbance_rate^2 + crossing_jump^2 pi / h, where pi is the chance that the joint's velocity
+    changes its sign in it, by the filter's own estimate and covariance
+    (:mod:`~sosml_friction.observers.crossing`). One passage through zero so brings the variance
+    crossing_jump^2, spread over the time in which it may have happened: short in a fast reversal,
+    long in a slow one, with the same gains. Between passages it may be a slow observer.
 
     Good for friction that depends on velocity; a torque that jumps while the joint moves (a
     contact) is followed at the slow rate of ``disturbance_rate``. With ``crossing_jump`` zero it

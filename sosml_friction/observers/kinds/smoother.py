@@ -86,10 +86,10 @@ class Smoother(Kalman):
     """
     Estimate tau_e at each sample from the whole recording, by the model of the Kalman observer.
 
-    The most probable tau_e of :class:`Kalman` given what came
-    before and after: the Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier,
-    which carries the adjoint backwards and inverts no covariance. It has no lag. A joint without
-    forcing over an interval is smoothed in pieces, before and after it.
+    The most probable tau_e of :class:`Kalman` given what came before and after: the
+    Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier, which carries the
+    adjoint backwards and inverts no covariance. It has no lag. A joint without forcing over an
+    interval is smoothed in pieces, before and after it.
 
     Friction can jump only near velocity zero, so q may be raised there ::
 

@@ -61,8 +61,8 @@ class SosmlExplicit(Sosml):
         h (S1 / eps + S2) < T2 < 2 / h + h / 2 (S1 / eps + S2)
 
     (the two conditions of Jury on z^2 - (2 - h T2) z + 1 - h T2 + h^2 (S1 / eps + S2)); below, it
-    ends in a limit cycle, above, it diverges. :class:`Sosml` has
-    neither. An estimate that overflows is NaN and the joint starts afresh.
+    ends in a limit cycle, above, it diverges. :class:`Sosml` has neither. An estimate that
+    overflows is NaN and the joint starts afresh.
 
     Gains: ``sliding`` S1 [Nm/s], ``sliding_root`` T1 [sqrt(Nm/s)], ``linear`` S2 [1/s^2],
     ``linear_damping`` T2 [1/s], ``boundary`` eps [Nm s] > 0.
