@@ -50,10 +50,10 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.log_conditions import measure_conditions
 from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import make_observer
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.condition import read_by_encoder
 from sosml_friction.study.mismatched_robot import MismatchedRobot

@@ -21,10 +21,10 @@ from rich.table import Table
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import OBSERVERS, make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.share import share_directory
 
 COUNT, REPEATS, CALLS = 20_000, 15, 2_000

@@ -24,8 +24,8 @@ from rich.table import Table
 
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.condition import encoder_noise, observe
 from sosml_friction.study.motion import POSTURE, Reference, reversal, slow
@@ -38,19 +38,8 @@ from sosml_friction.study.plant import (
 )
 
 SEEDS, BITS = range(1, 6), 16
-OBSERVERS = (
-    'quasi_static',
-    'first_order',
-    'first_order_prefiltered',
-    'linear_second_order',
-    'sosml',
-    'kalman',
-    'kalman_adaptive',
-    'kalman_scheduled',
-    'kalman_imm',
-    'kalman_stribeck',
-    'smoother',
-)
+#: The explicit step is there to be compared with SOSML's own, in the study.
+NAMES = tuple(name for name in OBSERVERS if name != 'sosml_explicit')
 FloatArray = NDArray[np.float64]
 
 
@@ -121,7 +110,7 @@ def errors(world: World) -> dict[str, tuple[float, float]]:
     gains = gains_for_conditions(conditions)
     observations = observe(run, robot, 'noise', BITS, SEEDS)
     found = {}
-    for name in OBSERVERS:
+    for name in NAMES:
         rmse = []
         for observation in observations:
             error = observation.estimate(make_observer(name, gains[name])) - observation.friction
@@ -137,8 +126,8 @@ def main() -> None:
     print(
         f'RMSE of the shoulder [mNm], one gain set by recipe: mean (std) over {len(SEEDS)} seeds'
     )
-    half = (len(OBSERVERS) + 1) // 2
-    for names in (OBSERVERS[:half], OBSERVERS[half:]):
+    half = (len(NAMES) + 1) // 2
+    for names in (NAMES[:half], NAMES[half:]):
         table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
         table.add_column('motion and plant', no_wrap=True)
         for name in names:

@@ -10,12 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from sosml_friction.exceptions import BagError
+from sosml_friction.observers import kinds
 
-OBSERVER_NAMES = (
-    'quasi_static, first_order, first_order_prefiltered, linear_second_order, sosml, '
-    'sosml_explicit, kalman, kalman_adaptive, kalman_scheduled, kalman_imm, kalman_stribeck, '
-    'smoother'
-)
+OBSERVER_NAMES = ', '.join(kinds.NAMES)
 #: What sosml import reads; written out, so that --help loads nothing.
 IMPORTED = ('.csv', '.mat', '.npy', '.npz')
 

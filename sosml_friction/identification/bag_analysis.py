@@ -57,12 +57,9 @@ from sosml_friction.model.model_folder import (
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import (
-    OBSERVERS,
-    ObserverConfiguration,
-    parse_configuration,
-)
+from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
 from sosml_friction.observers.log_conditions import configuration_for
+from sosml_friction.observers.registry import OBSERVERS
 
 FloatArray = NDArray[np.float64]
 

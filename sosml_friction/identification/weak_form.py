@@ -21,8 +21,7 @@ from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.friction_estimator import FrictionEstimator, Stretch
+from sosml_friction.observers.momentum_sampler import MomentumSampler, Stretch
 
 FloatArray = NDArray[np.float64]
 
@@ -118,7 +117,7 @@ class WeakForm:
 
     :param log: the recording; its joints include the robot's. Velocities in it are not used.
     :param effort_hold: where in an interval effort holds, as for
-        :class:`~sosml_friction.observers.friction_estimator.FrictionEstimator`.
+        :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :param maximum_gap_s: a longer step between samples is a hole.
     """
 
@@ -141,14 +140,12 @@ class WeakForm:
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
         self._v_noise = [float(gain) * _position_noise(q) for q in log.q.T]
         log = replace(log, v=self._velocity(log, maximum_gap_s))
-        # The estimator makes the intervals; the observer it asks for is not run.
-        unused = FirstOrder({'cutoff': [1.0] * robot.n})
-        estimator = FrictionEstimator(robot, [unused], effort_hold, 'message', maximum_gap_s)
+        sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
         self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
         twisted = robot if self.settings.refit_inertia else None
         self._pieces = [
             _Piece(self.time, log, stretch, self._support, twisted)
-            for stretch in estimator.stretches(log)
+            for stretch in sampler.stretches(log)
         ]
 
     def _velocity(self, log: JointLog, maximum_gap_s: float) -> FloatArray:

@@ -43,15 +43,11 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.observers.configuration import (
-    CAUSAL,
-    OBSERVERS,
-    ObserverConfiguration,
-    parse_configuration,
-    refuse_offline,
-)
-from sosml_friction.observers.friction_estimator import EFFORT_HOLDS, VELOCITY_SOURCES
+from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
+from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS
+from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, VELOCITY_SOURCES
 from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
+from sosml_friction.observers.registry import OBSERVERS, on_line_names, refuse_offline
 from sosml_friction.share import share_directory
 
 #: After so many messages of which none can be used, the node gives up with a sentence.
@@ -59,7 +55,7 @@ PATIENCE = 50
 #: After so many seconds without a robot_description the node says that it waits for one.
 QUIET = 5
 
-PARAMETERS = (
+_OPTIONS = (
     ParameterSpec(
         'model', 'string', '', 'model folder with the armature of the joints; empty: exoskeleton'
     ),
@@ -73,7 +69,7 @@ PARAMETERS = (
         'bag, or file of its observer_configuration, whose observers and gains are run instead of '
         'those below: for a replay that gives the same numbers',
     ),
-    ParameterSpec('observers', 'string_array', ['first_order', 'sosml'], 'observers to run'),
+    ParameterSpec('observers', 'string_array', list(DEFAULT_OBSERVERS), 'observers to run'),
     ParameterSpec(
         'selected', 'string', 'sosml', 'observer whose output is published as friction_estimate'
     ),
@@ -140,18 +136,26 @@ PARAMETERS = (
         'of the subscription to joint_states; best_effort for a driver that publishes so',
         choices=('reliable', 'best_effort'),
     ),
-    *(
+)
+
+
+def parameters() -> tuple[ParameterSpec, ...]:
+    """Return the table with the gains of every observer that there is by now."""
+    gains = (
         ParameterSpec(
-            f'{observer.identifier}.{gain}',
+            f'{name}.{gain}',
             'double_array',
             [],
-            f'gain of observer {observer.identifier}, one for each joint; empty: by recipe',
+            f'gain of observer {name}, one for each joint; empty: by recipe',
             unit,
         )
-        for observer in (OBSERVERS[name] for name in CAUSAL)
-        for gain, unit in observer.gain_units.items()
-    ),
-)
+        for name in on_line_names()
+        for gain, unit in OBSERVERS[name].gain_units.items()
+    )
+    return (*_OPTIONS, *gains)
+
+
+PARAMETERS = parameters()
 
 
 class ObserverNode(ProgramNode):
@@ -166,7 +170,7 @@ class ObserverNode(ProgramNode):
 
     def __init__(self) -> None:
         super().__init__('observer_node')
-        self._p = declare(self, PARAMETERS)
+        self._p = declare(self, parameters())
         folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self._model = read_model(folder)
         self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
@@ -180,7 +184,7 @@ class ObserverNode(ProgramNode):
         if unknown or self._p['selected'] not in self._p['observers']:
             raise ConfigurationError(
                 f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
-                f'from {", ".join(CAUSAL)} and select one that runs'
+                f'from {", ".join(on_line_names())} and select one that runs'
             )
         self._estimator: Any = None
         self._columns: dict[tuple[str, ...], NDArray[np.int64] | None] = {}

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
@@ -50,24 +50,35 @@ class Conditions:
             'friction_jump',
             'reversal_time',
         ):
-            values = np.asarray(getattr(self, name), dtype=float)
-            if values.shape != (len(self.joints),) or not np.all((values > 0) & (values < np.inf)):
-                raise ConfigurationError(
-                    f'{name} is {values.tolist()} for the joints {", ".join(self.joints)}: gains '
-                    'are made from one positive number for each joint'
-                )
-            object.__setattr__(self, name, values)
+            object.__setattr__(self, name, _positive(name, getattr(self, name), self.joints))
+
+    @property
+    def first_order_cutoff(self) -> FloatArray:
+        """Return (D^2 / (4 T s_p^2))^(1/3): noise c0 s_p balanced against a lag of first order."""
+        D, T = self.friction_jump, self.reversal_time
+        return np.asarray(np.cbrt(D**2 / (4.0 * T * self.momentum_noise**2)))
+
+    @property
+    def second_order_frequency(self) -> FloatArray:
+        """Return (D^2 / (4 T s_X^2))^(1/5): noise wn^2 s_X against a lag of second order."""
+        D, T = self.friction_jump, self.reversal_time
+        return np.asarray((D**2 / (4.0 * T * self.integral_noise**2)) ** 0.2)
+
+    @property
+    def random_walk(self) -> FloatArray:
+        """Return D / sqrt(T): friction that jumps, as a random walk [Nm/sqrt(s) or N/sqrt(s)]."""
+        return np.asarray(self.friction_jump / np.sqrt(self.reversal_time))
 
     @classmethod
     def of(
         cls,
         robot: Robot,
         q: FloatArray,
-        position_noise: Sequence[float],
-        velocity_noise: Sequence[float],
-        friction_jump: Sequence[float],
-        reversal_time: Sequence[float],
-        top_speed: Sequence[float] | None = None,
+        position_noise: ArrayLike,
+        velocity_noise: ArrayLike,
+        friction_jump: ArrayLike,
+        reversal_time: ArrayLike,
+        top_speed: ArrayLike | None = None,
     ) -> Conditions:
         """
         Return the conditions of a robot at posture ``q``, (n,).
@@ -78,24 +89,24 @@ class Conditions:
             differences over h have sqrt(2) / h times the position noise.
         """
         squares = robot.inertia(q) ** 2
-        noises = []
-        for name, values in (
-            ('position_noise', position_noise),
-            ('velocity_noise', velocity_noise),
-        ):
-            column = np.asarray(values, dtype=float)
-            if column.shape != (robot.n,) or not np.all((column > 0) & (column < np.inf)):
-                raise ConfigurationError(
-                    f'{name} is {list(values)} for the joints {", ".join(robot.names)}: give one '
-                    'positive number for each'
-                )
-            noises.append(np.sqrt(squares @ column**2))
+        positions = _positive('position_noise', position_noise, robot.names)
+        velocities = _positive('velocity_noise', velocity_noise, robot.names)
         return cls(
             robot.names,
-            np.asarray(position_noise, dtype=float),
-            noises[1],
-            noises[0],
+            positions,
+            np.sqrt(squares @ velocities**2),
+            np.sqrt(squares @ positions**2),
             np.asarray(friction_jump, dtype=float),
             np.asarray(reversal_time, dtype=float),
             None if top_speed is None else np.asarray(top_speed, dtype=float),
         )
+
+
+def _positive(name: str, values: ArrayLike, joints: Sequence[str]) -> FloatArray:
+    column = np.asarray(values, dtype=float)
+    if column.shape != (len(joints),) or not np.all((column > 0) & (column < np.inf)):
+        raise ConfigurationError(
+            f'{name} is {column.tolist()} for the joints {", ".join(joints)}: gains are made from '
+            'one positive number for each joint'
+        )
+    return column

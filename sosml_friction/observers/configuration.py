@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,40 +12,9 @@ import yaml
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.first_order_prefiltered import FirstOrderPrefiltered
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.kalman_adaptive import KalmanAdaptive
-from sosml_friction.observers.kalman_imm import KalmanImm
-from sosml_friction.observers.kalman_scheduled import KalmanScheduled
-from sosml_friction.observers.kalman_stribeck import KalmanStribeck
-from sosml_friction.observers.linear_second_order import LinearSecondOrder
-from sosml_friction.observers.observer import Observer
-from sosml_friction.observers.quasi_static import QuasiStatic
-from sosml_friction.observers.smoother import Smoother
-from sosml_friction.observers.sosml import Sosml
-from sosml_friction.observers.sosml_explicit import SosmlExplicit
+from sosml_friction.observers.registry import make_observer
 
-OBSERVERS: dict[str, type[Observer]] = {
-    observer.identifier: observer
-    for observer in (
-        QuasiStatic,
-        FirstOrder,
-        FirstOrderPrefiltered,
-        LinearSecondOrder,
-        Sosml,
-        SosmlExplicit,
-        Kalman,
-        KalmanAdaptive,
-        KalmanScheduled,
-        KalmanImm,
-        KalmanStribeck,
-        Smoother,
-    )
-}
-#: Those that can run in a node.
-CAUSAL = tuple(name for name, observer in OBSERVERS.items() if observer.causal)
 FORMAT = 'sosml_friction/observers/1'
 
 
@@ -97,41 +66,6 @@ class ObserverConfiguration:
             },
         }
         return yaml.safe_dump(document, sort_keys=False)
-
-
-def refuse_offline(names: Iterable[str]) -> None:
-    """
-    Check that none of the named observers needs the whole recording; unknown ones pass.
-
-    :raises ConfigurationError: if one does; the sentence lists those that can run on line.
-    """
-    offline = [name for name in names if name in OBSERVERS and name not in CAUSAL]
-    if offline:
-        raise ConfigurationError(
-            f'observer {", ".join(offline)} needs the whole recording and cannot run on line: use '
-            f'it on a bag, and choose from {", ".join(CAUSAL)} here'
-        )
-
-
-def check_observers(names: Iterable[str]) -> None:
-    """
-    Check that every named observer exists.
-
-    :raises ConfigurationError: if one does not; the sentence lists those that do.
-    """
-    for name in names:
-        if name not in OBSERVERS:
-            raise ConfigurationError(f'observer {name!r} is unknown: use {", ".join(OBSERVERS)}')
-
-
-def make_observer(name: str, gains: Mapping[str, Sequence[float]]) -> Observer:
-    """
-    Build an observer from its name.
-
-    :raises ConfigurationError: if no observer has that name; the sentence lists those that exist.
-    """
-    check_observers([name])
-    return OBSERVERS[name](gains)
 
 
 def parse_configuration(text: str, where: str) -> ObserverConfiguration:

@@ -27,15 +27,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-def mobility(inertia: FloatArray) -> FloatArray:
-    """
-    Return W = M^-1 of each interval, (N, n, n).
-
-    :param inertia: M, (N, n, n) [kg m2 or kg].
-    """
-    return np.asarray(np.linalg.inv(inertia), dtype=np.float64)
-
-
 @njit(cache=True)
 def crossing_probability(
     x: FloatArray, P: FloatArray, mobility_row: FloatArray, forcing: FloatArray, h: float

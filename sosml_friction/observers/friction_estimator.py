@@ -5,9 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import isfinite
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,63 +12,24 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.momentum_sampler import Interval, MomentumSampler, stack
 from sosml_friction.observers.observer import Observer
 
 FloatArray = NDArray[np.float64]
 
-#: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
-#: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
-EFFORT_HOLDS = ('start', 'mean', 'end')
-VELOCITY_SOURCES = ('message', 'position_difference')
 
-
-@dataclass
-class EstimatorCounts:
-    """Count what happened to the samples an estimator was given."""
-
-    samples: int = 0
-    repeated_stamps: int = 0
-    time_backwards: int = 0
-    gaps: int = 0
-    not_finite: int = 0
-    without_effort: dict[str, int] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """
-    Hold one uninterrupted run of a recording.
-
-    :param rows: the sample of the log that ends each interval, (N,).
-    :param p_start: momentum at the sample before the first interval, (n,).
-    """
-
-    rows: NDArray[np.int64]
-    p_start: FloatArray
-    samples: MomentumSamples
-
-
-class FrictionEstimator:
+class FrictionEstimator(MomentumSampler):
     """
     Run momentum observers on samples (t, q, v, tau) and return tau_f = -tau_e.
 
-    The forcing over (t_{k-1}, t_k] is the effort held as ``effort_hold`` says plus the trapezoid
-    of C^T q' - g. What a sample can be:
-
-    * the first, the first after a gap longer than ``maximum_gap_s``, after time went backwards
-      (a looping bag), or after a sample with a position or velocity that is not finite: the
-      observers start there and their estimate is NaN, not yet known;
-    * one with the stamp of its predecessor: dropped, :meth:`update` returns None;
-    * one whose joint i has no effort: over the intervals that need that effort (the next one with
-      ``start``, this one with ``end``, both with ``mean``) joint i is NaN and starts again, the
-      others go on.
+    At the start of a stretch (see the base) the observers start and their estimate is NaN, not yet
+    known; for a repeated stamp :meth:`update` returns None. A joint whose effort is missing is NaN
+    and starts again, the others go on.
 
     :param robot: rigid-body terms; its joints are the columns of q, v and tau.
     :param observers: what to run, each for all joints; names must differ.
-    :param effort_hold: one of :data:`EFFORT_HOLDS` for all joints, or one for each.
-    :param velocity_source: ``message``, or ``position_difference``: backward difference over one
-        interval, which lags by half of it.
+    :param effort_hold: it and what follows is of
+        :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :raises ConfigurationError: if an option is unknown or an observer has another number of
         joints.
     """
@@ -84,18 +42,7 @@ class FrictionEstimator:
         velocity_source: str = 'message',
         maximum_gap_s: float = 0.05,
     ) -> None:
-        holds = [effort_hold] * robot.n if isinstance(effort_hold, str) else list(effort_hold)
-        if len(holds) != robot.n or any(hold not in EFFORT_HOLDS for hold in holds):
-            raise ConfigurationError(
-                f'effort_hold is {effort_hold!r}: use one of {", ".join(EFFORT_HOLDS)} for all '
-                f'joints or one for each of {", ".join(robot.names)}'
-            )
-        if velocity_source not in VELOCITY_SOURCES:
-            raise ConfigurationError(
-                f'velocity_source is {velocity_source!r}: use one of {", ".join(VELOCITY_SOURCES)}'
-            )
-        if not maximum_gap_s > 0.0:
-            raise ConfigurationError(f'maximum_gap_s is {maximum_gap_s}: it must be positive')
+        super().__init__(robot, effort_hold, velocity_source, maximum_gap_s)
         names = [observer.identifier for observer in observers]
         if len(set(names)) != len(names) or not names:
             raise ConfigurationError(
@@ -107,26 +54,13 @@ class FrictionEstimator:
                     f'observer {observer.identifier} has gains for {observer.n} joints where the '
                     f'robot has {robot.n} ({", ".join(robot.names)})'
                 )
-        self.robot = robot
         self.observers = {observer.identifier: observer for observer in observers}
-        self._weight_of_end = [EFFORT_HOLDS.index(hold) / 2.0 for hold in holds]
-        self.velocity_source = velocity_source
-        self.maximum_gap_s = maximum_gap_s
-        self.counts = EstimatorCounts()
+        zero = np.zeros(robot.n)
+        still = stack([Interval(1e-3, zero, zero, zero, np.eye(robot.n))])
         for observer in observers:
             # Compile now: at the first sample it would stall the node.
-            observer.start(np.zeros(robot.n))
-            observer.run(_stack([self._still(1e-3)]))
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the past: the next sample starts the observers. Counts are kept."""
-        self._t_ns: int | None = None
-        self._q = np.full(self.robot.n, np.nan)
-        self._started = False
-        self._drift = np.full(self.robot.n, np.nan)
-        self._tau = np.full(self.robot.n, np.nan)
-        self._inertia = np.full((self.robot.n, self.robot.n), np.nan)
+            observer.start(zero)
+            observer.run(still)
 
     def update(
         self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
@@ -134,10 +68,8 @@ class FrictionEstimator:
         """
         Take one sample and return tau_f of each observer, (n,) [Nm or N].
 
-        :param t_ns: stamp of measurement [ns].
-        :param q: position (n,) [rad or m].
-        :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
-        :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
+        The sample is that of :meth:`take`.
+
         :return: None for a repeated stamp; NaN where there is no estimate yet.
         :raises ConfigurationError: if an observer is a smoother.
         """
@@ -146,15 +78,15 @@ class FrictionEstimator:
             raise ConfigurationError(
                 f'observer {", ".join(offline)} needs the whole recording: use batch'
             )
-        taken = self._take(t_ns, q, v, tau)
+        taken = self.take(t_ns, q, v, tau)
         if taken is None:
             return None
-        if not isinstance(taken, _Interval):
+        if not isinstance(taken, Interval):
             for observer in self.observers.values():
                 if taken.p is not None:
                     observer.start(taken.p)
             return {name: np.full(self.robot.n, np.nan) for name in self.observers}
-        samples = _stack([taken])
+        samples = stack([taken])
         return {name: -observer.run(samples)[0] for name, observer in self.observers.items()}
 
     def batch(self, log: JointLog) -> dict[str, FloatArray]:
@@ -174,116 +106,3 @@ class FrictionEstimator:
                 tau_f[stretch.rows] = -observer.run(stretch.samples)
             result[name] = tau_f
         return result
-
-    def stretches(self, log: JointLog) -> list[Stretch]:
-        """
-        Return what the observers are driven by over a recording, one stretch per fresh start.
-
-        :raises DataError: if a joint of the robot is not in the log.
-        """
-        log = log.select(self.robot.names)
-        self.reset()
-        stretches: list[Stretch] = []
-        p_start: FloatArray | None = None
-        rows: list[int] = []
-        intervals: list[_Interval] = []
-
-        def finish() -> None:
-            if p_start is not None and rows:
-                stretches.append(Stretch(np.array(rows), p_start, _stack(intervals)))
-            rows.clear()
-            intervals.clear()
-
-        for k in range(len(log)):
-            taken = self._take(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
-            if isinstance(taken, _Interval):
-                rows.append(k)
-                intervals.append(taken)
-            elif taken is not None:
-                finish()
-                p_start = taken.p
-        finish()
-        return stretches
-
-    def _take(
-        self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
-    ) -> _Interval | _Start | None:
-        """Return the interval that ends at this sample, or a start, or None: repeated stamp."""
-        counts = self.counts
-        counts.samples += 1
-        h = np.nan
-        if self._t_ns is not None:
-            if t_ns == self._t_ns:
-                counts.repeated_stamps += 1
-                return None
-            h = (t_ns - self._t_ns) * 1e-9
-            if h < 0.0:
-                counts.time_backwards += 1
-                self.reset()
-            elif h > self.maximum_gap_s:
-                counts.gaps += 1
-                self.reset()
-        # Copies: a caller may reuse its arrays, and a strided view sums in another order.
-        q, tau = np.array(q, dtype=float), np.array(tau, dtype=float)
-        q_previous = self._q
-        if self.velocity_source == 'position_difference':
-            # NaN on a first sample: there is no velocity yet, and so no momentum to start from.
-            v = (q - q_previous) / h
-        else:
-            v = np.array(v, dtype=float)
-        self._t_ns, self._q = t_ns, q
-        for name, effort in zip(self.robot.names, tau.tolist(), strict=True):
-            if not isfinite(effort):
-                counts.without_effort[name] = counts.without_effort.get(name, 0) + 1
-        # Plain floats, here and below: NumPy takes several times as long over a few joints.
-        measured = all(map(isfinite, q.tolist()))
-        if not (measured and all(map(isfinite, v.tolist()))):
-            if self.velocity_source == 'message' or not measured:
-                counts.not_finite += 1
-            self._started = False
-            return _Start(None)
-        p, drift, inertia = self.robot.momentum_terms(q, v)
-        taken: _Interval | _Start = _Start(p)
-        if self._started:
-            integral = 0.5 * ((self._inertia + inertia) @ (q - q_previous))
-            forcing = self._held(tau) + 0.5 * (self._drift + drift)
-            taken = _Interval(h, p, integral, forcing, inertia)
-        self._started = True
-        self._drift, self._tau, self._inertia = drift, tau, inertia
-        return taken
-
-    def _held(self, tau: FloatArray) -> FloatArray:
-        # A joint whose effort counts from one end only is not lost with the other end's NaN.
-        return np.array(
-            [
-                ((1.0 - w) * before if w < 1.0 else 0.0) + (w * after if w > 0.0 else 0.0)
-                for w, before, after in zip(
-                    self._weight_of_end, self._tau.tolist(), tau.tolist(), strict=True
-                )
-            ]
-        )
-
-    def _still(self, h: float) -> _Interval:
-        zero = np.zeros(self.robot.n)
-        return _Interval(h, zero, zero, zero, np.eye(self.robot.n))
-
-
-class _Interval(NamedTuple):
-    """One row of :class:`MomentumSamples`."""
-
-    h: float
-    p: FloatArray
-    integral: FloatArray
-    forcing: FloatArray
-    inertia: FloatArray
-
-
-class _Start(NamedTuple):
-    """A sample at which the observers start; ``p`` None where they have to wait for the next."""
-
-    p: FloatArray | None
-
-
-def _stack(intervals: Sequence[_Interval]) -> MomentumSamples:
-    columns = zip(*intervals, strict=True)
-    return MomentumSamples(*(np.array(column) for column in columns))

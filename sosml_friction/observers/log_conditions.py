@@ -14,14 +14,11 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import (
-    ObserverConfiguration,
-    check_observers,
-    make_observer,
-)
+from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, gains_for_bandwidth, gains_for_conditions
-from sosml_friction.observers.signal_noise import signal_noise
+from sosml_friction.observers.registry import check_observers, make_observer
+from sosml_friction.observers.signal_noise import difference_noise, signal_noise
 
 FloatArray = NDArray[np.float64]
 
@@ -84,15 +81,9 @@ class LogConditions:
                     raise DataError(
                         f'{name} of joint {joint} cannot be measured in this recording ({meaning})'
                     )
-        return Conditions.of(
-            robot,
-            self.posture,
-            self.position_noise.tolist(),
-            self.velocity_noise.tolist(),
-            self.friction_jump.tolist(),
-            self.reversal_time.tolist(),
-            self.top_speed.tolist(),
-        )
+        noise = self.position_noise, self.velocity_noise
+        motion = self.friction_jump, self.reversal_time, self.top_speed
+        return Conditions.of(robot, self.posture, *noise, *motion)
 
 
 def measure_conditions(
@@ -121,7 +112,7 @@ def measure_conditions(
     position_noise = np.array([_noise(q, 3) for q in log.q.T])
     span = _velocity_span(log, position_noise, step) if source == 'message' else 2
     if span:
-        velocity_noise = position_noise * np.sqrt(12.0 / (span * (span**2 - 1.0))) / step
+        velocity_noise = _slope_noise(position_noise, span, step)
     else:
         velocity_noise = np.array([_noise(v, 2) for v in log.v.T])
     width = max(2, round(_SLOPE_S / step))
@@ -232,7 +223,7 @@ def _momentum_noise(log: JointLog, robot: Robot) -> FloatArray:
             for k in middle
         ]
     ).reshape(-1, robot.n)
-    return np.asarray(1.4826 * np.median(np.abs(second), axis=0) / np.sqrt(6.0))
+    return difference_noise(second, 2)
 
 
 def _runs(x: FloatArray) -> list[tuple[int, int]]:
@@ -271,14 +262,23 @@ def _noise(x: FloatArray, order: int) -> float:
     return float(max(quantum / np.sqrt(12.0), noise))
 
 
+def slope_weights(span: int, step: float) -> FloatArray:
+    """Return the weights of ``span`` positions in their least-squares slope, (span,) [1/s]."""
+    centred = np.arange(span) - 0.5 * (span - 1)
+    return np.asarray(centred / (np.sum(centred**2) * step))
+
+
+def _slope_noise(position_noise: FloatArray, span: int, step: float) -> FloatArray:
+    return np.asarray(position_noise * np.sqrt(12.0 / (span * (span**2 - 1.0))) / step)
+
+
 def _velocity_span(log: JointLog, position_noise: FloatArray, step: float) -> int:
     """Return of how many positions the velocity is the slope, 0 if of none."""
     for span in _SPANS:
         if span >= len(log):
             break
-        centred = np.arange(span) - 0.5 * (span - 1)
-        weights = centred[::-1] / (np.sum(centred**2) * step)
-        noise = position_noise * np.sqrt(12.0 / (span * (span**2 - 1.0))) / step
+        weights = slope_weights(span, step)[::-1]
+        noise = _slope_noise(position_noise, span, step)
         alike = True
         for q, v, sigma in zip(log.q.T, log.v.T, noise, strict=True):
             error = np.abs(v[span - 1 :] - np.convolve(q, weights, mode='valid'))

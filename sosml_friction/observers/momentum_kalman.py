@@ -24,6 +24,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sosml_friction.observers.crossing import crossing_probability
+from sosml_friction.observers.momentum_samples import Columns
+
 FloatArray = NDArray[np.float64]
 
 
@@ -144,6 +147,48 @@ def estimate_or_restart(x: FloatArray, begun: NDArray[np.bool_], joint: int, p: 
     begun[joint] = False
     x[1] = p
     return np.nan
+
+
+@njit(cache=True)
+def run_filter(
+    x: FloatArray,
+    P: FloatArray,
+    begun: NDArray[np.bool_],
+    samples: Columns,
+    mobilities: FloatArray,
+    gains: tuple[FloatArray, ...],
+) -> FloatArray:
+    """
+    Advance the filters of all joints, in place, and return tau_e after each interval, (N, n).
+
+    :param mobilities: M^-1 of each interval, (N, n, n); not looked at where no jump is expected.
+    :param gains: position noise, disturbance rate and crossing jump, (n,) each: the last is the
+        standard deviation of the change of friction where a joint's velocity changes its sign
+        [Nm]; zero for a random walk alone.
+    """
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, crossing_jump = gains
+    n = len(x)
+    estimate = np.empty_like(p)
+    crossing = np.zeros(n)
+    for k in range(len(p)):
+        for i in range(n):
+            if not begun[i]:
+                R = measurement_variance(inertia[k, i], position_noise)
+                begin(
+                    x[i], P[i], x[i, 1], R, h[k], disturbance_rate[i] ** 2 + crossing_jump[i] ** 2
+                )
+                begun[i] = True
+        for i in range(n):
+            if crossing_jump[i] > 0.0:
+                crossing[i] = crossing_probability(x, P, mobilities[k, i], forcing[k], h[k])
+        for i in range(n):
+            R = measurement_variance(inertia[k, i], position_noise)
+            q = disturbance_rate[i] ** 2 + crossing_jump[i] ** 2 * crossing[i] / h[k]
+            predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q)
+            update(x[i], P[i], R)
+            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
+    return estimate
 
 
 def steady_lag_filter(R: float, h: float, q: float) -> tuple[FloatArray, FloatArray]:

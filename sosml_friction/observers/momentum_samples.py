@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+#: h, p, integral, forcing and inertia, as compiled functions take them.
+Columns = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,14 @@ class MomentumSamples:
     inertia: FloatArray
 
     @property
-    def columns(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return h, p, integral, forcing and inertia, as compiled functions take them."""
+    def columns(self) -> Columns:
+        """Return h, p, integral, forcing and inertia."""
         return self.h, self.p, self.integral, self.forcing, self.inertia
+
+    @property
+    def mobility(self) -> FloatArray:
+        """Return M^-1 at the end of each interval, (N, n, n) [1/(kg m2) or 1/kg]."""
+        return np.asarray(np.linalg.inv(self.inertia), dtype=np.float64)
 
     def __len__(self) -> int:
         """Return the number of intervals."""

@@ -9,13 +9,25 @@ from numpy.typing import NDArray
 from scipy.special import comb
 
 
+def difference_noise(difference: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+    """
+    Return the standard deviation of the white noise whose differences are given, per column.
+
+    Robustly, by the median: that of the differences over sqrt(comb(2 order, order)), which white
+    noise passes and motion hardly does.
+
+    :param difference: of ``order``, (N, ...), all finite.
+    """
+    gain = np.sqrt(float(comb(2 * order, order, exact=True)))
+    return np.asarray(1.4826 * np.median(np.abs(difference), axis=0) / gain)
+
+
 def signal_noise(x: NDArray[np.float64], order: int = 3) -> tuple[float, float]:
     """
     Return the quantum of a signal and the standard deviation of its white noise, in its unit.
 
-    The quantum is the smallest step that is seen; 0 if there is none. The noise is the standard
-    deviation of the difference of ``order``, robustly (median), over sqrt(comb(2 order, order)),
-    which white noise passes and motion hardly does; 0 if there is too little of the signal.
+    The quantum is the smallest step that is seen; 0 if there is none. The noise is that of the
+    difference of ``order``, :func:`difference_noise`; 0 if there is too little of the signal.
 
     :param x: (N,); samples that are not finite are left out.
     """
@@ -25,8 +37,7 @@ def signal_noise(x: NDArray[np.float64], order: int = 3) -> tuple[float, float]:
     moved = moved[moved > 1e-9 * max(np.ptp(x[np.isfinite(x)]), 1e-300)] if len(moved) else moved
     difference = np.diff(x, order)
     difference = difference[np.isfinite(difference)]
-    gain = np.sqrt(float(comb(2 * order, order, exact=True)))
     return (
         float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
-        1.4826 * float(np.median(np.abs(difference))) / gain if len(difference) else 0.0,
+        float(difference_noise(difference, order)) if len(difference) else 0.0,
     )

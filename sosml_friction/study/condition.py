@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.momentum_sampler import MomentumSampler
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 from sosml_friction.study.mismatched_robot import MismatchedRobot
@@ -94,23 +93,11 @@ def observe(
 
 
 def _observe(run: StudyRun, robot: Robot, log: JointLog) -> Observation:
-    # The estimator makes the samples; the observer it asks for is not run.
-    estimator = FrictionEstimator(
-        robot,
-        [FirstOrder({'cutoff': [1.0] * robot.n})],
-        'start',
-        'message' if np.isfinite(log.v).all() else 'position_difference',
-    )
-    (stretch,) = estimator.stretches(log)
+    source = 'message' if np.isfinite(log.v).all() else 'position_difference'
+    (stretch,) = MomentumSampler(robot, 'start', source).stretches(log)
     rows, truth = stretch.rows, run.log
     floor = np.zeros((len(rows), robot.n))
     if isinstance(robot, MismatchedRobot):
         floor = robot.friction_error(truth.q[rows], truth.tau[rows], run.friction[rows])
-    return Observation(
-        truth.time[rows],
-        truth.v[rows],
-        run.friction[rows],
-        floor,
-        stretch.p_start,
-        stretch.samples,
-    )
+    driven = stretch.p_start, stretch.samples
+    return Observation(truth.time[rows], truth.v[rows], run.friction[rows], floor, *driven)

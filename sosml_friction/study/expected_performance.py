@@ -6,14 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.observers.configuration import make_observer
+from sosml_friction.observers.kinds.kalman_stribeck import SMOOTHING_VELOCITY
+from sosml_friction.observers.log_conditions import LogConditions, slope_weights
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.recipe import SMOOTHING_VELOCITY
+from sosml_friction.observers.registry import make_observer
 from sosml_friction.study.metrics import SETTLED, settled_after
 
 FloatArray = NDArray[np.float64]
@@ -43,13 +45,7 @@ class Expectation:
 def expected_performance(
     gains: Mapping[str, Mapping[str, Sequence[float]]],
     inertia: FloatArray,
-    step: float,
-    position_noise: FloatArray,
-    velocity_noise: FloatArray,
-    velocity_span: int,
-    friction_jump: FloatArray,
-    reversal_time: FloatArray,
-    top_speed: FloatArray,
+    measured: LogConditions,
 ) -> dict[str, Expectation]:
     """
     Run observers over sinusoidal motion with friction of D / 2 and the noise of the encoders.
@@ -61,10 +57,12 @@ def expected_performance(
 
     :param gains: of the observers to run, by identifier.
     :param inertia: M at the posture, (n, n).
+    :param measured: all of it known, and every joint with a top speed.
     :return: by identifier.
     """
-    n = len(position_noise)
-    way = np.clip(reversal_time, _SHORTEST, _LONGEST)
+    n, step, top_speed = len(measured.joints), measured.step, measured.top_speed
+    friction_jump = measured.friction_jump
+    way = np.clip(measured.reversal_time, _SHORTEST, _LONGEST)
     count = int(np.ceil(_REVERSALS * float(way.max()) / step)) + 1
     t = np.arange(count)[:, None] * step
     omega = np.pi / way
@@ -81,21 +79,19 @@ def expected_performance(
     forcing = np.diff(v, axis=0) @ inertia / step + friction[1:]
     fixed = np.broadcast_to(inertia, (count - 1, n, n)).copy()
     h = np.full(count - 1, step)
-    measurements: list[tuple[FloatArray, MomentumSamples]] = []
 
+    @cache
     def measurement(seed: int) -> tuple[FloatArray, MomentumSamples]:
-        if seed == len(measurements):
-            rng = np.random.default_rng(seed)
-            measured = q + position_noise * rng.normal(size=q.shape)
-            if velocity_span:
-                seen = _slope(measured, velocity_span, step)
-            else:
-                seen = v + velocity_noise * rng.normal(size=v.shape)
-            samples = MomentumSamples(
-                h, seen[1:] @ inertia, np.diff(measured, axis=0) @ inertia, forcing, fixed
-            )
-            measurements.append((seen[0] @ inertia, samples))
-        return measurements[seed]
+        rng = np.random.default_rng(seed)
+        read = q + measured.position_noise * rng.normal(size=q.shape)
+        if measured.velocity_span:
+            seen = _slope(read, measured.velocity_span, step)
+        else:
+            seen = v + measured.velocity_noise * rng.normal(size=v.shape)
+        samples = MomentumSamples(
+            h, seen[1:] @ inertia, np.diff(read, axis=0) @ inertia, forcing, fixed
+        )
+        return seen[0] @ inertia, samples
 
     found = {}
     for name, values in gains.items():
@@ -117,11 +113,9 @@ def expected_performance(
 
 def _slope(q: FloatArray, span: int, step: float) -> FloatArray:
     """Return the least-squares slope of the last ``span`` positions; the first one is at rest."""
-    centred = np.arange(span) - 0.5 * (span - 1)
-    weights = centred / (np.sum(centred**2) * step)
     padded = np.concatenate([np.repeat(q[:1], span - 1, axis=0), q])
     windows = np.lib.stride_tricks.sliding_window_view(padded, span, axis=0)
-    return np.array(windows @ weights)
+    return np.array(windows @ slope_weights(span, step))
 
 
 def _judge(

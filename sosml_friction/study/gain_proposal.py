@@ -18,11 +18,11 @@ from rich.text import Text
 
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import RecordedRobot, effort_holds
-from sosml_friction.observers.configuration import CAUSAL, OBSERVERS, check_observers
-from sosml_friction.observers.friction_estimator import EFFORT_HOLDS
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
-from sosml_friction.observers.recipe import Gains, gains_for_conditions
-from sosml_friction.report.common.labels import observer_label
+from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
+from sosml_friction.observers.recipe import gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS, check_observers
+from sosml_friction.observers.search_space import Gains
 from sosml_friction.study.expected_performance import Expectation, expected_performance
 
 FORMAT = 'sosml_friction/tune/1'
@@ -47,7 +47,7 @@ class GainProposal:
     @property
     def on_line(self) -> tuple[str, ...]:
         """Return those observers that can run in a node."""
-        return tuple(name for name in self.gains if name in CAUSAL)
+        return tuple(name for name in self.gains if OBSERVERS[name].causal)
 
 
 def parse_stated(name: str, entries: Sequence[str], joints: Sequence[str]) -> dict[str, float]:
@@ -129,17 +129,8 @@ def propose_gains(
     gains = {key: recipe[key] for key in (observers or OBSERVERS)}
     # A joint that hardly moved is tried at a speed at which its encoder sees it move.
     slowest = 50.0 * measured.position_noise / np.maximum(measured.reversal_time, 0.1)
-    expected = expected_performance(
-        gains,
-        robot.inertia(measured.posture),
-        measured.step,
-        measured.position_noise,
-        measured.velocity_noise,
-        measured.velocity_span,
-        measured.friction_jump,
-        measured.reversal_time,
-        np.maximum(measured.top_speed, slowest),
-    )
+    tried = replace(measured, top_speed=np.maximum(measured.top_speed, slowest))
+    expected = expected_performance(gains, robot.inertia(measured.posture), tried)
     return GainProposal(name, measured, stated, robot.effort_units, gains, expected, holds)
 
 
@@ -153,7 +144,7 @@ def proposal_document(proposal: GainProposal) -> dict[str, Any]:
                 'gains': {gain: values[i] for gain, values in gains.items()},
                 'noise': proposal.expected[name].noise[i],
                 'settle_s': proposal.expected[name].settle_s[i],
-                'on_line': name in CAUSAL,
+                'on_line': OBSERVERS[name].causal,
             }
             for name, gains in proposal.gains.items()
         }
@@ -236,15 +227,9 @@ def write_parameters(path: Path, proposal: GainProposal) -> None:
 def proposal_view(proposal: GainProposal) -> RenderableType:
     """Return what was measured, and the gains with what they are expected to do, as tables."""
     c = proposal.conditions
-    measured = Table(box=box.SIMPLE, pad_edge=False)
-    for heading in (
-        'joint',
-        'position noise',
-        'velocity noise',
-        'friction jump',
-        'reversals every',
-    ):
-        measured.add_column(heading, justify='left' if heading == 'joint' else 'right')
+    measured = Table('joint', box=box.SIMPLE, pad_edge=False)
+    for heading in ('position noise', 'velocity noise', 'friction jump', 'reversals every'):
+        measured.add_column(heading, justify='right')
     for i, joint in enumerate(c.joints):
         effort = proposal.effort_units[i]
         length = 'rad' if effort == 'Nm' else 'm'
@@ -255,29 +240,24 @@ def proposal_view(proposal: GainProposal) -> RenderableType:
             for quantity, unit in zip(STATED, units, strict=True)
         ]
         measured.add_row(joint, *cells)
-    proposed = Table(box=box.SIMPLE, pad_edge=False)
-    proposed.add_column('joint')
-    proposed.add_column('observer')
+    proposed = Table('joint', 'observer', box=box.SIMPLE, pad_edge=False)
     proposed.add_column('noise', justify='right')
     proposed.add_column('settles in', justify='right')
     proposed.add_column('gains', overflow='fold')
     for i, joint in enumerate(c.joints):
         for k, (name, gains) in enumerate(proposal.gains.items()):
             expected = proposal.expected[name]
-            settle = expected.settle_s[i]
+            noise, settle = expected.noise[i], expected.settle_s[i]
             proposed.add_row(
                 joint if k == 0 else '',
-                observer_label(name),
-                f'{_without_rounding(expected.noise[i]):.3g} {proposal.effort_units[i]}',
+                OBSERVERS[name].label,
+                # What is left of rounding is no noise.
+                f'{noise if noise > 1e-12 else 0.0:.3g} {proposal.effort_units[i]}',
                 f'{1e3 * settle:.0f} ms' if np.isfinite(settle) else 'never',
                 ', '.join(f'{gain} {values[i]:.4g}' for gain, values in gains.items()),
                 end_section=k == len(proposal.gains) - 1,
             )
     return Group(measured, Text(_velocity_text(c)), proposed, Text(_REMARK))
-
-
-def _without_rounding(noise: float) -> float:
-    return noise if noise > 1e-12 else 0.0
 
 
 _REMARK = (

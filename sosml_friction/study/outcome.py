@@ -8,12 +8,11 @@ import math
 from collections.abc import Sequence
 
 from sosml_friction.model.laws import FrictionLaw
-from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.study.curve_fit import fit_raw
 from sosml_friction.study.metrics import SCORED_FROM_S
 from sosml_friction.study.plant import SMOOTHING_VELOCITY
 from sosml_friction.study.run import Study, rmse_mean
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 #: The cases whose estimates a friction law is fitted to, as in the paper's Figures 2 and 4.
@@ -22,7 +21,7 @@ FITTED: tuple[Case, ...] = (('slow', 'nominal'), ('reversal', 'mismatch'))
 
 def is_causal(name: str) -> bool:
     """Tell whether an observer of the study runs on line."""
-    return OBSERVERS[SEARCH[name].observer].causal
+    return study_variants()[name].observer.causal
 
 
 def ranked(study: Study, case: Case, tuning: str = 'case') -> list[str]:

@@ -13,31 +13,20 @@ without noise there is one signal, on which both happens.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.study.condition import (
-    CONDITIONS,
-    Observation,
-    encoder_noise,
-    observe,
-)
+from sosml_friction.study.condition import CONDITIONS, Observation, encoder_noise, observe
 from sosml_friction.study.metrics import SCORED_FROM_S, Score
 from sosml_friction.study.motion import MOTIONS
 from sosml_friction.study.parallel import available_cores, run_all, workers
 from sosml_friction.study.plant import PLANT_STEP, simulate, study_robot
-from sosml_friction.study.search import SEARCH
-from sosml_friction.study.task import (
-    Case,
-    StudyTask,
-    SweepPoint,
-    TaskResult,
-    run_task,
-)
+from sosml_friction.study.search import study_variants
+from sosml_friction.study.task import Case, StudyTask, SweepPoint, run_task
 
 FloatArray = NDArray[np.float64]
 
@@ -62,7 +51,7 @@ class StudySettings:
     """
     Choose the extent of the study.
 
-    :param observers: keys of ``SEARCH``.
+    :param observers: names of :func:`~sosml_friction.study.search.study_variants`.
     :param seeds: noise seeds 1..seeds are scored, 1 to 100.
     :param tuning_seeds: noise seeds 101.. are averaged in tuning, 1 to 100.
     :param evaluations: gain sets tried in each tuning, 4 to 100000.
@@ -73,7 +62,7 @@ class StudySettings:
 
     motions: Sequence[str] = tuple(MOTIONS)
     conditions: Sequence[str] = CONDITIONS
-    observers: Sequence[str] = tuple(SEARCH)
+    observers: Sequence[str] = field(default_factory=lambda: tuple(study_variants()))
     seeds: int = 5
     tuning_seeds: int = 2
     evaluations: int = 300
@@ -84,7 +73,7 @@ class StudySettings:
         for what, chosen, known in (
             ('motion', self.motions, tuple(MOTIONS)),
             ('condition', self.conditions, CONDITIONS),
-            ('observer', self.observers, tuple(SEARCH)),
+            ('observer', self.observers, tuple(study_variants())),
         ):
             unknown = [name for name in chosen if name not in known]
             if unknown:
@@ -152,16 +141,13 @@ class Study:
 
     def row(self, case: Case, observer: str, tuning: str = 'case') -> StudyRow:
         """Return one row."""
-        (row,) = [
-            row
-            for row in self.rows
-            if (row.motion, row.condition, row.observer, row.tuning) == (*case, observer, tuning)
-        ]
+        wanted = (*case, observer, tuning)
+        (row,) = [r for r in self.rows if (r.motion, r.condition, r.observer, r.tuning) == wanted]
         return row
 
     def estimate(self, row: StudyRow) -> FloatArray:
         """Return tau_f (N, n) [Nm] that a row's observer says of the observation of its case."""
-        observer = SEARCH[row.observer].make(row.gains)
+        observer = study_variants()[row.observer].observer(row.gains)
         return self.observations[row.motion, row.condition].estimate(observer)
 
 
@@ -190,25 +176,17 @@ def run_study(
         tuned_on = {case: pair[0] for cases in prepared for case, pair in cases.items()}
         scored_on = {case: pair[1] for cases in prepared for case, pair in cases.items()}
         plan = _plan(settings, tuned_on, scored_on)
+        known = list(study_variants())
         # The last observers are the slowest: they come first, so that none is left at the end.
-        order = sorted(range(len(plan)), key=lambda k: -list(SEARCH).index(plan[k][0]))
-        results: dict[int, TaskResult] = dict(
-            zip(
-                order,
-                run_all(
-                    pool,
-                    run_task,
-                    [plan[k][2] for k in order],
-                    lambda done: progress(
-                        f'tuning and scoring, {done} of {len(plan)}', done / len(plan)
-                    ),
-                ),
-                strict=True,
-            )
+        plan.sort(key=lambda planned: -known.index(planned[0]))
+        results = run_all(
+            pool,
+            run_task,
+            [task for _, _, task in plan],
+            lambda done: progress(f'tuning and scoring, {done} of {len(plan)}', done / len(plan)),
         )
     rows, sweeps = [], {}
-    for k, (name, tuning, _) in enumerate(plan):
-        result = results[k]
+    for (name, tuning, _), result in zip(plan, results, strict=True):
         for (motion, condition), scores in result.scores.items():
             rows.append(StudyRow(motion, condition, name, tuning, result.gains, scores))
         if result.sweep:
@@ -241,9 +219,10 @@ def _plan(
     plan = []
     noisy = [tuned_on[case] for case in tuned_on if case[1] == 'noise']
     for name in settings.observers:
+        variant = study_variants()[name]
         for case, observations in tuned_on.items():
             task = StudyTask(
-                name,
+                variant,
                 [observations],
                 {case: scored_on[case]},
                 settings.evaluations,
@@ -252,7 +231,7 @@ def _plan(
             )
             plan.append((name, 'case', task))
         if len(noisy) > 1:
-            task = StudyTask(name, noisy, scored_on, settings.evaluations, noise)
+            task = StudyTask(variant, noisy, scored_on, settings.evaluations, noise)
             plan.append((name, 'shared', task))
     return plan
 

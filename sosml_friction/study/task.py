@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.observers.search_space import Gains
 from sosml_friction.study.condition import Observation
 from sosml_friction.study.metrics import SCORED_FROM_S, Score, score
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import StudyVariant
 from sosml_friction.study.tuning import minimise
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +31,6 @@ class StudyTask:
     """
     Say what to tune and to score.
 
-    :param observer: key of ``SEARCH``.
     :param tuned_on: groups of observations; the sum over groups of the mean square error over a
         group is minimised, for each joint.
     :param scored_on: observations by case.
@@ -39,7 +39,7 @@ class StudyTask:
     :param swept_on: the case in which the Pareto front is made, if any.
     """
 
-    observer: str
+    variant: StudyVariant
     tuned_on: Sequence[Sequence[Observation]]
     scored_on: Mapping[Case, Sequence[Observation]]
     evaluations: int
@@ -60,55 +60,41 @@ class SweepPoint:
 class TaskResult:
     """Hold the gains found, and per case the scores of each joint."""
 
-    gains: dict[str, list[float]]
+    gains: Gains
     scores: dict[Case, list[Score]]
     sweep: list[SweepPoint] = field(default_factory=list)
 
 
 def run_task(task: StudyTask) -> TaskResult:
     """Tune with exactly the evaluations of the task, and score."""
-    study_observer = SEARCH[task.observer]
+    observer, space = task.variant
     n = task.tuned_on[0][0].friction.shape[1]
 
-    def gains_at(points: FloatArray) -> dict[str, list[float]]:
-        return study_observer.gains(points, task.position_noise)
-
     def objective(points: FloatArray) -> FloatArray:
-        gains = gains_at(points)
+        gains = task.variant.gains(points, task.position_noise)
         total = np.zeros(n)
         # Gains far off may overflow: what comes out is not finite, and not chosen.
         with np.errstate(over='ignore', invalid='ignore'):
             for group in task.tuned_on:
                 for observation in group:
-                    estimate = observation.estimate(study_observer.make(gains))
+                    estimate = observation.estimate(observer(gains))
                     error = (estimate - observation.friction)[observation.time > SCORED_FROM_S]
                     total += np.mean(error**2, axis=0) / len(group)
         return total
 
-    points, _ = minimise(objective, n, len(study_observer.ranges), task.evaluations)
-    gains = gains_at(points)
+    def scores_of(gains: Gains, case: Case, observations: Sequence[Observation]) -> list[Score]:
+        estimates = [observation.estimate(observer(gains)) for observation in observations]
+        return [score(observations, estimates, joint, case[1] == 'noise') for joint in range(n)]
+
+    points, _ = minimise(objective, n, len(space.ranges), task.evaluations)
+    gains = task.variant.gains(points, task.position_noise)
     # Gains tuned for another case, or swept, may be far off as well.
     with np.errstate(over='ignore', invalid='ignore'):
-        scores = {
-            case: _scores(task.observer, gains, case, observations)
-            for case, observations in task.scored_on.items()
-        }
+        scores = {case: scores_of(gains, case, seen) for case, seen in task.scored_on.items()}
         sweep = []
         if task.swept_on is not None:
-            observations = task.scored_on[task.swept_on][:_SWEEP_SEEDS]
+            seen = task.scored_on[task.swept_on][:_SWEEP_SEEDS]
             for factor in SWEEP.tolist():
-                faster = study_observer.faster(gains, factor)
-                swept = _scores(task.observer, faster, task.swept_on, observations)
+                swept = scores_of(space.faster(gains, factor), task.swept_on, seen)
                 sweep.append(SweepPoint(factor, swept[0].noise_std, swept[0].settle_s))
     return TaskResult(gains, scores, sweep)
-
-
-def _scores(
-    observer: str,
-    gains: dict[str, list[float]],
-    case: Case,
-    observations: Sequence[Observation],
-) -> list[Score]:
-    estimates = [o.estimate(SEARCH[observer].make(gains)) for o in observations]
-    n = estimates[0].shape[1]
-    return [score(observations, estimates, joint, case[1] == 'noise') for joint in range(n)]

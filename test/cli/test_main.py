@@ -15,7 +15,7 @@ from sosml_friction.cli import main
 from sosml_friction.cli.app import app
 from sosml_friction.cli.options import IMPORTED
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.configuration import OBSERVERS
+from sosml_friction.observers.registry import OBSERVERS
 
 
 @pytest.mark.parametrize('command', ['fit', 'tune', 'diagnose', 'simulate', 'info'])

@@ -6,7 +6,7 @@ import pytest
 import yaml
 from slider_bags import COULOMB, VISCOUS, checked, record, slider_log
 
-from sosml_friction.observers.configuration import OBSERVERS, make_observer
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 
 
 def test_tune_measures_and_proposes_gains_for_every_observer(sosml, encoder_bag):

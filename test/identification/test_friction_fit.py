@@ -18,10 +18,10 @@ from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
-from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS, configuration_for
 from sosml_friction.observers.recipe import gains_for_bandwidth
+from sosml_friction.observers.registry import make_observer
 from sosml_friction.share import share_directory
 
 REPOSITORY = Path(__file__).resolve().parents[2]

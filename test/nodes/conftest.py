@@ -17,9 +17,9 @@ import pytest
 
 from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.observers.configuration import CAUSAL, make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
+from sosml_friction.observers.registry import make_observer, on_line_names
 from sosml_friction.share import share_directory
 
 os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -27,6 +27,7 @@ os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
 # Wrong types in a message are an error here, not bytes on the wire.
 os.environ.setdefault('ROS_PYTHON_CHECK_FIELDS', '1')
 
+SHARED = Path(__file__).resolve().parents[1] / 'shared'
 #: A condition that has not come true by then never will; no test judges how long it took.
 PATIENCE = 60.0
 
@@ -37,18 +38,21 @@ def compiled() -> None:
     conditions = ([1e-4], [1e-3], [1.0], [1.0])
     robot = read_model(share_directory() / 'config' / 'emps').make_robot()
     gains = recipe_gains(robot, BANDWIDTH, *conditions)
-    FrictionEstimator(robot, [make_observer(name, gains[name]) for name in CAUSAL])
+    FrictionEstimator(robot, [make_observer(name, gains[name]) for name in on_line_names()])
     emulated_exoskeleton()
 
 
 class NodeProcess:
     """A node of the package as a program, its output in a file."""
 
-    def __init__(self, name: str, arguments: list[str], log: Path) -> None:
+    def __init__(self, name: str, arguments: list[str], log: Path, module: str) -> None:
         self.name, self.log = name, log
+        module = module or f'sosml_friction.nodes.{name}'
+        path = os.pathsep.join([str(SHARED), os.environ.get('PYTHONPATH', '')])
         with log.open('wb') as stream:
             self.process = subprocess.Popen(
-                [sys.executable, '-m', f'sosml_friction.nodes.{name}', *arguments],
+                [sys.executable, '-m', module, *arguments],
+                env={**os.environ, 'PYTHONPATH': path},
                 stdin=subprocess.DEVNULL,
                 stdout=stream,
                 stderr=subprocess.STDOUT,
@@ -128,13 +132,15 @@ def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
     """Return a function that starts a node by name with ``key:=value`` parameters."""
     started: list[NodeProcess] = []
 
-    def start(name: str, *parameters: str, files: tuple[Path, ...] = ()) -> NodeProcess:
+    def start(
+        name: str, *parameters: str, files: tuple[Path, ...] = (), module: str = ''
+    ) -> NodeProcess:
         arguments = ['--ros-args']
         for file in files:
             arguments += ['--params-file', str(file)]
         for parameter in parameters:
             arguments += ['-p', parameter]
-        node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log')
+        node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log', module)
         started.append(node)
         return node
 

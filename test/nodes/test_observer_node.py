@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from outside_observer import define_observer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -19,7 +20,9 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.urdf_bodies import with_bodies
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.observers.configuration import CAUSAL, parse_configuration
+from sosml_friction.observers.configuration import parse_configuration
+from sosml_friction.observers.observer import Observer
+from sosml_friction.observers.registry import on_line_names
 from sosml_friction.share import share_directory
 
 NAMES = ('shoulder', 'elbow')
@@ -51,7 +54,9 @@ def stamp(state: JointState) -> int:
     return state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
 
 
-def published(ros, urdf_path, start_node, *parameters, observers=('first_order', 'sosml')):
+def published(
+    ros, urdf_path, start_node, *parameters, observers=('first_order', 'sosml'), module=''
+):
     """Start observers and return (publisher, estimates of all topics, configuration)."""
     estimates = {
         topic: ros.collect(JointState, topic, JOINT_STATES)
@@ -62,7 +67,7 @@ def published(ros, urdf_path, start_node, *parameters, observers=('first_order',
     }
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
     output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
-    start_node('observer_node', *parameters)
+    start_node('observer_node', *parameters, module=module)
     ros.spin_until(lambda: output.get_subscription_count() and configuration)
     for topic in estimates:
         ros.spin_until(lambda topic=topic: ros.node.count_publishers(topic) == 1)
@@ -75,9 +80,9 @@ def published(ros, urdf_path, start_node, *parameters, observers=('first_order',
         (1500, ('first_order', 'sosml'), ()),
         (
             500,
-            CAUSAL,
+            on_line_names(),
             (
-                f'observers:=[{",".join(CAUSAL)}]',
+                f'observers:=[{",".join(on_line_names())}]',
                 'friction_jump:=[2.0,1.0]',
                 'reversal_time:=[1.0,1.0]',
                 'position_noise:=[5.0e-5,5.0e-5]',
@@ -124,6 +129,31 @@ def test_every_message_gets_one_estimate_per_observer_with_its_stamp_and_the_bat
     np.testing.assert_array_equal(selected, batch['sosml'])
     position = np.array([state.position for state in estimates['friction_estimate']])
     np.testing.assert_array_equal(position, log.q)
+
+
+def test_an_observer_from_outside_the_package_runs_in_the_node(
+    ros, urdf_path, start_node, monkeypatch
+):
+    """Defined by another program, which then runs the node: every message gets its estimate."""
+    monkeypatch.setattr(Observer, 'known', dict(Observer.known))
+    define_observer()
+    description = ros.node.create_publisher(String, 'robot_description', LATCHED)
+    description.publish(String(data=urdf_path.read_text()))
+    parameters = ('observers:=[leaky]', 'selected:=leaky', 'leaky.time_constant:=[0.02,0.03]')
+    output, estimates, configuration = published(
+        ros, urdf_path, start_node, *parameters, observers=('leaky',), module='outside_observer'
+    )
+    sent = [message(k) for k in range(200)]
+    for state in sent:
+        output.publish(state)
+    received = estimates['friction_estimate/leaky']
+    ros.spin_until(lambda: len(received) >= len(sent))
+    robot = read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
+    estimator = parse_configuration(configuration[0].data, 'test').make_estimator(robot)
+    for state, estimate in zip(sent, received, strict=True):
+        columns = (np.array(x) for x in (state.position, state.velocity, state.effort))
+        expected = estimator.update(stamp(state), *columns)['leaky']
+        np.testing.assert_array_equal(estimate.effort, expected)
 
 
 def test_a_diagnosed_model_gives_its_own_body_and_the_torque_behind_the_effort(

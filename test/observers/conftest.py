@@ -14,8 +14,8 @@ from scipy.linalg import expm
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
 from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.kinds.first_order import FirstOrder
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 from sosml_friction.study.motion import reversal, slow

@@ -10,11 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.configuration import (
-    OBSERVERS,
-    ObserverConfiguration,
-    parse_configuration,
-)
+from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
+from sosml_friction.observers.registry import OBSERVERS
 
 numbers = st.floats(0.0, allow_infinity=False)
 

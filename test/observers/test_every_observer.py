@@ -1,15 +1,11 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-What holds for every observer of the registry, on two joints and on seven.
-
-A new observer needs one entry in CASES; without it the tests of that observer say so.
-"""
+"""What holds for every observer of the registry, on two joints and on seven."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,107 +13,42 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import OBSERVERS, make_observer, refuse_offline
+from sosml_friction.observers import kinds
+from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.recipe import gains_for_conditions, recipe_gains
+from sosml_friction.observers.registry import OBSERVERS, make_observer, refuse_offline
 from sosml_friction.report.common.labels import observer_label
 
 ENCODER_NOISE = 5e-5
 H_NS = 1_000_000
 
 
-@dataclass(frozen=True)
-class Case:
-    """
-    Say how an observer is to be tested.
-
-    :param gains: of one joint, such that the observer settles within a second on 1 kHz samples.
-    :param coupled: the estimate of a joint depends on the effort of the others.
-    :param pace: how fast the motion is in which it finds a constant friction.
-    :param steady_error: relative error of a constant friction of about 1 Nm that may remain.
-    """
-
-    gains: dict[str, float]
-    coupled: bool = False
-    steady_error: float = 1e-3
-    pace: float = 1.0
-
-
-CASES = {
-    # What accelerates is friction to it: it is promised for slow motion only.
-    'quasi_static': Case({'cutoff': 40.0}, pace=0.01),
-    'first_order': Case({'cutoff': 40.0}),
-    'first_order_prefiltered': Case({'cutoff': 60.0, 'prefilter_cutoff': 50.0}),
-    'linear_second_order': Case({'natural_frequency': 40.0, 'damping_ratio': 0.5}),
-    'sosml': Case({'sliding': 5.0, 'sliding_root': 3.6, 'linear': 1600.0, 'linear_damping': 40.0}),
-    'sosml_explicit': Case(
-        {
-            'sliding': 5.0,
-            'sliding_root': 3.6,
-            'linear': 1600.0,
-            'linear_damping': 40.0,
-            'boundary': 0.01,
-        }
-    ),
-    'kalman': Case({'position_noise': ENCODER_NOISE, 'disturbance_rate': 2.0}),
-    'kalman_adaptive': Case(
-        {'position_noise': ENCODER_NOISE, 'disturbance_rate': 1.0, 'adaptation_rate': 10.0}
-    ),
-    'kalman_scheduled': Case(
-        {'position_noise': ENCODER_NOISE, 'disturbance_rate': 1.0, 'crossing_jump': 0.5},
-        coupled=True,
-    ),
-    'kalman_imm': Case(
-        {
-            'position_noise': ENCODER_NOISE,
-            'disturbance_rate': 1.0,
-            'crossing_jump': 0.6,
-            'jump_memory': 0.2,
-        },
-        coupled=True,
-    ),
-    'kalman_stribeck': Case(
-        {
-            'position_noise': ENCODER_NOISE,
-            'friction': 1.0,
-            'viscous': 0.3,
-            'residual': 0.1,
-            'residual_time': 1.0,
-            'stribeck_velocity': 0.03,
-            'smoothing_velocity': 0.005,
-        },
-        coupled=True,
-        # Prior knowledge: a friction that does not follow its law is believed but slowly.
-        steady_error=0.02,
-    ),
-    'smoother': Case(
-        {
-            'position_noise': ENCODER_NOISE,
-            'disturbance_rate': 1.0,
-            'crossing_rate': 5.0,
-            'crossing_velocity': 0.05,
-        },
-        coupled=True,
-    ),
-}
-
-
-def case_of(name: str) -> Case:
-    if name not in CASES:
-        pytest.fail(
-            f'observer {name} is in OBSERVERS but has no entry in CASES of {__file__}: add its '
-            'gains there'
-        )
-    return CASES[name]
-
-
 def make(name: str, n: int, effort_unit: float = 1.0):
-    """Return an observer of n equal joints; gains in Nm scaled to a unit that many times less."""
+    """
+    Return an observer of n equal joints; gains in Nm scaled to a unit that many times less.
+
+    Gains by recipe for a friction of 1 Nm either way: it settles within a second.
+    """
+    stated = (ENCODER_NOISE, 0.004, 1e-4, 2.0, 1.0, 1.0)
+    conditions = Conditions(tuple(f'j{i}' for i in range(n)), *(np.full(n, x) for x in stated))
     gains = {}
-    for gain, value in case_of(name).gains.items():
-        unit = OBSERVERS[name].gain_units[gain]
-        gains[gain] = [value * effort_unit ** effort_power(unit)] * n
+    for gain, values in gains_for_conditions(conditions)[name].items():
+        scale = effort_unit ** effort_power(OBSERVERS[name].gain_units[gain])
+        gains[gain] = [value * scale for value in values]
     return make_observer(name, gains)
+
+
+def steady_error(name: str) -> float:
+    """Return the relative error of a constant friction that may remain."""
+    # Prior knowledge: a friction that does not follow its law is believed but slowly.
+    return 0.03 if OBSERVERS[name].carries_law else 1e-3
+
+
+def pace(name: str) -> float:
+    """Return how fast the motion is in which an observer is to find a constant friction."""
+    return 0.01 if OBSERVERS[name].slow_motion_only else 1.0
 
 
 def effort_power(unit: str) -> float:
@@ -190,16 +121,16 @@ def test_a_constant_friction_is_found_without_error(robot, name):
     which is h^2 / 12 of its second derivative, 1e-6 Nm.
     """
     friction = np.linspace(0.8, 1.2, robot.n)
-    tau_f = batch(robot, name, recording(robot, 2500, friction, pace=case_of(name).pace))
+    tau_f = batch(robot, name, recording(robot, 2500, friction, pace=pace(name)))
     error = np.abs(tau_f[-200:] - friction) / friction
-    assert error.max() < case_of(name).steady_error
+    assert error.max() < steady_error(name)
 
 
 @every
 def test_a_disturbance_against_no_motion_is_found_without_error(drive, name):
     """A joint at constant velocity whose effort is all friction."""
     estimate = drive(make(name, 1), np.full(4000, 0.2), np.full(4000, -0.7), 1e-3)
-    np.testing.assert_allclose(estimate[-200:], 0.7, rtol=case_of(name).steady_error)
+    np.testing.assert_allclose(estimate[-200:], 0.7, rtol=steady_error(name))
 
 
 @pytest.mark.parametrize('name', [name for name in OBSERVERS if OBSERVERS[name].causal])
@@ -246,30 +177,30 @@ def test_a_missing_effort_concerns_its_joint_only_and_heals(robot, name):
 
     To the last bit, or, where they are coupled, within a tenth of the friction.
     """
-    log = recording(robot, 1200, np.full(robot.n, 1.0), pace=case_of(name).pace)
+    log = recording(robot, 1200, np.full(robot.n, 1.0), pace=pace(name))
     plain = batch(robot, name, log)
     tau = log.tau.copy()
     tau[500:503, 0] = np.nan
     hole = batch(robot, name, replace(log, tau=tau))
     # Mean of two efforts: the interval after the last missing one lacks it too.
     assert np.flatnonzero(np.isnan(hole[:, 0])).tolist() == [0, 500, 501, 502, 503]
-    if case_of(name).coupled:
+    if OBSERVERS[name].coupled:
         np.testing.assert_allclose(hole[100:, 1:], plain[100:, 1:], atol=0.1)
     else:
         np.testing.assert_array_equal(hole[:, 1:], plain[:, 1:])
         np.testing.assert_array_equal(hole[:500, 0], plain[:500, 0])
-    np.testing.assert_allclose(hole[-50:, 0], 1.0, atol=10.0 * case_of(name).steady_error)
+    np.testing.assert_allclose(hole[-50:, 0], 1.0, atol=10.0 * steady_error(name))
 
 
 @every
 def test_a_joint_that_never_has_effort_leaves_the_others_their_estimates(robot, name):
-    log = recording(robot, 1200, np.full(robot.n, 1.0), pace=case_of(name).pace)
+    log = recording(robot, 1200, np.full(robot.n, 1.0), pace=pace(name))
     plain = batch(robot, name, log)
     tau = log.tau.copy()
     tau[:, -1] = np.nan
     without = batch(robot, name, replace(log, tau=tau))
     assert np.isnan(without[:, -1]).all()
-    tolerance = 0.1 if case_of(name).coupled else 0.0
+    tolerance = 0.1 if OBSERVERS[name].coupled else 0.0
     np.testing.assert_allclose(without[300:, :-1], plain[300:, :-1], rtol=0.0, atol=tolerance)
 
 
@@ -314,16 +245,51 @@ def test_signals_beyond_all_bounds_are_survived(drive, name, momentum, forcing):
     estimate = drive(make(name, 2), p, u, 1e-3)
     assert not np.isinf(estimate).any()
     assert np.isfinite(estimate[:, 1]).all()
-    if not case_of(name).coupled:
+    if not OBSERVERS[name].coupled:
         np.testing.assert_array_equal(estimate[:, 1], plain[:, 1])
 
 
 @every
-def test_it_has_a_label_and_a_unit_for_every_gain(name):
-    assert observer_label(name) != name
-    assert all(OBSERVERS[name].gain_units.values())
-    assert set(OBSERVERS[name].positive_gains) <= set(OBSERVERS[name].gain_units)
-    assert OBSERVERS[name].identifier == name
+def test_it_says_what_it_is(name):
+    """Label, place, gains with units, and a search of each gain that is not told or fixed."""
+    observer = OBSERVERS[name]
+    assert observer.identifier == name
+    assert observer_label(name) == observer.label
+    assert [other.label for other in OBSERVERS.values()].count(observer.label) == 1
+    assert all(observer.gain_units.values())
+    assert set(observer.positive_gains) <= set(observer.gain_units)
+    assert observer.study
+    for variant, space in observer.study.items():
+        assert observer_label(variant) == (space.label or observer.label)
+        searched = {*space.ranges, *space.fixed}
+        assert searched | {'position_noise'} >= set(observer.gain_units) >= searched
+        assert space.sweep[0] in space.ranges
+
+
+@every
+def test_its_recipes_are_gains_that_it_takes(name, two_joints):
+    """From conditions always; from a bandwidth only where it has one. Each gain has its unit."""
+    stated = {'friction_jump': [2.0, 1.0], 'reversal_time': [1.0, 2.0]}
+    noise = {'position_noise': [5e-5, 5e-5], 'velocity_noise': [1e-3, 2e-3]}
+    full = recipe_gains(two_joints, 40.0, **stated, **noise)
+    assert make_observer(name, full[name]).n == 2
+    by_bandwidth = recipe_gains(two_joints, 40.0)
+    if name in by_bandwidth:
+        assert make_observer(name, by_bandwidth[name]).n == 2
+    k = 1024.0
+    friction = {**stated, 'friction_jump': [k * x for x in stated['friction_jump']]}
+    heavy = Conditions.of(two_joints, np.zeros(2), **noise, **friction)
+    heavy = replace(
+        heavy, momentum_noise=k * heavy.momentum_noise, integral_noise=k * heavy.integral_noise
+    )
+    for gain, values in gains_for_conditions(heavy)[name].items():
+        power = effort_power(OBSERVERS[name].gain_units[gain])
+        np.testing.assert_allclose(values, np.array(full[name][gain]) * k**power, rtol=1e-12)
+
+
+def test_the_folder_names_them_without_loading_them():
+    """A file is called as its observer, so that ``--help`` can name it."""
+    assert set(kinds.NAMES) == set(OBSERVERS)
 
 
 def test_an_observer_that_needs_the_whole_recording_is_refused_on_line():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import StateSpace, cont2discrete, lfilter, lsim
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.first_order import FirstOrder
+from sosml_friction.observers.kinds.first_order import FirstOrder
 
 cutoffs = st.floats(0.1, 1e4)
 periods = st.floats(1e-4, 0.05)

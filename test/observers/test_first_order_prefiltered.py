@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.signal import cont2discrete, lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.first_order_prefiltered import FirstOrderPrefiltered
 from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.kinds.first_order import FirstOrder
+from sosml_friction.observers.kinds.first_order_prefiltered import FirstOrderPrefiltered
 
 cutoffs = st.floats(0.1, 1e4)
 periods = st.floats(1e-4, 0.05)

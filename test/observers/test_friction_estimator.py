@@ -12,8 +12,8 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.configuration import make_observer
 from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.registry import make_observer
 
 H_NS = 2_000_000
 

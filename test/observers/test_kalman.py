@@ -13,7 +13,7 @@ from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.kinds.kalman import Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     measurement_variance,

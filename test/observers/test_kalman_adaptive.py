@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.kalman_adaptive import _MEMORY, KalmanAdaptive, _correlation
+from sosml_friction.observers.kinds.kalman import Kalman
+from sosml_friction.observers.kinds.kalman_adaptive import _MEMORY, KalmanAdaptive, _correlation
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 

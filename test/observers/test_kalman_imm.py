@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.kalman_imm import KalmanImm
+from sosml_friction.observers.kinds.kalman import Kalman
+from sosml_friction.observers.kinds.kalman_imm import KalmanImm
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.kalman_scheduled import KalmanScheduled
+from sosml_friction.observers.kinds.kalman import Kalman
+from sosml_friction.observers.kinds.kalman_scheduled import KalmanScheduled
 
 
 def make(position_noise, disturbance_rate, crossing_jump):

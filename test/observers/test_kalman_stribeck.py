@@ -15,9 +15,9 @@ from scipy.linalg import expm
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.kalman_stribeck import KalmanStribeck, _predict, expected_law
-from sosml_friction.observers.linear_second_order import LinearSecondOrder
+from sosml_friction.observers.kinds.kalman import Kalman
+from sosml_friction.observers.kinds.kalman_stribeck import KalmanStribeck, _predict, expected_law
+from sosml_friction.observers.kinds.linear_second_order import LinearSecondOrder
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 

@@ -12,7 +12,7 @@ from scipy.signal import lfilter, lsim
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.linear_second_order import LinearSecondOrder
+from sosml_friction.observers.kinds.linear_second_order import LinearSecondOrder
 
 frequencies = st.floats(1.0, 500.0)
 ratios = st.floats(0.0, 3.0)

@@ -23,9 +23,9 @@ from scipy.signal import lfilter
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.sosml import Sosml
-from sosml_friction.observers.sosml_explicit import SosmlExplicit
+from sosml_friction.observers.kinds.first_order import FirstOrder
+from sosml_friction.observers.kinds.sosml import Sosml
+from sosml_friction.observers.kinds.sosml_explicit import SosmlExplicit
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 PAGE = REPOSITORY / 'docs/paper_errata.md'

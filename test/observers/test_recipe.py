@@ -11,12 +11,12 @@ from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import OBSERVERS, make_observer
 from sosml_friction.observers.recipe import (
     gains_for_bandwidth,
     gains_for_conditions,
     recipe_gains,
 )
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 
 STATED = ('position_noise', 'velocity_noise', 'friction_jump', 'reversal_time')
 

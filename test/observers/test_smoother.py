@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.observers.friction_estimator import FrictionEstimator
-from sosml_friction.observers.kalman import Kalman
-from sosml_friction.observers.smoother import Smoother
+from sosml_friction.observers.kinds.kalman import Kalman
+from sosml_friction.observers.kinds.smoother import Smoother
 
 
 def make(n, noise, rate, crossing_rate=0.0, crossing_velocity=1.0):

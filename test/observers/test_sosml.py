@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.sosml import Sosml, run_implicit
+from sosml_friction.observers.kinds.sosml import Sosml
+from sosml_friction.observers.momentum_samples import MomentumSamples
 
 
 def make(s1, t1, s2, t2):
@@ -41,16 +42,17 @@ def test_each_step_solves_the_backward_euler_equations(gains, h, seed, scale):
     """
     s1, t1, s2, t2 = gains
     rng = np.random.default_rng(seed)
-    columns = [np.array([gain]) for gain in gains]
-    p_hats, sigmas = 10**scale * rng.normal(size=1), np.zeros(1)
-    p_hat = float(p_hats[0])
+    p_hat = float(10**scale * rng.normal())
+    observer = make(*gains)
+    observer.start(np.array([p_hat]))
     # Bring sigma to a value of no significance by steps that are checked as well.
     sigma = 0.0
     for _ in range(20):
         p, u = 10**scale * rng.normal(size=2)
-        one = np.array([h]), np.array([[p]]), np.array([[u]])
-        new = float(run_implicit(p_hats, sigmas, *one, *columns)[0, 0])
-        new_hat = float(p_hats[0])
+        one = (np.array([[x]]) for x in (p, 0.0, u))
+        samples = MomentumSamples(np.array([h]), *one, np.ones((1, 1, 1)))
+        new = float(observer.run(samples)[0, 0])
+        new_hat = float(observer._p_hat[0])
         e = new_hat - p
         size = max(abs(p), abs(p_hat), abs(h * u), abs(h * sigma), abs(h * new), 1e-30)
         if s1 > 0.0:

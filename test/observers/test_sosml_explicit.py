@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.sosml import Sosml
-from sosml_friction.observers.sosml_explicit import TANH, SosmlExplicit, run_explicit
+from sosml_friction.observers.kinds.sosml import Sosml
+from sosml_friction.observers.kinds.sosml_explicit import SosmlExplicit
 
 H = 1e-3
 
@@ -66,18 +66,6 @@ def test_it_is_the_loop_written_here(drive, s1, t1, s2, t2, eps):
         return np.sign(e) if abs(e) > eps else e / eps
 
     expected = explicit(p, u, H, s1, t1, s2, t2, s_eps)
-    np.testing.assert_allclose(estimate, expected, atol=1e-12 * (1.0 + np.abs(expected).max()))
-
-
-@pytest.mark.parametrize('gains', [(100.0, 16.0, 0.0, 0.0), (1.95, 2.23, 992.0, 4.4)])
-def test_with_tanh_it_is_the_sliding_observer_that_others_use(gains):
-    """tanh(50 e), the smooth sign of a published C++ observer: 1e-12 over 2000 steps."""
-    p, u = driven(1)
-    columns = [np.array([gain]) for gain in gains]
-    state = p[:1].copy(), np.zeros(1), p[:1].copy()
-    intervals = np.full(len(p) - 1, H), p[1:, None], u[1:, None]
-    estimate = run_explicit(*state, *intervals, *columns, np.array([1.0 / 50.0]), TANH)[:, 0]
-    expected = explicit(p, u, H, *gains, lambda e: np.tanh(50.0 * e))
     np.testing.assert_allclose(estimate, expected, atol=1e-12 * (1.0 + np.abs(expected).max()))
 
 

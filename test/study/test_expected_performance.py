@@ -8,25 +8,19 @@ import numpy as np
 import pytest
 
 from sosml_friction.observers.conditions import Conditions
-from sosml_friction.observers.configuration import OBSERVERS
+from sosml_friction.observers.log_conditions import LogConditions
 from sosml_friction.observers.recipe import gains_for_bandwidth, gains_for_conditions
+from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.study.expected_performance import expected_performance
 
 STEP, NOISE, INERTIA = 1e-3, 5e-6, 0.4
 
 
 def expect(gains, span=2, jump=2.0, velocity_noise=0.07, inertia=INERTIA):
-    return expected_performance(
-        gains,
-        np.array([[inertia]]),
-        STEP,
-        np.array([NOISE]),
-        np.array([velocity_noise]),
-        span,
-        np.array([jump]),
-        np.array([1.0]),
-        np.array([1.0]),
-    )
+    numbers = (np.array([x]) for x in (1.0, jump, 1.0))
+    noise = np.array([NOISE]), np.array([velocity_noise])
+    measured = LogConditions(('j',), np.zeros(1), STEP, *noise, span, *numbers)
+    return expected_performance(gains, np.array([[inertia]]), measured)
 
 
 def test_noise_and_settling_of_a_first_order_observer_are_its_closed_forms():
@@ -89,17 +83,11 @@ def test_every_observer_can_be_asked(study_arm):
     q = np.zeros(2)
     noise, jump, time, speed = [5e-5] * 2, [2.0, 1.0], [1.0, 1.5], [1.0, 0.5]
     conditions = Conditions.of(study_arm, q, noise, [0.07] * 2, jump, time, speed)
-    found = expected_performance(
-        gains_for_conditions(conditions),
-        study_arm.inertia(q),
-        STEP,
-        np.array(noise),
-        np.array([0.07] * 2),
-        2,
-        np.array(jump),
-        np.array(time),
-        np.array(speed),
+    numbers = (np.array(x) for x in (speed, jump, time))
+    measured = LogConditions(
+        study_arm.names, q, STEP, np.array(noise), np.array([0.07] * 2), 2, *numbers
     )
+    found = expected_performance(gains_for_conditions(conditions), study_arm.inertia(q), measured)
     assert set(found) == set(OBSERVERS)
     for name, expectation in found.items():
         assert (expectation.noise > 0.0).all() or name == 'quasi_static'

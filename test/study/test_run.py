@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.first_order import FirstOrder
+from sosml_friction.observers.kinds.first_order import FirstOrder
 from sosml_friction.study import run as study_run
 from sosml_friction.study.condition import Observation, encoder_noise, observe
 from sosml_friction.study.run import StudySettings, rmse_mean, run_study
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import StudyTask, run_task
 
 
@@ -116,7 +116,7 @@ def short_observations(study_arm, study_runs):
     return observe(short, study_arm, 'noise', 16, [101, 102])
 
 
-@pytest.mark.parametrize('name', SEARCH)
+@pytest.mark.parametrize('name', study_variants())
 def test_every_observer_is_tuned_with_the_same_number_of_evaluations(
     short_observations, monkeypatch, name
 ):
@@ -130,7 +130,9 @@ def test_every_observer_is_tuned_with_the_same_number_of_evaluations(
 
     monkeypatch.setattr(Observation, 'estimate', counted)
     case = ('reversal', 'noise')
-    task = StudyTask(name, [short_observations], {case: short_observations}, 12, 5e-5)
+    task = StudyTask(
+        study_variants()[name], [short_observations], {case: short_observations}, 12, 5e-5
+    )
     result = run_task(task)
     assert len(runs) == 12 * 2 + 2
     best = result.scores[case][0].rmse
@@ -142,14 +144,16 @@ def test_every_observer_is_tuned_with_the_same_number_of_evaluations(
 def test_gains_that_diverge_are_not_chosen(short_observations):
     """The explicit observer, far beyond its limit of stability at half of its range."""
     case = ('reversal', 'noise')
-    task = StudyTask('sosml_explicit', [short_observations], {case: short_observations}, 24, 5e-5)
+    variant = study_variants()['sosml_explicit']
+    task = StudyTask(variant, [short_observations], {case: short_observations}, 24, 5e-5)
     assert np.all(run_task(task).scores[case][0].rmse < 2.0)
 
 
 def test_the_middle_of_the_search_is_beaten(short_observations):
-    task = StudyTask('first_order', [short_observations], {}, 16, 5e-5)
+    variant = study_variants()['first_order']
+    task = StudyTask(variant, [short_observations], {}, 16, 5e-5)
     gains = run_task(task).gains
-    middle = SEARCH['first_order'].gains(np.full((2, 1), 0.5), 5e-5)
+    middle = variant.gains(np.full((2, 1), 0.5), 5e-5)
 
     def error(values):
         return sum(
@@ -223,7 +227,8 @@ def test_every_task_gets_the_same_budget(monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         run_study(StudySettings(evaluations=77), 1)
     assert {task.evaluations for task in seen} == {77}
-    assert {task.observer for task in seen} == set(SEARCH)
+    variants = study_variants()
+    assert {task.variant.label for task in seen} == {v.label for v in variants.values()}
     # Six cases on their own and the two noisy ones together.
-    assert len(seen) == 7 * len(SEARCH)
+    assert len(seen) == 7 * len(variants)
     assert sorted({len(task.tuned_on) for task in seen}) == [1, 2]

@@ -21,8 +21,7 @@ from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.first_order import FirstOrder
-from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.momentum_sampler import MomentumSampler
 
 FloatArray = NDArray[np.float64]
 
@@ -111,16 +110,10 @@ class _Windows:
             raise DataError(f'the recording has {len(log)} samples: record longer')
         v = np.column_stack([centred_difference(time, q, half) for q in log.q.T])
         log = replace(log, v=v)
-        estimator = FrictionEstimator(
-            robot,
-            [FirstOrder({'cutoff': [1.0] * robot.n})],
-            effort_hold,
-            'message',
-            maximum_gap_s,
-        )
+        sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
         length = max(8, round(settings.window_s / step))
         parts: list[tuple[FloatArray, ...]] = []
-        for stretch in estimator.stretches(log):
+        for stretch in sampler.stretches(log):
             rows, samples = stretch.rows, stretch.samples
             others = np.delete(np.arange(robot.n), i)
             off = np.einsum('kj,kj->k', samples.inertia[:, i, others], log.v[rows][:, others])

@@ -6,6 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 
+from sosml_friction.observers.registry import OBSERVERS
+from sosml_friction.study.search import study_variants
+
 #: Parameters of a friction law in the order of every table, with their symbols.
 SYMBOLS = {
     'coulomb': 'C',
@@ -16,30 +19,20 @@ SYMBOLS = {
 }
 #: Those that only laws have that differ with direction.
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
-_OBSERVERS = {
-    'first_order_capped': 'FO capped',
-    'quasi_static': 'Quasi-static',
-    'first_order': 'FO',
-    'first_order_prefiltered': 'FO+prefilter',
-    'linear_second_order': 'LIN2',
-    'sosml': 'SOSML',
-    'sosml_explicit': 'SOSML explicit',
-    'kalman': 'Kalman',
-    'kalman_adaptive': 'Kalman adaptive',
-    'kalman_scheduled': 'Kalman scheduled',
-    'kalman_imm': 'Kalman IMM',
-    'kalman_stribeck': 'Kalman+law',
-    'kalman_stribeck_wrong_knee': 'Kalman+wrong law',
-    'smoother': 'Smoother',
-    'weak_form': 'Weak form',
-    'output_error': 'Output error',
-}
+#: Estimates that no observer makes.
+_METHODS = {'weak_form': 'Weak form', 'output_error': 'Output error'}
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
+
+
+def _labels() -> dict[str, str]:
+    """Return what is known: observers and their variants, from simple to elaborate; methods."""
+    variants = {name: variant.label for name, variant in study_variants().items()}
+    return variants | {name: o.label for name, o in OBSERVERS.items()} | _METHODS
 
 
 def observer_label(identifier: str) -> str:
     """Return the short name of an observer, its identifier where it has none."""
-    return _OBSERVERS.get(identifier, identifier)
+    return _labels().get(identifier, identifier)
 
 
 def fit_label(observer: str, method: str) -> str:
@@ -56,7 +49,7 @@ def symbols_of(*parameters: Collection[str]) -> dict[str, str]:
 
 def in_order(observers: Iterable[str]) -> list[str]:
     """Return each observer once, the known ones first, from simple to elaborate."""
-    known = list(_OBSERVERS)
+    known = list(_labels())
     unique = dict.fromkeys(observers)
     return sorted(unique, key=lambda name: known.index(name) if name in known else len(known))
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sosml_friction.observers.configuration import OBSERVERS
 from sosml_friction.report.common.figure import figures_of
 from sosml_friction.report.common.html_page import heading, items, page, picture, result_box
 from sosml_friction.report.common.labels import observer_label
@@ -15,9 +14,8 @@ from sosml_friction.report.study.tables import rmse_text, settle_text, short
 from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.condition import encoder_noise
 from sosml_friction.study.motion import MOTIONS
-from sosml_friction.study.outcome import is_causal
 from sosml_friction.study.run import Study
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 _METHOD = (
@@ -105,15 +103,15 @@ def _case_section(study: Study, case: Case) -> str:
 def _observer_table(study: Study) -> str:
     rows = []
     for name in study.settings.observers:
-        entry = SEARCH[name]
-        units = OBSERVERS[entry.observer].gain_units
+        observer, space = study_variants()[name]
+        units = observer.gain_units
         searched = '; '.join(
             f'{gain} {span.low:g} to {span.high:g}'
             + (f' times {span.of}^{span.power:g}' if span.of else f' {units[gain]}')
-            for gain, span in entry.ranges.items()
+            for gain, span in space.ranges.items()
         )
-        fixed = '; '.join(f'{gain} {value:g} {units[gain]}' for gain, value in entry.fixed.items())
-        runs = 'on line' if is_causal(name) else 'off line'
+        fixed = '; '.join(f'{gain} {value:g} {units[gain]}' for gain, value in space.fixed.items())
+        runs = 'on line' if observer.causal else 'off line'
         code = Markup(f'<code>{name}</code>')
         rows.append((observer_label(name), code, runs, searched, fixed))
     columns = {'observer': 'w', 'name': '', 'runs': '', 'gains searched': '', 'gains fixed': ''}

@@ -18,6 +18,7 @@ from sosml_friction.report.common.table import Column, terminal_table
 from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.metrics import Score
 from sosml_friction.study.run import Study, rmse_mean
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 
@@ -54,14 +55,10 @@ def study_tables(study: Study) -> RenderableType:
 
 def _legend(study: Study) -> list[str]:
     """Return what the names and dashes of the tables mean, of those that are there."""
-    meanings = {
-        'first_order_capped': 'cutoff at most 300 1/s, as slow as in the paper',
-        'kalman_stribeck_wrong_knee': 'believes in a Stribeck velocity three times too high',
-    }
     words = [
-        f'{observer_label(name)}: {meaning}.'
-        for name, meaning in meanings.items()
-        if name in study.settings.observers
+        f'{variant.label}: {variant.space.remark}.'
+        for name, variant in study_variants().items()
+        if name in study.settings.observers and variant.space.remark
     ]
     if any(case[1] == 'mismatch' for case in study.observations):
         words.append('Offset floor: what an ideal observer has with that wrong model.')

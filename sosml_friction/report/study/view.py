@@ -8,7 +8,7 @@ from sosml_friction.report.common.drawing import style_of
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.outcome import is_causal, ranked, shared_errors
 from sosml_friction.study.run import Study, rmse_mean
-from sosml_friction.study.search import SEARCH
+from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case
 
 #: The two observers of the paper; its first-order one has a cutoff of at most 300 1/s.
@@ -26,8 +26,9 @@ def shown_observers(study: Study, case: Case) -> list[str]:
         return []
     chosen = [name for name in _PAPER if name in study.settings.observers]
     for name in ranked(study, case):
-        kinds = {SEARCH[other].observer for other in chosen}
-        if len(chosen) < _FEW and SEARCH[name].observer not in kinds and is_causal(name):
+        kinds = {study_variants()[other].observer for other in chosen}
+        observer = study_variants()[name].observer
+        if len(chosen) < _FEW and observer not in kinds and observer.causal:
             chosen.append(name)
     return sorted(chosen, key=lambda name: -style_of(name, 0).width)
 

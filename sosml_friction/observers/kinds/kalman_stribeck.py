@@ -11,8 +11,14 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
+
+#: Knee and smoothing of the law that the recipe tells [rad/s or m/s]: friction levels off over
+#: hundredths of a radian per second, and a knee told wrong by three costs little.
+STRIBECK_VELOCITY, SMOOTHING_VELOCITY = 0.03, 0.005
 
 #: Relative wander of the law's parameters [1/sqrt(s)]: one percent in a second.
 _WANDER = 0.01
@@ -62,7 +68,11 @@ def expected_law(v: float, s: float, v_s: float, phi: FloatArray, slope: FloatAr
 
 
 @njit(cache=True)
-def _law_torque(x: FloatArray, phi: FloatArray) -> float:
+def _friction(
+    x: FloatArray, P: FloatArray, v_s: float, v0: float, phi: FloatArray, slope: FloatArray
+) -> float:
+    """Return tau_f at the mean of one joint, and write the law's columns and slopes, (3,) each."""
+    expected_law(x[1], math.sqrt(P[1, 1] + v0 * v0), v_s, phi, slope)
     return x[2] + x[3] + phi[0] * x[4] + phi[1] * x[5] + phi[2] * x[6]
 
 
@@ -76,6 +86,20 @@ def _fresh(x: FloatArray, P: FloatArray, v: float, R: float, h: float, prior: Fl
     P[1, 1] = 2.0 * R / (h * h)
     for c in range(2, _STATES):
         P[c, c] = prior[c - 2]
+
+
+@njit(cache=True)
+def _advance_rows(
+    P: FloatArray, row: FloatArray, h: float, g1: float, g2: float, decay: float, keep: float
+) -> None:
+    """Multiply P by the transition of :func:`_predict` from the left, in place."""
+    for c in range(_STATES):
+        w = 0.0
+        for j in range(2, _STATES):
+            w -= row[j - 2] * P[j, c]
+        P[0, c] += h * g1 * P[1, c] + h * h * g2 * w
+        P[1, c] = decay * P[1, c] + h * g1 * w
+        P[2, c] *= keep
 
 
 @njit(cache=True)
@@ -109,20 +133,8 @@ def _predict(
     x[1] += h * g1 * acceleration
     x[2] *= keep
     decay = math.exp(-z)
-    for c in range(_STATES):
-        w = 0.0
-        for j in range(2, _STATES):
-            w -= row[j - 2] * P[j, c]
-        P[0, c] += h * g1 * P[1, c] + h * h * g2 * w
-        P[1, c] = decay * P[1, c] + h * g1 * w
-        P[2, c] *= keep
-    for c in range(_STATES):
-        w = 0.0
-        for j in range(2, _STATES):
-            w -= row[j - 2] * P[c, j]
-        P[c, 0] += h * g1 * P[c, 1] + h * h * g2 * w
-        P[c, 1] = decay * P[c, 1] + h * g1 * w
-        P[c, 2] *= keep
+    _advance_rows(P, row, h, g1, g2, decay, keep)
+    _advance_rows(P.T, row, h, g1, g2, decay, keep)
     for c in range(_STATES):
         P[c, c] += noise[c]
 
@@ -201,29 +213,31 @@ def _velocities(
     M: FloatArray,
     forcing: FloatArray,
     h: float,
-    v_s: FloatArray,
-    v0: FloatArray,
-    phi: FloatArray,
-    slope: FloatArray,
-    v_next: FloatArray,
-) -> None:
-    """Write the velocities after h, (n,), and the law at its beginning, (n, 3) each."""
+    law: tuple[FloatArray, ...],
+) -> FloatArray:
+    """
+    Return the velocities after h, (n,).
+
+    :param law: v_s and v0, (n,) each; its columns and slopes at the beginning are written behind
+        them, (n, 3) each.
+    """
+    v_s, v0, phi, slope = law
     n = len(forcing)
     v = x[:, 1].copy()
     system, momentum = M.copy(), M_last @ v
     for i in range(n):
-        s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
-        expected_law(v[i], s, v_s[i], phi[i], slope[i])
-        momentum[i] += h * (forcing[i] - _law_torque(x[i], phi[i]))
+        friction = _friction(x[i], P[i], v_s[i], v0[i], phi[i], slope[i])
+        momentum[i] += h * (forcing[i] - friction)
         # A joint of unknown effort is taken to go on at its velocity; the others feel that.
         if not np.isfinite(forcing[i]):
             system[i] = 0.0
             system[i, i] = 1.0
             momentum[i] = v[i]
     # What has overflowed starts afresh at the end; solve would refuse it.
-    v_next[:] = np.nan
+    v_next = np.full(n, np.nan)
     if np.isfinite(momentum).all():
         v_next[:] = np.linalg.solve(system, momentum)
+    return v_next
 
 
 @njit(cache=True)
@@ -232,20 +246,16 @@ def _run(
     P: FloatArray,
     M_last: FloatArray,
     fresh: FloatArray,
-    h: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
-    R: FloatArray,
-    prior: FloatArray,
-    time: FloatArray,
-    v_s: FloatArray,
-    v0: FloatArray,
+    samples: Columns,
+    settings: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, _, integral, forcing, inertia = samples
+    R, prior, time, v_s, v0 = settings
     N, n = integral.shape
     estimate = np.empty((N, n))
     phi, slope = np.zeros((n, 3)), np.zeros((n, 3))
-    row, noise, v_next = np.zeros(5), np.zeros(_STATES), np.empty(n)
+    law = (v_s, v0, phi, slope)
+    row, noise = np.zeros(5), np.zeros(_STATES)
     for k in range(N):
         M = inertia[k]
         if fresh[0] > 0.0:
@@ -256,13 +266,13 @@ def _run(
             fresh[0] = 0.0
         dq = np.linalg.solve(0.5 * (M_last + M), integral[k])
         mobility = np.linalg.inv(M)
-        _velocities(x, P, M_last, M, forcing[k], h[k], v_s, v0, phi, slope, v_next)
+        v_next = _velocities(x, P, M_last, M, forcing[k], h[k], law)
         count = _pieces(x[:, 1], v_next, v_s, v0)
         T, growth = h[k] / count, (M - M_last) / count
         for _ in range(count):
             if count > 1:
                 M_piece = M_last + growth
-                _velocities(x, P, M_last, M_piece, forcing[k], T, v_s, v0, phi, slope, v_next)
+                v_next = _velocities(x, P, M_last, M_piece, forcing[k], T, law)
                 M_last[:] = M_piece
             for i in range(n):
                 m = mobility[i, i]
@@ -290,12 +300,10 @@ def _run(
             else:
                 _recover(x[i], P[i], R[i], h[k], prior[i])
             _dissipate(x[i], P[i])
-            s = math.sqrt(P[i, 1, 1] + v0[i] * v0[i])
-            expected_law(x[i, 1], s, v_s[i], phi[i], slope[i])
+            friction = _friction(x[i], P[i], v_s[i], v0[i], phi[i], slope[i])
             known = np.isfinite(forcing[k, i])
-            estimate[k, i] = -_law_torque(x[i], phi[i]) if known else np.nan
-            if known and not np.isfinite(estimate[k, i]):
-                estimate[k, i] = np.nan
+            estimate[k, i] = -friction if known and np.isfinite(friction) else np.nan
+            if known and not np.isfinite(friction):
                 _fresh(x[i], P[i], 0.0, R[i], h[k], prior[i])
     return estimate
 
@@ -328,8 +336,12 @@ class KalmanStribeck(Observer):
     ``smoothing_velocity`` v0 [rad/s].
     """
 
-    identifier: ClassVar[str] = 'kalman_stribeck'
-    carries_law: ClassVar[bool] = True
+    identifier = 'kalman_stribeck'
+    label = 'Kalman+law'
+    place = 11.0
+    coupled = True
+    causal = True
+    carries_law = True
     gain_units: ClassVar[Mapping[str, str]] = {
         'position_noise': 'rad',
         'friction': 'Nm',
@@ -345,21 +357,54 @@ class KalmanStribeck(Observer):
         'stribeck_velocity',
         'smoothing_velocity',
     )
+    _LAW: ClassVar[Mapping[str, SearchRange]] = {
+        'residual': SearchRange(1e-3, 10.0),
+        'residual_time': SearchRange(1e-3, 100.0),
+        'friction': SearchRange(0.1, 10.0),
+    }
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'kalman_stribeck': SearchSpace(
+            {
+                **_LAW,
+                'stribeck_velocity': SearchRange(0.01, 0.1),
+                'smoothing_velocity': SearchRange(0.002, 0.02),
+            },
+            ('residual', 3.0),
+            {'viscous': 1.0},
+        ),
+        # The same with a law whose knee is three times as wide as that of the plant.
+        'kalman_stribeck_wrong_knee': SearchSpace(
+            _LAW,
+            ('residual', 3.0),
+            {'viscous': 1.0, 'stribeck_velocity': 0.09, 'smoothing_velocity': 0.015},
+            label='Kalman+wrong law',
+            remark='believes in a Stribeck velocity three times too high',
+        ),
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        g = self.gains
-        self._prior = (
-            np.stack(
-                [g['residual'], g['residual'], g['friction'], g['viscous'], g['friction']], axis=1
-            )
-            ** 2
-        )
+        sizes = ('residual', 'residual', 'friction', 'viscous', 'friction')
+        self._prior = np.stack([self.gains[name] for name in sizes], axis=1) ** 2
         self._x = np.full((self.n, _STATES), np.nan)
         self._P = np.full((self.n, _STATES, _STATES), np.nan)
         # Until the first interval brings M, its first row holds the momentum of the start.
         self._M = np.full((self.n, self.n), np.nan)
         self._fresh = np.ones(1)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return a friction of D / 2, and a tenth of it beside the law."""
+        D = conditions.friction_jump
+        return {
+            'position_noise': conditions.position_noise,
+            'friction': 0.5 * D,
+            'viscous': 0.5 * D,
+            'residual': 0.05 * D,
+            'residual_time': conditions.reversal_time,
+            'stribeck_velocity': STRIBECK_VELOCITY,
+            'smoothing_velocity': SMOOTHING_VELOCITY,
+        }
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p``, with a friction of zero that nothing is known about."""
@@ -368,22 +413,14 @@ class KalmanStribeck(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return _run(
-            self._x,
-            self._P,
-            self._M,
-            self._fresh,
-            s.h,
-            s.integral,
-            s.forcing,
-            s.inertia,
-            g['position_noise'] ** 2,
+        settings = (
+            self.gains['position_noise'] ** 2,
             self._prior,
-            g['residual_time'],
-            g['stribeck_velocity'],
-            g['smoothing_velocity'],
+            self.gains['residual_time'],
+            self.gains['stribeck_velocity'],
+            self.gains['smoothing_velocity'],
         )
+        return _run(self._x, self._P, self._M, self._fresh, samples.columns, settings)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return 1: friction that obeys the law is followed without lag."""
@@ -395,10 +432,5 @@ class KalmanStribeck(Observer):
 
     def law(self) -> dict[str, FloatArray]:
         """Return the learned parameters: coulomb, viscous, stribeck and bias, each (n,)."""
-        x = self._x
-        return {
-            'coulomb': x[:, 4].copy(),
-            'viscous': x[:, 5].copy(),
-            'stribeck': x[:, 6].copy(),
-            'bias': x[:, 3].copy(),
-        }
+        names = {'coulomb': 4, 'viscous': 5, 'stribeck': 6, 'bias': 3}
+        return {name: self._x[:, column].copy() for name, column in names.items()}

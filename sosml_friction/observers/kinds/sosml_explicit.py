@@ -11,47 +11,28 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
-from sosml_friction.observers.sosml import refuse_immovable
-
-#: Smooth signs that :func:`run_explicit` knows: the paper's (14), and tanh(e / boundary).
-SATURATION = 0
-TANH = 1
+from sosml_friction.observers.kinds.sosml import Sosml
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
 @njit(cache=True)
-def _smooth_sign(e: float, boundary: float, sign: int) -> float:
-    if sign == TANH:
-        return float(np.tanh(e / boundary))
-    return float(min(max(e / boundary, -1.0), 1.0))
-
-
-@njit(cache=True)
-def run_explicit(
+def _run(
     p_hat: FloatArray,
     sigma: FloatArray,
     p_previous: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    s1: FloatArray,
-    t1: FloatArray,
-    s2: FloatArray,
-    t2: FloatArray,
-    boundary: FloatArray,
-    sign: int,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
-    """
-    Advance the states (n,) in place and return sigma after each interval, (N, n).
-
-    :param sign: :data:`SATURATION` or :data:`TANH`.
-    """
+    """Advance the states (n,) in place and return sigma after each interval, (N, n)."""
+    h, p, _, forcing, _ = samples
+    s1, t1, s2, t2, boundary = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(sigma)):
             e = p_hat[i] - p_previous[i]
-            s = _smooth_sign(e, boundary[i], sign)
+            s = min(max(e / boundary[i], -1.0), 1.0)
             p_hat[i] += h[k] * (forcing[k, i] + sigma[i] - t1[i] * np.sqrt(abs(e)) * s - t2[i] * e)
             sigma[i] -= h[k] * (s1[i] * s + s2[i] * e)
             p_previous[i] = p[k, i]
@@ -63,7 +44,7 @@ def run_explicit(
     return estimate
 
 
-class SosmlExplicit(Observer):
+class SosmlExplicit(Sosml):
     """
     Step equations (14)-(16) by explicit Euler, s_eps in place of the sign, once corrected.
 
@@ -80,53 +61,48 @@ class SosmlExplicit(Observer):
         h (S1 / eps + S2) < T2 < 2 / h + h / 2 (S1 / eps + S2)
 
     (the two conditions of Jury on z^2 - (2 - h T2) z + 1 - h T2 + h^2 (S1 / eps + S2)); below, it
-    ends in a limit cycle, above, it diverges. :class:`~sosml_friction.observers.sosml.Sosml` has
-    neither. An estimate that overflows is NaN and the joint starts afresh.
+    ends in a limit cycle, above, it diverges. :class:`Sosml` has neither. An estimate that
+    overflows is NaN and the joint starts afresh.
 
     Gains: ``sliding`` S1 [Nm/s], ``sliding_root`` T1 [sqrt(Nm/s)], ``linear`` S2 [1/s^2],
     ``linear_damping`` T2 [1/s], ``boundary`` eps [Nm s] > 0.
     """
 
-    identifier: ClassVar[str] = 'sosml_explicit'
-    gain_units: ClassVar[Mapping[str, str]] = {
-        'sliding': 'Nm/s',
-        'sliding_root': 'sqrt(Nm/s)',
-        'linear': '1/s^2',
-        'linear_damping': '1/s',
-        'boundary': 'Nm s',
-    }
+    identifier = 'sosml_explicit'
+    label = 'SOSML explicit'
+    place = 6.0
+    gain_units: ClassVar[Mapping[str, str]] = {**Sosml.gain_units, 'boundary': 'Nm s'}
     positive_gains: ClassVar[tuple[str, ...]] = ('boundary',)
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'sosml_explicit': SearchSpace(
+            {**Sosml.study['sosml'].ranges, 'boundary': SearchRange(1e-6, 1.0)}, ('linear', 2.0)
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        refuse_immovable(self)
-        self._p_hat = np.full(self.n, np.nan)
-        self._sigma = np.full(self.n, np.nan)
         self._p = np.full(self.n, np.nan)
+
+    @classmethod
+    def _on_linear(cls, wn: FloatArray, zeta: float, momentum_noise: FloatArray) -> Recipe:
+        """
+        Return the gains of SOSML with a layer of three standard deviations of the momentum.
+
+        Noise then stays inside, where the stiffness S1 / eps is a thirtieth of S2. Without noise
+        there is no sliding term, and any layer will do.
+        """
+        boundary = np.where(momentum_noise > 0.0, 3.0 * momentum_noise, 1.0)
+        return {**super()._on_linear(wn, zeta, momentum_noise), 'boundary': boundary}
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._p_hat[:] = p
-        self._sigma[:] = 0.0
+        super().start(p)
         self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return run_explicit(
-            self._p_hat,
-            self._sigma,
-            self._p,
-            s.h,
-            s.p,
-            s.forcing,
-            g['sliding'],
-            g['sliding_root'],
-            g['linear'],
-            g['linear_damping'],
-            g['boundary'],
-            SATURATION,
-        )
+        gains = tuple(self.gains.values())
+        return _run(self._p_hat, self._sigma, self._p, samples.columns, gains)
 
     def stiffness(self) -> FloatArray:
         """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""

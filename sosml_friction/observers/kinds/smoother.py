@@ -4,13 +4,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     is_finite,
@@ -18,8 +21,12 @@ from sosml_friction.observers.momentum_kalman import (
     predict,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
+
+#: How near standstill friction may jump: some widths of the smooth sign [rad/s or m/s].
+_CROSSING_VELOCITY = 0.02
 
 
 @njit(cache=True)
@@ -27,15 +34,12 @@ def _smooth(
     x: FloatArray,
     P: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
+    samples: Columns,
     position_noise: FloatArray,
     q: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Filter forwards, the states in place, and go back: momentum and tau_e, each (N, n)."""
+    h, p, integral, forcing, inertia = samples
     count, n = p.shape
     momentum = np.empty_like(p)
     disturbance = np.empty_like(p)
@@ -78,14 +82,14 @@ def _smooth(
     return momentum, disturbance
 
 
-class Smoother(Observer):
+class Smoother(Kalman):
     """
     Estimate tau_e at each sample from the whole recording, by the model of the Kalman observer.
 
-    The most probable tau_e of :class:`~sosml_friction.observers.kalman.Kalman` given what came
-    before and after: the Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier,
-    which carries the adjoint backwards and inverts no covariance. It has no lag. A joint without
-    forcing over an interval is smoothed in pieces, before and after it.
+    The most probable tau_e of :class:`Kalman` given what came before and after: the
+    Rauch-Tung-Striebel smoother, computed in the form of Bryson and Frazier, which carries the
+    adjoint backwards and inverts no covariance. It has no lag. A joint without forcing over an
+    interval is smoothed in pieces, before and after it.
 
     Friction can jump only near velocity zero, so q may be raised there ::
 
@@ -100,59 +104,59 @@ class Smoother(Observer):
     at constant q; ``crossing_velocity`` [rad/s] > 0.
     """
 
-    identifier: ClassVar[str] = 'smoother'
+    identifier = 'smoother'
+    label = 'Smoother'
+    place = 12.0
+    coupled = True
     gain_units: ClassVar[Mapping[str, str]] = {
-        'position_noise': 'rad',
-        'disturbance_rate': 'Nm/sqrt(s)',
+        **Kalman.gain_units,
         'crossing_rate': 'Nm/sqrt(s)',
         'crossing_velocity': 'rad/s',
     }
-    positive_gains: ClassVar[tuple[str, ...]] = (
-        'position_noise',
-        'disturbance_rate',
-        'crossing_velocity',
-    )
-    causal: ClassVar[bool] = False
+    positive_gains: ClassVar[tuple[str, ...]] = (*Kalman.positive_gains, 'crossing_velocity')
+    causal = False
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'smoother': SearchSpace(
+            {
+                'disturbance_rate': RATE,
+                'crossing_rate': SearchRange(1.0, 1e4, 'disturbance_rate', 1.0),
+                'crossing_velocity': SearchRange(1e-3, 1.0),
+            },
+            SWEEP,
+        )
+    }
 
-    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
-        super().__init__(gains)
-        self._x = np.full((self.n, 3), np.nan)
-        self._P = np.full((self.n, 3, 3), np.nan)
-        self._begun = np.zeros(self.n, dtype=np.bool_)
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """
+        Return a tenth of the random walk, and D at a standstill.
 
-    def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._x[:, 1] = p
-        # The covariance at the start depends on the first interval.
-        self._begun[:] = False
+        Near it, where the velocity of a sinusoid of top speed V passes with the acceleration
+        pi V / T, the variance D^2 within exp(-(v / v_c)^2): crossing rate^2 = D^2 sqrt(pi) V /
+        (T v_c). Without a top speed it is the Kalman observer's model, smoothed.
+        """
+        c, crossing_velocity = conditions, {'crossing_velocity': _CROSSING_VELOCITY}
+        if c.top_speed is None:
+            return {**super().recipe(c), 'crossing_rate': 0.0, **crossing_velocity}
+        passages = np.sqrt(np.pi) * c.top_speed / (c.reversal_time * _CROSSING_VELOCITY)
+        crossing = c.friction_jump * np.sqrt(passages)
+        return {**cls._between_jumps(c), 'crossing_rate': crossing, **crossing_velocity}
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Smooth over the intervals, given all before, and return tau_e at their ends, (N, n)."""
-        s = samples
+        s, noise = samples, self.gains['position_noise']
         q = np.broadcast_to(self.gains['disturbance_rate'] ** 2, s.p.shape)
         extra = self.gains['crossing_rate'] ** 2
         if extra.any():
             state = self._x.copy(), self._P.copy(), self._begun.copy()
             # At this q positions alone tell the momentum: a missing effort may as well be zero.
-            known = np.where(np.isfinite(s.forcing), s.forcing, 0.0)
-            momentum, _ = self._pass(*state, s, known, q + extra)
+            known = replace(s, forcing=np.where(np.isfinite(s.forcing), s.forcing, 0.0))
+            momentum, _ = _smooth(*state, known.columns, noise, q + extra)
             v = np.linalg.solve(s.inertia, momentum[..., None])[..., 0]
             # Beyond 30 the exponential is zero; an unknown velocity may be a crossing.
             ratio = np.minimum(np.abs(v) / self.gains['crossing_velocity'], 30.0)
             q = q + extra * np.exp(-(np.nan_to_num(ratio, nan=0.0) ** 2))
-        return self._pass(self._x, self._P, self._begun, s, s.forcing, q)[1]
-
-    def _pass(
-        self,
-        x: FloatArray,
-        P: FloatArray,
-        begun: NDArray[np.bool_],
-        s: MomentumSamples,
-        forcing: FloatArray,
-        q: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        noise = self.gains['position_noise']
-        return _smooth(x, P, begun, s.h, s.p, s.integral, forcing, s.inertia, noise, q)
+        return _smooth(self._x, self._P, self._begun, s.columns, noise, q)[1]
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return 1: a smoother has no lag."""

@@ -10,8 +10,11 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
 @njit(cache=True)
@@ -28,12 +31,11 @@ def _run(
     f: FloatArray,
     r: FloatArray,
     p_previous: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    c0: FloatArray,
-    wf: FloatArray,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, _, forcing, _ = samples
+    c0, wf = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(r)):
@@ -50,7 +52,7 @@ def _run(
     return estimate
 
 
-class FirstOrderPrefiltered(Observer):
+class FirstOrderPrefiltered(FirstOrder):
     """
     Filter the momentum residual by w_f / (s + w_f) and c0 / (s + c0), discretised exactly.
 
@@ -74,28 +76,46 @@ class FirstOrderPrefiltered(Observer):
     Gains: ``cutoff`` c0 [1/s] > 0, ``prefilter_cutoff`` w_f [1/s] > 0.
     """
 
-    identifier: ClassVar[str] = 'first_order_prefiltered'
+    identifier = 'first_order_prefiltered'
+    label = 'FO+prefilter'
+    place = 3.0
     gain_units: ClassVar[Mapping[str, str]] = {'cutoff': '1/s', 'prefilter_cutoff': '1/s'}
     positive_gains: ClassVar[tuple[str, ...]] = ('cutoff', 'prefilter_cutoff')
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'first_order_prefiltered': SearchSpace(
+            {'cutoff': CUTOFF, 'prefilter_cutoff': SearchRange(0.1, 10.0, 'cutoff', 1.0)},
+            ('cutoff', 1.0),
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
         self._f = np.full(self.n, np.nan)
-        self._r = np.full(self.n, np.nan)
-        self._p = np.full(self.n, np.nan)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """
+        Return both poles at w = (5/4)^(1/5) wn, with the balanced frequency wn of second order.
+
+        The noise is w^2 s_X, and J = 5/4: the integral of the square of the error of a unit step,
+        in units of 1/w.
+        """
+        both = 1.25**0.2 * conditions.second_order_frequency
+        return {'cutoff': both, 'prefilter_cutoff': both}
+
+    @classmethod
+    def bandwidth_recipe(cls, w: FloatArray, momentum_noise: FloatArray) -> Recipe | None:
+        """Return both poles at 2 w."""
+        return {'cutoff': 2.0 * w, 'prefilter_cutoff': 2.0 * w}
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
+        super().start(p)
         self._f[:] = 0.0
-        self._r[:] = 0.0
-        self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s, g = samples, self.gains
-        return _run(
-            self._f, self._r, self._p, s.h, s.p, s.forcing, g['cutoff'], g['prefilter_cutoff']
-        )
+        return _run(self._f, self._r, self._p, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return the step of the class's equations with f eliminated."""

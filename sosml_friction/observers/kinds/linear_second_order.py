@@ -9,9 +9,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.kinds.sosml import Sosml
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
-from sosml_friction.observers.sosml import Sosml
+from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
 class LinearSecondOrder(Observer):
@@ -27,9 +29,18 @@ class LinearSecondOrder(Observer):
     Gains: ``natural_frequency`` wn [rad/s] > 0, ``damping_ratio`` zeta [1].
     """
 
-    identifier: ClassVar[str] = 'linear_second_order'
+    identifier = 'linear_second_order'
+    label = 'LIN2'
+    place = 4.0
     gain_units: ClassVar[Mapping[str, str]] = {'natural_frequency': 'rad/s', 'damping_ratio': '1'}
     positive_gains: ClassVar[tuple[str, ...]] = ('natural_frequency',)
+    causal = True
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'linear_second_order': SearchSpace(
+            {'natural_frequency': SearchRange(1.0, 1e5), 'damping_ratio': SearchRange(0.05, 2.0)},
+            ('natural_frequency', 1.0),
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
@@ -43,6 +54,21 @@ class LinearSecondOrder(Observer):
                 'linear_damping': (2.0 * zeta * wn).tolist(),
             }
         )
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """
+        Return wn = (D^2 / (4 T s_X^2))^(1/5) and zeta = 1/2.
+
+        The noise is wn^2 s_X, and J = zeta + 1 / (4 zeta) = 1 at zeta = 1/2: the integral of the
+        square of the error of a unit step, in units of 1/wn.
+        """
+        return {'natural_frequency': conditions.second_order_frequency, 'damping_ratio': 0.5}
+
+    @classmethod
+    def bandwidth_recipe(cls, w: FloatArray, momentum_noise: FloatArray) -> Recipe | None:
+        """Return wn = w and zeta = 1/2."""
+        return {'natural_frequency': w, 'damping_ratio': 0.5}
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""

@@ -8,46 +8,21 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_kalman import (
-    begin,
-    estimate_or_restart,
     measurement_variance,
-    predict,
+    run_filter,
     steady_lag_filter,
-    update,
 )
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
-
-@njit(cache=True)
-def _run(
-    x: FloatArray,
-    P: FloatArray,
-    begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-) -> FloatArray:
-    estimate = np.empty_like(p)
-    for k in range(len(p)):
-        for i in range(len(x)):
-            R = measurement_variance(inertia[k, i], position_noise)
-            q = disturbance_rate[i] * disturbance_rate[i]
-            if not begun[i]:
-                begin(x[i], P[i], x[i, 1], R, h[k], q)
-                begun[i] = True
-            predict(x[i], P[i], h[k], forcing[k, i], integral[k, i], q)
-            update(x[i], P[i], R)
-            estimate[k, i] = estimate_or_restart(x[i], begun, i, p[k, i])
-    return estimate
+#: Where the study searches the rate [Nm/sqrt(s)] and a jump [Nm]; the bandwidth goes with the cube
+#: root of the rate.
+RATE, JUMP = SearchRange(1e-3, 1e6), SearchRange(0.01, 100.0)
+SWEEP = ('disturbance_rate', 3.0)
 
 
 class Kalman(Observer):
@@ -65,12 +40,18 @@ class Kalman(Observer):
     disturbance in one second.
     """
 
-    identifier: ClassVar[str] = 'kalman'
+    identifier = 'kalman'
+    label = 'Kalman'
+    place = 7.0
     gain_units: ClassVar[Mapping[str, str]] = {
         'position_noise': 'rad',
         'disturbance_rate': 'Nm/sqrt(s)',
     }
     positive_gains: ClassVar[tuple[str, ...]] = ('position_noise', 'disturbance_rate')
+    causal = True
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'kalman': SearchSpace({'disturbance_rate': RATE}, SWEEP)
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
@@ -78,6 +59,22 @@ class Kalman(Observer):
         self._P = np.full((self.n, 3, 3), np.nan)
         self._begun = np.zeros(self.n, dtype=np.bool_)
         self._inertia = np.eye(self.n)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return D / sqrt(T): a jump D every T seconds, as a random walk."""
+        return {
+            'position_noise': conditions.position_noise,
+            'disturbance_rate': conditions.random_walk,
+        }
+
+    @classmethod
+    def _between_jumps(cls, conditions: Conditions) -> Recipe:
+        """Return a tenth of that rate, for an observer that goes faster where friction jumps."""
+        return {
+            'position_noise': conditions.position_noise,
+            'disturbance_rate': 0.1 * conditions.random_walk,
+        }
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
@@ -88,7 +85,8 @@ class Kalman(Observer):
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        return _run(self._x, self._P, self._begun, *samples.columns, *self.gains.values())
+        gains = (*self.gains.values(), np.zeros(self.n))
+        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
 
     def _remember(self, samples: MomentumSamples) -> None:
         """Keep the last inertia, for :meth:`lag_filter`."""

@@ -12,8 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sosml_friction.observers.crossing import crossing_probability, mobility
-from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.crossing import crossing_probability
+from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     estimate_or_restart,
@@ -21,8 +22,9 @@ from sosml_friction.observers.momentum_kalman import (
     predict,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Keeps a weight from underflow: it says nothing, but its hypothesis can come back.
 _LEAST_WEIGHT = 1e-100
@@ -111,17 +113,12 @@ def _run(
     covariances: FloatArray,
     weight: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
+    samples: Columns,
     mobilities: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-    crossing_jump: FloatArray,
-    jump_memory: FloatArray,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, crossing_jump, jump_memory = gains
     n = len(x)
     estimate = np.empty_like(p)
     crossing, innovation, S = np.empty(n), np.empty(2), np.empty(2)
@@ -157,15 +154,14 @@ class KalmanImm(Kalman):
     Weigh two Kalman observers: one believes in a recent jump of friction, the other does not.
 
     Interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic Control 33, 1988), for
-    each joint two filters of the :class:`~sosml_friction.observers.kalman.Kalman` model. In an
-    interval friction jumps with the chance pi that the joint's velocity changes its sign
+    each joint two filters of the :class:`Kalman` model. In an interval friction jumps with the
+    chance pi that the joint's velocity changes its sign
     (:mod:`~sosml_friction.observers.crossing`, at the merged estimate); a jump moves the weight to
     the second filter and adds crossing_jump^2 to its variance of tau_e; its weight goes back to
     the first with the time constant ``jump_memory``. Then each filter takes the measurement, and
     the weights are multiplied by the likelihoods of the innovations. The estimate is the weighted
-    mean. Against :class:`~sosml_friction.observers.kalman_scheduled.KalmanScheduled`, where the
-    same jump widens one filter, the one without the jump keeps its certainty until the
-    measurements have decided.
+    mean. Against :class:`KalmanScheduled`, where the same jump widens one filter, the one without
+    the jump keeps its certainty until the measurements have decided.
 
     Good for friction that depends on velocity, at one set of gains for slow and fast motion; a
     torque that jumps while the joint moves (a contact) is followed at the slow rate of
@@ -176,14 +172,26 @@ class KalmanImm(Kalman):
     velocity, about its Coulomb level; ``jump_memory`` [s] > 0.
     """
 
-    identifier: ClassVar[str] = 'kalman_imm'
+    identifier = 'kalman_imm'
+    label = 'Kalman IMM'
+    place = 10.0
+    coupled = True
     gain_units: ClassVar[Mapping[str, str]] = {
-        'position_noise': 'rad',
-        'disturbance_rate': 'Nm/sqrt(s)',
+        **Kalman.gain_units,
         'crossing_jump': 'Nm',
         'jump_memory': 's',
     }
     positive_gains: ClassVar[tuple[str, ...]] = (*Kalman.positive_gains, 'jump_memory')
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'kalman_imm': SearchSpace(
+            {
+                'disturbance_rate': RATE,
+                'crossing_jump': JUMP,
+                'jump_memory': SearchRange(0.01, 3.0),
+            },
+            SWEEP,
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
@@ -191,20 +199,21 @@ class KalmanImm(Kalman):
         self._covariances = np.full((self.n, 2, 3, 3), np.nan)
         self._weight = np.full((self.n, 2), np.nan)
 
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return a tenth of the random walk, and a jump of D / 2 believed in for T / 3."""
+        return {
+            **cls._between_jumps(conditions),
+            'crossing_jump': 0.5 * conditions.friction_jump,
+            'jump_memory': conditions.reversal_time / 3.0,
+        }
+
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        return _run(
-            self._x,
-            self._P,
-            self._modes,
-            self._covariances,
-            self._weight,
-            self._begun,
-            *samples.columns,
-            mobility(samples.inertia),
-            *self.gains.values(),
-        )
+        state = self._x, self._P, self._modes, self._covariances, self._weight, self._begun
+        gains = tuple(self.gains.values())
+        return _run(*state, samples.columns, samples.mobility, gains)
 
     def mode_probabilities(self) -> FloatArray:
         """Return the weights of no recent jump and of one, (n, 2); NaN before the first sample."""

@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sosml_friction.observers.kalman import Kalman
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
     begin,
     estimate_or_restart,
@@ -21,8 +22,9 @@ from sosml_friction.observers.momentum_kalman import (
     steady_lag_filter,
     update,
 )
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: What is left after an interval of the running means of the innovations: about 20 of them count.
 _MEMORY = 0.95
@@ -56,15 +58,11 @@ def _run(
     q: FloatArray,
     means: FloatArray,
     begun: NDArray[np.bool_],
-    h: FloatArray,
-    p: FloatArray,
-    integral: FloatArray,
-    forcing: FloatArray,
-    inertia: FloatArray,
-    position_noise: FloatArray,
-    disturbance_rate: FloatArray,
-    adaptation_rate: FloatArray,
+    samples: Columns,
+    gains: tuple[FloatArray, ...],
 ) -> FloatArray:
+    h, p, integral, forcing, inertia = samples
+    position_noise, disturbance_rate, adaptation_rate = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(x)):
@@ -90,10 +88,10 @@ class KalmanAdaptive(Kalman):
     """
     Adapt the process noise until the innovations are white.
 
-    In a :class:`~sosml_friction.observers.kalman.Kalman` observer of the right gain an innovation
-    tells nothing of the next. If they go together the filter lags and its intensity q is too
-    small, if they alternate it follows noise and q is too large. With the running mean m of the
-    innovations e before, and c = e m / mean(e^2), scaled to variance one for white ones ::
+    In a :class:`Kalman` observer of the right gain an innovation tells nothing of the next. If
+    they go together the filter lags and its intensity q is too small, if they alternate it follows
+    noise and q is too large. With the running mean m of the innovations e before, and c = e m /
+    mean(e^2), scaled to variance one for white ones ::
 
         d(ln q) / dt = adaptation_rate c,   q >= disturbance_rate^2
 
@@ -108,17 +106,25 @@ class KalmanAdaptive(Kalman):
     ``adaptation_rate`` [1/s].
     """
 
-    identifier: ClassVar[str] = 'kalman_adaptive'
-    gain_units: ClassVar[Mapping[str, str]] = {
-        'position_noise': 'rad',
-        'disturbance_rate': 'Nm/sqrt(s)',
-        'adaptation_rate': '1/s',
+    identifier = 'kalman_adaptive'
+    label = 'Kalman adaptive'
+    place = 8.0
+    gain_units: ClassVar[Mapping[str, str]] = {**Kalman.gain_units, 'adaptation_rate': '1/s'}
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'kalman_adaptive': SearchSpace(
+            {'disturbance_rate': RATE, 'adaptation_rate': SearchRange(0.01, 100.0)}, SWEEP
+        )
     }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
         self._q = self.gains['disturbance_rate'] ** 2
         self._means = np.zeros((self.n, 2))
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return never less than a tenth of the random walk, e-fold in a fifth of a second."""
+        return {**cls._between_jumps(conditions), 'adaptation_rate': 5.0}
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero and the least process noise."""
@@ -128,15 +134,8 @@ class KalmanAdaptive(Kalman):
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         self._remember(samples)
-        return _run(
-            self._x,
-            self._P,
-            self._q,
-            self._means,
-            self._begun,
-            *samples.columns,
-            *self.gains.values(),
-        )
+        state = self._x, self._P, self._q, self._means, self._begun
+        return _run(*state, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return the filter with the steady gain of the inertia and process noise seen last."""

@@ -11,23 +11,19 @@ import numpy as np
 from numba import njit
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
 @njit(cache=True)
-def run_implicit(
-    p_hat: FloatArray,
-    sigma: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    s1: FloatArray,
-    t1: FloatArray,
-    s2: FloatArray,
-    t2: FloatArray,
+def _run(
+    p_hat: FloatArray, sigma: FloatArray, samples: Columns, gains: tuple[FloatArray, ...]
 ) -> FloatArray:
     """Advance the states (n,) in place and return sigma after each interval, (N, n)."""
+    h, p, _, forcing, _ = samples
+    s1, t1, s2, t2 = gains
     estimate = np.empty_like(p)
     for k in range(len(p)):
         T = h[k]
@@ -54,19 +50,6 @@ def run_implicit(
     return estimate
 
 
-def refuse_immovable(observer: Observer) -> None:
-    """
-    Check that each joint's gains move sigma.
-
-    :raises ConfigurationError: if ``sliding`` and ``linear`` of a joint are both zero.
-    """
-    if not np.all(observer.gains['sliding'] + observer.gains['linear'] > 0.0):
-        raise ConfigurationError(
-            f'observer {observer.identifier} needs sliding > 0 or linear > 0 on each joint: '
-            'without both its estimate never moves'
-        )
-
-
 class Sosml(Observer):
     """
     Track the momentum by a super-twisting observer with linear terms, stepped implicitly.
@@ -77,22 +60,65 @@ class Sosml(Observer):
     observer of frequency sqrt(S2) and damping T2 / (2 sqrt(S2)).
 
     Gains: ``sliding`` S1 [Nm/s], ``sliding_root`` T1 [sqrt(Nm/s)], ``linear`` S2 [1/s^2],
-    ``linear_damping`` T2 [1/s].
+    ``linear_damping`` T2 [1/s]; ``sliding`` or ``linear`` > 0, or the estimate would never move.
     """
 
-    identifier: ClassVar[str] = 'sosml'
+    identifier = 'sosml'
+    label = 'SOSML'
+    place = 5.0
     gain_units: ClassVar[Mapping[str, str]] = {
         'sliding': 'Nm/s',
         'sliding_root': 'sqrt(Nm/s)',
         'linear': '1/s^2',
         'linear_damping': '1/s',
     }
+    causal = True
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        'sosml': SearchSpace(
+            {
+                'sliding': SearchRange(1e-3, 1e5),
+                'sliding_root': SearchRange(0.1, 10.0, 'sliding'),
+                'linear': SearchRange(1.0, 1e6),
+                'linear_damping': SearchRange(0.1, 4.0, 'linear'),
+            },
+            ('linear', 2.0),
+        )
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        refuse_immovable(self)
+        if not np.all(self.gains['sliding'] + self.gains['linear'] > 0.0):
+            raise ConfigurationError(
+                f'observer {self.identifier} needs sliding > 0 or linear > 0 on each joint: '
+                'without both its estimate never moves'
+            )
         self._p_hat = np.full(self.n, np.nan)
         self._sigma = np.full(self.n, np.nan)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """Return S2 = wn^2, T2 = 0.8 wn, with wn of the linear observer, and S1, T1 on top."""
+        return cls._on_linear(conditions.second_order_frequency, 0.4, conditions.momentum_noise)
+
+    @classmethod
+    def bandwidth_recipe(cls, w: FloatArray, momentum_noise: FloatArray) -> Recipe | None:
+        """Return S2 = w^2, T2 = w, and S1, T1 on top."""
+        return cls._on_linear(w, 0.5, momentum_noise)
+
+    @classmethod
+    def _on_linear(cls, wn: FloatArray, zeta: float, momentum_noise: FloatArray) -> Recipe:
+        """
+        Return a linear observer with S1 = 0.1 S2 s_p and T1 = 1.6 sqrt(S1).
+
+        That is small enough that noise of the momentum, s_p, does not feel it.
+        """
+        sliding = 0.1 * wn**2 * momentum_noise
+        return {
+            'sliding': sliding,
+            'sliding_root': 1.6 * np.sqrt(sliding),
+            'linear': wn**2,
+            'linear_damping': 2.0 * zeta * wn,
+        }
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
@@ -101,8 +127,7 @@ class Sosml(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        return run_implicit(self._p_hat, self._sigma, s.h, s.p, s.forcing, *self.gains.values())
+        return _run(self._p_hat, self._sigma, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

@@ -10,19 +10,21 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer
+from sosml_friction.observers.conditions import Conditions
+from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
+from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.search_space import SearchRange, SearchSpace
+
+#: Where the study searches a cutoff [1/s].
+CUTOFF = SearchRange(0.3, 1e4)
 
 
 @njit(cache=True)
-def _run(
-    r: FloatArray,
-    p_previous: FloatArray,
-    h: FloatArray,
-    p: FloatArray,
-    forcing: FloatArray,
-    c0: FloatArray,
+def run_first_order(
+    r: FloatArray, p_previous: FloatArray, samples: Columns, c0: FloatArray
 ) -> FloatArray:
+    """Advance the states (n,) in place and return r after each interval, (N, n)."""
+    h, p, _, forcing, _ = samples
     estimate = np.empty_like(p)
     for k in range(len(p)):
         for i in range(len(r)):
@@ -49,14 +51,42 @@ class FirstOrder(Observer):
     while c0 h << 1. Gain: ``cutoff`` = c0 [1/s] > 0.
     """
 
-    identifier: ClassVar[str] = 'first_order'
+    identifier = 'first_order'
+    label = 'FO'
+    place = 2.0
     gain_units: ClassVar[Mapping[str, str]] = {'cutoff': '1/s'}
     positive_gains: ClassVar[tuple[str, ...]] = ('cutoff',)
+    causal = True
+    study: ClassVar[Mapping[str, SearchSpace]] = {
+        # The reference of the paper's comparison: a first-order observer that is kept slow.
+        'first_order_capped': SearchSpace(
+            {'cutoff': SearchRange(0.3, 300.0)},
+            ('cutoff', 1.0),
+            label='FO capped',
+            remark='cutoff at most 300 1/s, as slow as in the paper',
+        ),
+        'first_order': SearchSpace({'cutoff': CUTOFF}, ('cutoff', 1.0)),
+    }
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
         self._r = np.full(self.n, np.nan)
         self._p = np.full(self.n, np.nan)
+
+    @classmethod
+    def recipe(cls, conditions: Conditions) -> Recipe:
+        """
+        Return c0 = (D^2 / (4 T s_p^2))^(1/3).
+
+        The mean square is c0^2 s_p^2 + D^2 J / (c0 T), where J = 1/2 is the integral of the square
+        of the error of a unit step in units of 1/c0.
+        """
+        return {'cutoff': conditions.first_order_cutoff}
+
+    @classmethod
+    def bandwidth_recipe(cls, w: FloatArray, momentum_noise: FloatArray) -> Recipe | None:
+        """Return c0 = w."""
+        return {'cutoff': w}
 
     def start(self, p: FloatArray) -> None:
         """Begin afresh at momentum ``p`` with the estimate zero."""
@@ -65,8 +95,7 @@ class FirstOrder(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        s = samples
-        return _run(self._r, self._p, s.h, s.p, s.forcing, self.gains['cutoff'])
+        return run_first_order(self._r, self._p, samples.columns, self.gains['cutoff'])
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return r_k = a r_{k-1} + (1 - a) d_k."""

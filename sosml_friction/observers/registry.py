@@ -1,0 +1,78 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Every observer there is, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.observers import kinds
+from sosml_friction.observers.observer import Observer
+
+
+class Observers(Mapping[str, type[Observer]]):
+    """Find the classes of observers, those of other programs included, from simple to slow."""
+
+    def __getitem__(self, name: str) -> type[Observer]:
+        """Return the class of an identifier."""
+        return self._known()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the identifiers in the order of every table."""
+        known = self._known()
+        return iter(sorted(known, key=lambda name: (known[name].place, name)))
+
+    def __len__(self) -> int:
+        """Return the number of observers."""
+        return len(self._known())
+
+    @staticmethod
+    def _known() -> dict[str, type[Observer]]:
+        for name in kinds.NAMES:
+            import_module(f'{kinds.__name__}.{name}')
+        return Observer.known
+
+
+OBSERVERS = Observers()
+
+
+def on_line_names() -> tuple[str, ...]:
+    """Return those that can run in a node."""
+    return tuple(name for name, observer in OBSERVERS.items() if observer.causal)
+
+
+def refuse_offline(names: Iterable[str]) -> None:
+    """
+    Check that none of the named observers needs the whole recording; unknown ones pass.
+
+    :raises ConfigurationError: if one does; the sentence lists those that can run on line.
+    """
+    offline = [name for name in names if name in OBSERVERS and not OBSERVERS[name].causal]
+    if offline:
+        raise ConfigurationError(
+            f'observer {", ".join(offline)} needs the whole recording and cannot run on line: use '
+            f'it on a bag, and choose from {", ".join(on_line_names())} here'
+        )
+
+
+def check_observers(names: Iterable[str]) -> None:
+    """
+    Check that every named observer exists.
+
+    :raises ConfigurationError: if one does not; the sentence lists those that do.
+    """
+    for name in names:
+        if name not in OBSERVERS:
+            raise ConfigurationError(f'observer {name!r} is unknown: use {", ".join(OBSERVERS)}')
+
+
+def make_observer(name: str, gains: Mapping[str, Sequence[float]]) -> Observer:
+    """
+    Build an observer from its name.
+
+    :raises ConfigurationError: if no observer has that name; the sentence lists those that exist.
+    """
+    check_observers([name])
+    return OBSERVERS[name](gains)
