@@ -54,7 +54,6 @@ def simulate(
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
     from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
-    from sosml_friction.identification.output_error.fits import recorded_controllers
     from sosml_friction.identification.several.bags_analysis import bag_name
     from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
     from sosml_friction.report.common.progress import progress
@@ -65,6 +64,7 @@ def simulate(
         write_simulation,
     )
     from sosml_friction.report.simulation.rows import error_table, simulation_sentences
+    from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
     from sosml_friction.simulation.recorded.recorded_loop import recorded_loop
     from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 

@@ -33,17 +33,15 @@ from sosml_friction.identification.friction_fit import (
     fit_friction,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
-from sosml_friction.identification.output_error.controlled import OutputErrorFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
-    ControlledJoint,
     OutputErrorFits,
     closed_loop_checks,
     first_guess,
     fit_controlled,
     is_alone,
-    recorded_controllers,
 )
+from sosml_friction.identification.output_error.output_error_fit import OutputErrorFit
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import CORRECTED, EffortCorrection
@@ -63,6 +61,10 @@ from sosml_friction.observers.configuration import (
     parse_configuration,
 )
 from sosml_friction.observers.log_conditions import configuration_for
+from sosml_friction.simulation.recorded.controlled_joint import (
+    ControlledJoint,
+    recorded_controllers,
+)
 
 FloatArray = NDArray[np.float64]
 

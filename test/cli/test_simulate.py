@@ -17,17 +17,14 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
-from sosml_friction.identification.output_error.controlled import (
-    CascadeController,
-    simulate_closed_loop,
-)
-from sosml_friction.identification.output_error.fits import recorded_controllers
 from sosml_friction.model.model_folder import (
     EffectTerm,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.cascade_loop import CascadeController, simulate_closed_loop
+from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/simulation.schema.json'

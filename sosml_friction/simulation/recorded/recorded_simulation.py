@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction, with_known
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.output_error.fits import ControlledJoint
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.recorded.cascade_drive import CascadeDrive
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 from sosml_friction.simulation.recorded.driver_loop import bridged, simulate_driver_loop
 from sosml_friction.simulation.recorded.loop_start import LoopReference, find_reference
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, during

@@ -169,10 +169,10 @@ def test_an_exact_plant_under_uneven_cycles_is_reproduced(uneven):
     """
     Its law is found to rounding, its motion as well as a command's time is known.
 
-    A cycle has two steps of integration, each with the command at its middle: a change du comes
-    up to half a step of 1 ms off, 0.29 ms rms, which is du 0.29 / 2 of force in that cycle. White
-    from cycle to cycle it moves the loop, w^2 = kp / M and 2 z w = kd / M + B / M, by x and v with
-    x^2 = f^2 T / (4 z w^3 M^2) and v = w x.
+    A cycle is one step of integration with the mean of the commands in it: a change du has its
+    impulse, and were its time off by 0.15 ms rms, that were du 0.15 / 2 of force in that cycle.
+    White from cycle to cycle it moves the loop, w^2 = kp / M and 2 z w = kd / M + B / M, by x and
+    v with x^2 = f^2 T / (4 z w^3 M^2) and v = w x.
     """
     bag, begin = uneven
     log = Bag.open(bag).joint_log()
@@ -181,8 +181,8 @@ def test_an_exact_plant_under_uneven_cycles_is_reproduced(uneven):
     assert reference.left['slider'] < 0.5
     found = simulated(bag, slider())
     assert found.mode == 'closed_loop'
-    assert found.steps == 2
-    force = 0.29 / 2.0 * float(np.std(np.diff(log.tau[:, 0])))
+    assert found.steps == 1
+    force = 0.15 / 2.0 * float(np.std(np.diff(log.tau[:, 0])))
     w = np.sqrt(PD['kp'] / MASS)
     z = 0.5 * (PD['kd'] + VISCOUS) / MASS / w
     x = force * np.sqrt(2e-3 / (4.0 * z * w**3)) / MASS

@@ -11,10 +11,10 @@ from known_robots import slider_model
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
-from sosml_friction.identification.output_error.fits import recorded_controllers
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
+from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 
 
