@@ -437,7 +437,7 @@ def tune(
 
     Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
     """
-    from sosml_friction.identification.bag_analysis import read_recorded_robot
+    from sosml_friction.bags.recorded_robot import read_recorded_robot
     from sosml_friction.identification.several.bags_analysis import bag_name
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.regression.signals import Signals, even_stretches
+from sosml_friction.regression.signals import Signals
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.recorded.loop_start import LoopReference
