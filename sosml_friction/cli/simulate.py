@@ -54,6 +54,7 @@ def simulate(
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
     from sosml_friction.bags.recorded_robot import read_recorded_robot
+    from sosml_friction.diagnosis.model_simulation import simulate_model
     from sosml_friction.identification.bag_analysis import bag_hash
     from sosml_friction.identification.several.bags_analysis import bag_name
     from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
@@ -67,7 +68,6 @@ def simulate(
     from sosml_friction.report.simulation.rows import error_table, simulation_sentences
     from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
     from sosml_friction.simulation.recorded.recorded_loop import recorded_loop
-    from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)
@@ -75,7 +75,7 @@ def simulate(
         recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)
         controlled = recorded_controllers(recorded.bag, recorded.log)
         loop = recorded_loop(recorded.bag, bag, recorded.log)
-        found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon, step, loop)
+        found = simulate_model(recorded.log, recorded.nominal, controlled, horizon, step, loop)
         if recorded.bag.recovery:
             found = replace(found, remarks=(recorded.bag.recovery, *found.remarks))
         provenance = {

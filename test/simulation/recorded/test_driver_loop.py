@@ -27,6 +27,7 @@ from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.model_effects import model_friction
+from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.joint_trajectory import JointTrajectory
 from sosml_friction.motion.reference_motion import ReferenceMotion
@@ -36,7 +37,6 @@ from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.loop_start import LoopReference, find_reference
 from sosml_friction.simulation.recorded.pd_drive import PdDrive
 from sosml_friction.simulation.recorded.recorded_loop import PdGains, during, recorded_loop
-from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 
 SCHEMA = Path(__file__).resolve().parents[3] / 'docs/schema/simulation.schema.json'
 STRING = 'std_msgs/msg/String'
@@ -77,7 +77,7 @@ def write_run(folder, log, trajectory, model, entries, sent_ns=0):
 def simulated(bag, model, log=None):
     opened = Bag.open(bag)
     log = log or opened.joint_log()
-    return simulate_recording(log, model, loop=recorded_loop(opened, bag, log))
+    return simulate_model(log, model, loop=recorded_loop(opened, bag, log))
 
 
 @pytest.mark.parametrize('with_velocity', [True, False])
@@ -321,7 +321,7 @@ def test_what_was_before_the_robot_was_enabled_is_left_out(emulated):
     part, own = during(longer, replace(loop, sent=loop.sent + 2.0))
     assert part.time[-1] == pytest.approx(log.time[-1] + 0.1, abs=5e-3)
     assert own.sent == pytest.approx(0.1, abs=5e-3)
-    found = simulate_recording(longer, arm(), loop=replace(loop, sent=loop.sent + 2.0))
+    found = simulate_model(longer, arm(), loop=replace(loop, sent=loop.sent + 2.0))
     assert found.mode == 'closed_loop'
 
 
