@@ -17,7 +17,7 @@ from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
 FloatArray = NDArray[np.float64]
 
 
-class Motion:
+class TrajectoryBuilder:
     """
     String together pieces of motion of n joints, with knots every ``dt`` where they bend.
 
@@ -41,7 +41,7 @@ class Motion:
         """Return how fast the motion is now (n,)."""
         return self._v[-1][-1]
 
-    def ramp(self, v: FloatArray, duration: float) -> Motion:
+    def ramp(self, v: FloatArray, duration: float) -> TrajectoryBuilder:
         """
         Go over to velocity ``v`` (n,) along 10 u^3 - 15 u^4 + 6 u^5, u = t / duration.
 
@@ -55,7 +55,7 @@ class Motion:
         q = self.q + duration * (self.v * u[:, None] + change * way)
         return self._append(u * duration, q, self.v + change * shape)
 
-    def hold(self, duration: float) -> Motion:
+    def hold(self, duration: float) -> TrajectoryBuilder:
         """Keep the present velocity for ``duration`` [s]."""
         self._grid(duration)  # refuses what is not a duration
         # A cubic between two knots is exact here, and a message of few points is quickly read.
@@ -63,7 +63,9 @@ class Motion:
             np.array([duration]), (self.q + self.v * duration)[None], self.v[None].copy()
         )
 
-    def move(self, q: FloatArray, top_speed: float | FloatArray, shortest: float = 0.2) -> Motion:
+    def move(
+        self, q: FloatArray, top_speed: float | FloatArray, shortest: float = 0.2
+    ) -> TrajectoryBuilder:
         """
         Move from rest to rest at ``q`` (n,) along the same quintic, in position.
 
@@ -90,7 +92,7 @@ class Motion:
         plateau_s: float,
         ramp_s: float,
         top_speed: float | FloatArray,
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Go through ``middle`` (n,) at velocity ``v`` (n,) for ``plateau_s``, rest, and come back.
 
@@ -109,7 +111,7 @@ class Motion:
         turn_s: float,
         cycles: int,
         top_speed: float | FloatArray,
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Go through ``middle`` at +v and -v in turn, without a rest where the motion turns.
 
@@ -131,7 +133,7 @@ class Motion:
 
     def wave(
         self, duration: float, shape: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Add a motion about where the joints are now, which ends where it begins.
 
@@ -159,7 +161,7 @@ class Motion:
         count = max(1, int(np.ceil(duration / self._dt - 1e-9)))
         return np.linspace(0.0, duration, count + 1)[1:]
 
-    def _append(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Motion:
+    def _append(self, t: FloatArray, q: FloatArray, v: FloatArray) -> TrajectoryBuilder:
         self._t.append(self._t[-1][-1] + t)
         self._q.append(q)
         self._v.append(np.array(v))
@@ -168,7 +170,7 @@ class Motion:
 
 def begin_motion(
     what: str, start: Mapping[str, float], centre: Mapping[str, float], scale: Sequence[float]
-) -> tuple[Motion, FloatArray, FloatArray]:
+) -> tuple[TrajectoryBuilder, FloatArray, FloatArray]:
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
 
@@ -190,7 +192,7 @@ def begin_motion(
             'positive number to one that moves'
         )
     middle = np.array([centre[name] for name in names], dtype=float)
-    return Motion(names, np.array([start[name] for name in names])), middle, factor
+    return TrajectoryBuilder(names, np.array([start[name] for name in names])), middle, factor
 
 
 def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:

@@ -12,7 +12,7 @@ import pytest
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.identification.segments import SegmentSettings, find_segments
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.building_blocks import Motion, check_limits
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, check_limits
 from sosml_friction.motion.fade import fade
 from sosml_friction.motion.trajectories import (
     LONGEST_S,
@@ -82,7 +82,9 @@ def test_the_step_of_acceleration_at_knots_falls_with_the_distance_of_the_knots(
         s, c = np.sin(5.0 * t)[:, None], np.cos(5.0 * t)[:, None]
         return 0.1 * e.x * s, 0.1 * (e.rate * s + 5.0 * e.x * c)
 
-    motion = Motion(('a',), np.zeros(1), step).ramp(np.ones(1), 0.3).ramp(np.zeros(1), 0.3)
+    motion = (
+        TrajectoryBuilder(('a',), np.zeros(1), step).ramp(np.ones(1), 0.3).ramp(np.zeros(1), 0.3)
+    )
     built = motion.wave(2.0, shape).build()
     spline = built.spline()
     inner = built.t[1:-1]
@@ -361,7 +363,7 @@ def test_numbers_that_the_functions_refuse_themselves():
     with pytest.raises(TrajectoryError, match='name the same joints'):
         reversal(START, {'shoulder': 0.0})
     with pytest.raises(TrajectoryError, match='a wave begins at a speed'):
-        Motion(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).wave(1.0, lambda t: (t, t))
+        TrajectoryBuilder(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).wave(1.0, lambda t: (t, t))
 
 
 @pytest.mark.parametrize('name', EVERY)

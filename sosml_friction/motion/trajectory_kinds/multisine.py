@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
     require_positive,
@@ -93,7 +93,9 @@ def multisine(
     return add_multisine(motion, settings or MultisineSettings(), factor).build()
 
 
-def add_multisine(motion: Motion, settings: MultisineSettings, scale: FloatArray) -> Motion:
+def add_multisine(
+    motion: TrajectoryBuilder, settings: MultisineSettings, scale: FloatArray
+) -> TrajectoryBuilder:
     """
     Add the multisine about where the motion rests.
 

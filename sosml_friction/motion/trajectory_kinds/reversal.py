@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
     require_positive,
@@ -60,13 +60,13 @@ def reversal(
 
 
 def add_sinusoid(
-    motion: Motion,
+    motion: TrajectoryBuilder,
     amplitude: FloatArray,
     frequency: float,
     cycles: float,
     ramp_s: float,
     decay: float = 1.0,
-) -> Motion:
+) -> TrajectoryBuilder:
     """
     Add the sinusoid about where the motion rests.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
     require_positive,
@@ -56,14 +56,14 @@ def speed_ladder(
 
 
 def add_ladder(
-    motion: Motion,
+    motion: TrajectoryBuilder,
     middle: NDArray[np.float64],
     speeds: Sequence[float],
     plateaus_s: Sequence[float],
     ramp_s: float,
     top_speed: NDArray[np.float64],
     scale: NDArray[np.float64],
-) -> Motion:
+) -> TrajectoryBuilder:
     """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
     steps = list(zip(speeds, plateaus_s, strict=True))
     for speed, plateau_s in [*steps, *reversed(steps)]:
