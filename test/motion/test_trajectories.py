@@ -5,21 +5,26 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from sosml_friction.cli.main import main
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.identification.segments import SegmentSettings, find_segments
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.building_blocks import TrajectoryBuilder, check_limits
+from sosml_friction.motion import trajectory_kinds
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, check_limits
 from sosml_friction.motion.fade import fade
 from sosml_friction.motion.trajectories import (
+    COMMON,
     LONGEST_S,
     TRAJECTORIES,
     build_trajectory,
     find_kind,
 )
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, multisine
 from sosml_friction.motion.trajectory_kinds.reversal import reversal
 from sosml_friction.motion.trajectory_kinds.rich import rich
@@ -27,6 +32,8 @@ from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 from sosml_friction.motion.trajectory_kinds.slow_s_shape import slow_s_shape
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
 from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
+from sosml_friction.motion.trajectory_option import TrajectoryOption
+from sosml_friction.report.plan.planned_trajectory import plan_trajectory
 from sosml_friction.share import share_directory
 
 EVERY = tuple(TRAJECTORIES)
@@ -383,3 +390,75 @@ def test_a_trajectory_goes_by_the_label_of_the_paper_too():
     ]  # fmt: skip
     with pytest.raises(TrajectoryError, match='is unknown'):
         find_kind('')
+
+
+@pytest.fixture
+def nod():
+    """Return a kind of trajectory that is made outside of the package, while the test runs."""
+
+    class Nod(TrajectoryKind):
+        name, label, description = 'nod', 'the nod', 'there and back once'
+        options = (TrajectoryOption('way', 'way', 0.1, 'how far', 'rad or m', (1e-3, 1.0)),)
+
+        @classmethod
+        def build(cls, start, centre, values):
+            motion, middle, scale = begin_motion('the nod', start, centre, values['scale'])
+            return motion.move(middle + values['way'] * scale, 0.5).move(middle, 0.5).build()
+
+    yield Nod
+    del TrajectoryKind.registry['nod']
+
+
+def test_a_kind_from_outside_the_package_is_listed_found_checked_and_built(nod):
+    assert TRAJECTORIES['nod'] is nod is find_kind('the nod')
+    _, q, _, _ = sampled(build_trajectory('nod', CENTRE, CENTRE, {'way': 0.2}))
+    assert np.ptp(q[:, 0]) == pytest.approx(0.2, rel=1e-3)
+    with pytest.raises(
+        TrajectoryError, match=r'way is 2\.0: give finite numbers from 0\.001 to 1'
+    ):
+        build_trajectory('nod', CENTRE, CENTRE, {'way': 2.0})
+    with pytest.raises(TrajectoryError, match=r'is unknown: use speed_ladder, .*\bnod\b'):
+        find_kind('shake')
+    planned = plan_trajectory('nod', None, None, ['way=0.05'])
+    assert planned.options['way'] == 0.05
+
+
+def test_a_kind_that_does_not_say_what_it_must_or_takes_a_name_is_refused():
+    def build(cls, start, centre, values):
+        raise AssertionError
+
+    said = {'build': classmethod(build), 'name': 'nod', 'label': 'the nod', 'options': ()}
+    with pytest.raises(TypeError, match='does not say its description'):
+        type('Nod', (TrajectoryKind,), said)
+    said |= {'description': 'there and back', 'label': 'T1'}
+    with pytest.raises(TypeError, match='has the name or label of SpeedLadder'):
+        type('Nod', (TrajectoryKind,), said)
+    assert 'nod' not in TRAJECTORIES
+
+
+@pytest.mark.parametrize('name', EVERY)
+def test_every_kind_says_what_programs_need_of_it(name):
+    kind = TRAJECTORIES[name]
+    assert (kind.name, kind) == (name, find_kind(kind.label))
+    assert kind.description
+    assert kind.role in ('', 'T1', 'T2', 'T3')
+    names = [option.name for option in (*kind.options, *COMMON)]
+    keywords = [option.keyword for option in (*kind.options, *COMMON)]
+    assert len(set(names)) == len(names)
+    assert len(set(keywords)) == len(keywords)
+    for option in kind.options:
+        assert option.range is not None, 'a node has a range for each of its parameters'
+        assert option.check(option.default) == option.default
+
+
+def test_the_paper_has_a_trajectory_for_each_role_and_all_files_of_kinds_are_registered():
+    assert [kind.role for kind in TRAJECTORIES.values() if kind.role] == ['T1', 'T2', 'T3']
+    folder = Path(trajectory_kinds.__file__).parent
+    assert set(TRAJECTORIES) == {path.stem for path in folder.glob('[!_]*.py')}
+
+
+def test_the_help_of_the_command_names_every_kind(capsys):
+    main(['trajectory', '--help'])
+    words = re.sub(r'[\s│]+', ' ', capsys.readouterr().out)
+    for name in EVERY:
+        assert re.search(rf'\b{name}\b', words)

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from sosml_friction.motion.building_blocks import (
 )
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import SPEED, SPEEDS, TOP, WAY, WAYS, options_of
 
 FloatArray = NDArray[np.float64]
 
@@ -137,3 +140,37 @@ def add_multisine(
         return wave.x * factor, wave.rate * factor
 
     return motion.wave(duration, shape)
+
+
+#: What the user can set of a multisine.
+SINES = options_of(
+    MultisineSettings,
+    ('amplitude', 'amplitude', 'largest displacement from the centre', WAY, WAYS),
+    ('peak_speed', 'peak_speed', 'largest speed', SPEED, SPEEDS),
+    (
+        'peak_acceleration', 'peak_acceleration', 'largest acceleration', 'rad/s2 or m/s2',
+        (1e-3, 1000.0),
+    ),
+    ('band', 'band', 'lowest and highest frequency', 'Hz', (0.01, 50.0)),
+    ('period', 'period_s', 'period, the inverse of the spacing of frequencies', 's', (0.1, 200.0)),
+    ('periods', 'periods', 'whole periods at full amplitude', '', (1, 100)),
+    ('ramp', 'ramp_s', 'from and to rest', 's', (0.1, 60.0)),
+    ('seed', 'seed', 'of the phases', '', (0, 2**31 - 1)),
+)  # fmt: skip
+
+
+class Multisine(TrajectoryKind):
+    """The multisine, by :func:`multisine`."""
+
+    name = 'multisine'
+    label = 'the multisine'
+    description = 'a periodic sum of sinusoids of random phase within a band'
+    options = (*SINES, *options_of(multisine, TOP))
+
+    @classmethod
+    def build(
+        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return it."""
+        settings = MultisineSettings(**{o.keyword: values[o.keyword] for o in SINES})
+        return multisine(start, centre, settings, values['top_speed'], values['scale'])

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from sosml_friction.motion.building_blocks import (
 )
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import TOP, WAY, WAYS, options_of
 
 FloatArray = NDArray[np.float64]
 
@@ -85,3 +88,26 @@ def add_sinusoid(
         return faded.x * amplitude, faded.rate * amplitude
 
     return motion.wave(duration, shape)
+
+
+class Reversal(TrajectoryKind):
+    """The reversal, by :func:`reversal`."""
+
+    name = 'reversal'
+    label = 'the reversal'
+    description = 'a sinusoid that comes out of rest and goes back to it'
+    options = options_of(
+        reversal,
+        ('amplitude', 'amplitude', 'of the sinusoid', WAY, WAYS),
+        ('frequency', 'frequency', 'of the sinusoid', 'Hz', (0.01, 50.0)),
+        ('cycles', 'cycles', 'at full amplitude', '', (0.5, 1000.0)),
+        ('ramp', 'ramp_s', 'from and to rest', 's', (0.1, 60.0)),
+        TOP,
+    )  # fmt: skip
+
+    @classmethod
+    def build(
+        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return it."""
+        return reversal(start, centre, **values)

@@ -5,9 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
 
 
 def slow_s_shape(
@@ -41,3 +44,25 @@ def slow_s_shape(
     top = move_speeds(top_speed, factor)
     motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()
+
+
+class SlowSShape(TrajectoryKind):
+    """The slow S-shape, by :func:`slow_s_shape`."""
+
+    name = 'slow_s_shape'
+    label = 'the slow S-shape'
+    description = 'one low speed to and fro, with turns as long as the plateaus'
+    options = options_of(
+        slow_s_shape,
+        ('speed', 'speed', 'of the plateaus', SPEED, SPEEDS),
+        PLATEAU, TURN,
+        ('cycles', 'cycles', 'pairs of half-cycles', '', (1, 100)),
+        TOP,
+    )  # fmt: skip
+
+    @classmethod
+    def build(
+        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return it."""
+        return slow_s_shape(start, centre, **values)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,14 @@ from sosml_friction.motion.building_blocks import (
     require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, RAMP, SPEED, SPEEDS, TOP, options_of
 
 
 def speed_ladder(
     start: Mapping[str, float],
     centre: Mapping[str, float],
-    speeds: Sequence[float],
+    speeds: Sequence[float] = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7),
     plateau_s: float = 0.8,
     ramp_s: float = 0.3,
     top_speed: float = 0.8,
@@ -69,3 +72,24 @@ def add_ladder(
     for speed, plateau_s in [*steps, *reversed(steps)]:
         motion.there_and_back(middle, speed * scale, plateau_s, ramp_s, top_speed)
     return motion
+
+
+class SpeedLadder(TrajectoryKind):
+    """T1, by :func:`speed_ladder`."""
+
+    name = 'speed_ladder'
+    role = 'T1'
+    label = 'T1'
+    description = 'T1: plateaus of rising then falling speed, each in both directions'
+    options = options_of(
+        speed_ladder,
+        ('speeds', 'speeds', 'plateau speeds, taken up and then down', SPEED, SPEEDS),
+        PLATEAU, RAMP, TOP,
+    )  # fmt: skip
+
+    @classmethod
+    def build(
+        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return it."""
+        return speed_ladder(start, centre, **values)

@@ -5,9 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
 
 
 def symmetric_reversals(
@@ -47,3 +50,26 @@ def symmetric_reversals(
     for speed in [*speeds, *reversed(speeds)]:
         motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()
+
+
+class SymmetricReversals(TrajectoryKind):
+    """T2, by :func:`symmetric_reversals`."""
+
+    name = 'symmetric_reversals'
+    role = 'T2'
+    label = 'T2'
+    description = 'T2: trains of short half-cycles at low speeds, to and fro without a rest'
+    options = options_of(
+        symmetric_reversals,
+        ('speeds', 'speeds', 'of the half-cycles, up and then down', SPEED, SPEEDS),
+        PLATEAU, TURN,
+        ('cycles', 'cycles', 'pairs of half-cycles at each speed', '', (1, 100)),
+        TOP,
+    )  # fmt: skip
+
+    @classmethod
+    def build(
+        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return it."""
+        return symmetric_reversals(start, centre, **values)

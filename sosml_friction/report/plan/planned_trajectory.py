@@ -24,13 +24,9 @@ from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import per_joint
 from sosml_friction.motion.limit_use import LimitUse
-from sosml_friction.motion.trajectories import (
-    COMMON,
-    TrajectoryKind,
-    build_trajectory,
-    find_kind,
-)
+from sosml_friction.motion.trajectories import COMMON, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_loads import (
     TrajectoryLoads,
     limit_uses,
@@ -76,7 +72,7 @@ class PlannedTrajectory:
     ``options`` are the values it was made from; ``uses`` those of all joints and quantities.
     """
 
-    kind: TrajectoryKind
+    kind: type[TrajectoryKind]
     options: Mapping[str, Value]
     robot: Robot
     trajectory: Trajectory
@@ -275,7 +271,7 @@ def _make_robot(nominal: RobotModelFile, urdf: Path | None) -> Robot:
 
 
 def _from_parameters(
-    folder: Path, kind: TrajectoryKind, options: Mapping[str, TrajectoryOption]
+    folder: Path, kind: type[TrajectoryKind], options: Mapping[str, TrajectoryOption]
 ) -> dict[str, Value]:
     """Return the options that the parameter file beside the model folder sets."""
     file = folder.resolve().with_suffix('.yaml') if folder.is_dir() else None
