@@ -413,9 +413,7 @@ def test_a_kind_from_outside_the_package_is_listed_found_checked_and_built(nod):
     assert TRAJECTORIES['nod'] is nod is find_kind('the nod')
     _, q, _, _ = sampled(build_trajectory('nod', CENTRE, CENTRE, {'way': 0.2}))
     assert np.ptp(q[:, 0]) == pytest.approx(0.2, rel=1e-3)
-    with pytest.raises(
-        TrajectoryError, match=r'way is 2\.0: give finite numbers from 0\.001 to 1'
-    ):
+    with pytest.raises(TrajectoryError, match=r'way is 2\.0: give finite numbers from'):
         build_trajectory('nod', CENTRE, CENTRE, {'way': 2.0})
     with pytest.raises(TrajectoryError, match=r'is unknown: use speed_ladder, .*\bnod\b'):
         find_kind('shake')
