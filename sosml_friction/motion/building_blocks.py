@@ -74,10 +74,7 @@ class TrajectoryBuilder:
         :param shortest: least duration [s].
         :raises TrajectoryError: if the motion is not at rest now.
         """
-        if np.any(self.v != 0.0):
-            raise TrajectoryError(
-                f'a move begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
-            )
+        self._require_rest('a move')
         way = np.asarray(q, dtype=float) - self.q
         duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way) / top_speed)))
         u = self._grid(duration) / duration
@@ -141,10 +138,7 @@ class TrajectoryBuilder:
             at 0 and at ``duration``.
         :raises TrajectoryError: if the motion is not at rest now.
         """
-        if np.any(self.v != 0.0):
-            raise TrajectoryError(
-                f'a wave begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
-            )
+        self._require_rest('a wave')
         t = self._grid(duration)
         displacement, velocity = shape(t)
         return self._append(t, self.q + displacement, velocity)
@@ -154,6 +148,12 @@ class TrajectoryBuilder:
         return Trajectory(
             self.names, np.concatenate(self._t), np.concatenate(self._q), np.concatenate(self._v)
         )
+
+    def _require_rest(self, what: str) -> None:
+        if np.any(self.v != 0.0):
+            raise TrajectoryError(
+                f'{what} begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
+            )
 
     def _grid(self, duration: float) -> FloatArray:
         if not duration > 0.0:
@@ -169,7 +169,11 @@ class TrajectoryBuilder:
 
 
 def begin_motion(
-    what: str, start: Mapping[str, float], centre: Mapping[str, float], scale: Sequence[float]
+    what: str,
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    scale: Sequence[float],
+    **positive: float | Sequence[float],
 ) -> tuple[TrajectoryBuilder, FloatArray, FloatArray]:
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
@@ -177,8 +181,10 @@ def begin_motion(
     :param what: the trajectory, for the error sentence.
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
-    :raises TrajectoryError: if joints differ, or the scale is none.
+    :param positive: other numbers of the trajectory, which have to be.
+    :raises TrajectoryError: if joints differ, the scale is none or a number is not positive.
     """
+    require_positive(what, **positive)
     if set(start) != set(centre):
         raise TrajectoryError(
             f'{what} has centres for {", ".join(centre)} where the robot reports '

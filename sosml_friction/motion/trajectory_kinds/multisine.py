@@ -90,8 +90,9 @@ def multisine(
         centre.
     :raises TrajectoryError: if joints differ, or the band holds no line for a joint.
     """
-    require_positive('the multisine', top_speed=top_speed)
-    motion, middle, factor = begin_motion('the multisine', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the multisine', start, centre, scale, top_speed=top_speed
+    )
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_multisine(motion, settings or MultisineSettings(), factor).build()
 

@@ -14,7 +14,6 @@ from sosml_friction.motion.building_blocks import (
     TrajectoryBuilder,
     begin_motion,
     move_speeds,
-    require_positive,
 )
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
@@ -49,15 +48,10 @@ def reversal(
         its centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    require_positive(
-        'the reversal',
-        amplitude=amplitude,
-        frequency=frequency,
-        cycles=cycles,
-        ramp=ramp_s,
-        top_speed=top_speed,
-    )
-    motion, middle, factor = begin_motion('the reversal', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the reversal', start, centre, scale,
+        amplitude=amplitude, frequency=frequency, cycles=cycles, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_sinusoid(motion, amplitude * factor, frequency, cycles, ramp_s).build()
 

@@ -15,7 +15,6 @@ from sosml_friction.motion.building_blocks import (
     begin_motion,
     move_speeds,
     per_joint,
-    require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
@@ -74,21 +73,14 @@ def rich(
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     what = 'the rich trajectory'
-    require_positive(
-        what,
-        speeds=speeds,
-        plateau=plateau_s,
-        ramp=ramp_s,
-        amplitude=amplitude,
-        frequency=frequency,
-        cycles=cycles,
-        decay=decay,
-        top_speed=top_speed,
-    )
+    motion, middle, factor = begin_motion(
+        what, start, centre, scale,
+        speeds=speeds, plateau=plateau_s, ramp=ramp_s, amplitude=amplitude, frequency=frequency,
+        cycles=cycles, decay=decay, top_speed=top_speed,
+    )  # fmt: skip
     if decay > 1.0:
         raise TrajectoryError(f'{what} has reversals with decay {decay}: give at most 1')
     sines = settings or MultisineSettings()
-    motion, middle, factor = begin_motion(what, start, centre, scale)
     shift = np.where(factor > 0.0, per_joint('the offset', offset, len(middle)), 0.0)
     if not np.isfinite(shift).all():
         raise TrajectoryError(f'{what} has the offset {list(offset)}: give finite numbers')

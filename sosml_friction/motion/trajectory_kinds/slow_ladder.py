@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.speed_ladder import add_ladder
@@ -35,15 +35,10 @@ def slow_ladder(
     The other arguments and errors are those of
     :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
     """
-    require_positive(
-        'the slow ladder',
-        speeds=speeds,
-        plateau=plateau_s,
-        way=way,
-        ramp=ramp_s,
-        top_speed=top_speed,
-    )
-    motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the slow ladder', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, way=way, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     plateaus = [max(plateau_s, way / speed) for speed in speeds]
     add_ladder(motion, middle, speeds, plateaus, ramp_s, top, factor)

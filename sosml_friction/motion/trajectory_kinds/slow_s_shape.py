@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
@@ -36,11 +36,10 @@ def slow_s_shape(
     The other arguments and errors are those of
     :func:`~sosml_friction.motion.trajectory_kinds.symmetric_reversals.symmetric_reversals`.
     """
-    what = 'the slow S-shape'
-    require_positive(
-        what, speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion(what, start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the slow S-shape', start, centre, scale,
+        speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()

@@ -14,7 +14,6 @@ from sosml_friction.motion.building_blocks import (
     TrajectoryBuilder,
     begin_motion,
     move_speeds,
-    require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
@@ -49,10 +48,10 @@ def speed_ladder(
         centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    require_positive(
-        'the ladder', speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion('the ladder', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the ladder', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     add_ladder(motion, middle, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
     return motion.move(middle, top, 0.4).build()

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
@@ -41,11 +41,10 @@ def symmetric_reversals(
         centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    what = 'the train of reversals'
-    require_positive(
-        what, speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion(what, start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the train of reversals', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     for speed in [*speeds, *reversed(speeds)]:
         motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
