@@ -136,7 +136,7 @@ def fit_controlled(
     """
     Fit a joint so that it moves under its controller as it was measured.
 
-    :param start: first guess, by :data:`~.controlled.PARAMETERS`.
+    :param start: first guess, by :data:`~sosml_friction.simulation.cascade_loop.PARAMETERS`.
     :raises DataError: if the robot is not one joint without gravity, or as of
         :func:`~.controlled.fit_output_error`.
     """
