@@ -74,7 +74,7 @@ def build_trajectory(
             raise TrajectoryError(f'{name} has no option {key!r}: use {", ".join(options)}')
     chosen = {key: option.default for key, option in options.items()} | dict(values or {})
     keywords = {option.keyword: option.check(chosen[key]) for key, option in options.items()}
-    trajectory = kind.build(start, centre, keywords)
+    trajectory = kind.build(start, centre, **keywords)
     if trajectory.duration > LONGEST_S:
         raise TrajectoryError(
             f'{name} would last {trajectory.duration:.0f} s, more than {LONGEST_S:.0f} s: use '

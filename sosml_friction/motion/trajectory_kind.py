@@ -4,62 +4,43 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_option import TrajectoryOption
 
 
-class TrajectoryKind(ABC):
+class TrajectoryKind:
     """
-    Name a kind of trajectory; a subclass that says all of this is found by its name.
+    Name a kind of trajectory; a subclass says all of this, and is found by its name.
 
     ``label`` is what it is called in a sentence; ``role`` what recordings of it are for in the
-    paper's rule, if anything: T1, T2 or T3.
+    paper's rule, if anything: T1, T2 or T3. ``build`` takes start and centre, each a mapping from
+    joint to position [rad or m], the keywords of ``options``, and ``scale`` as every trajectory
+    has it; it raises a TrajectoryError if they cannot be used together.
+
+    :raises TypeError: if a subclass leaves something out, or has the name or label of another.
     """
 
     name: ClassVar[str]
     label: ClassVar[str]
     description: ClassVar[str]
     options: ClassVar[tuple[TrajectoryOption, ...]]
+    build: ClassVar[Callable[..., Trajectory]]
     role: ClassVar[str] = ''
 
     registry: ClassVar[dict[str, type[TrajectoryKind]]] = {}
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
-        if getattr(cls.build, '__isabstractmethod__', False):
-            return
-        said = ('name', 'label', 'description', 'options')
+        said = ('name', 'label', 'description', 'options', 'build')
         missing = [what for what in said if not hasattr(cls, what)]
         if missing:
             raise TypeError(f'trajectory {cls.__name__} does not say its {", ".join(missing)}')
-        other = next(
-            (
-                kind
-                for kind in TrajectoryKind.registry.values()
-                if {kind.name, kind.label} & {cls.name, cls.label}
-            ),
-            None,
-        )
-        if other is not None:
-            raise TypeError(
-                f'trajectory {cls.__name__} has the name or label of {other.__name__}: {cls.name}'
-            )
+        for other in TrajectoryKind.registry.values():
+            if {other.name, other.label} & {cls.name, cls.label}:
+                raise TypeError(
+                    f'trajectory {cls.__name__} has the name or label of {other.__name__}'
+                )
         TrajectoryKind.registry[cls.name] = cls
-
-    @classmethod
-    @abstractmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """
-        Return the trajectory.
-
-        :param start: present position of each joint, at rest [rad or m].
-        :param centre: about which each joint moves [rad or m].
-        :param values: by the keywords of ``options``, and ``scale`` as every trajectory has it.
-        :raises TrajectoryError: if they cannot be used together.
-        """

@@ -400,10 +400,10 @@ def nod():
         name, label, description = 'nod', 'the nod', 'there and back once'
         options = (TrajectoryOption('way', 'way', 0.1, 'how far', 'rad or m', (1e-3, 1.0)),)
 
-        @classmethod
-        def build(cls, start, centre, values):
-            motion, middle, scale = begin_motion('the nod', start, centre, values['scale'])
-            return motion.move(middle + values['way'] * scale, 0.5).move(middle, 0.5).build()
+        @staticmethod
+        def build(start, centre, way, scale):
+            motion, middle, factor = begin_motion('the nod', start, centre, scale)
+            return motion.move(middle + way * factor, 0.5).move(middle, 0.5).build()
 
     yield Nod
     del TrajectoryKind.registry['nod']
@@ -422,13 +422,10 @@ def test_a_kind_from_outside_the_package_is_listed_found_checked_and_built(nod):
 
 
 def test_a_kind_that_does_not_say_what_it_must_or_takes_a_name_is_refused():
-    def build(cls, start, centre, values):
-        raise AssertionError
-
-    said = {'build': classmethod(build), 'name': 'nod', 'label': 'the nod', 'options': ()}
-    with pytest.raises(TypeError, match='does not say its description'):
+    said = {'name': 'nod', 'label': 'the nod', 'options': ()}
+    with pytest.raises(TypeError, match='does not say its description, build'):
         type('Nod', (TrajectoryKind,), said)
-    said |= {'description': 'there and back', 'label': 'T1'}
+    said |= {'description': 'there and back', 'build': None, 'label': 'T1'}
     with pytest.raises(TypeError, match='has the name or label of SpeedLadder'):
         type('Nod', (TrajectoryKind,), said)
     assert 'nod' not in TRAJECTORIES

@@ -168,10 +168,13 @@ class Multisine(TrajectoryKind):
     description = 'a periodic sum of sinusoids of random phase within a band'
     options = (*SINES, *options_of(multisine, TOP))
 
-    @classmethod
+    @staticmethod
     def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+        start: Mapping[str, float],
+        centre: Mapping[str, float],
+        top_speed: float,
+        scale: Sequence[float],
+        **settings: Any,
     ) -> Trajectory:
         """Return it."""
-        settings = MultisineSettings(**{o.keyword: values[o.keyword] for o in SINES})
-        return multisine(start, centre, settings, values['top_speed'], values['scale'])
+        return multisine(start, centre, MultisineSettings(**settings), top_speed, scale)

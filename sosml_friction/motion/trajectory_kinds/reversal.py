@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,10 +97,4 @@ class Reversal(TrajectoryKind):
         ('ramp', 'ramp_s', 'from and to rest', 's', (0.1, 60.0)),
         TOP,
     )  # fmt: skip
-
-    @classmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """Return it."""
-        return reversal(start, centre, **values)
+    build = staticmethod(reversal)

@@ -131,12 +131,11 @@ class Rich(TrajectoryKind):
         *_SINES,
     )  # fmt: skip
 
-    @classmethod
+    @staticmethod
     def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
+        start: Mapping[str, float], centre: Mapping[str, float], **keywords: Any
     ) -> Trajectory:
         """Return it."""
-        own = dict(values)
-        sines = {option.keyword: own.pop(option.keyword) for option in _SINES}
+        sines = {option.keyword: keywords.pop(option.keyword) for option in _SINES}
         settings = MultisineSettings(sines.pop('multisine_amplitude'), **sines)
-        return rich(start, centre, settings=settings, **own)
+        return rich(start, centre, settings=settings, **keywords)

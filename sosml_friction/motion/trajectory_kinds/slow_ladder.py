@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
@@ -59,10 +58,4 @@ class SlowLadder(TrajectoryKind):
         ('way', 'way', 'least way of a plateau', WAY, (1e-6, 10.0)),
         RAMP, TOP,
     )  # fmt: skip
-
-    @classmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """Return it."""
-        return slow_ladder(start, centre, **values)
+    build = staticmethod(slow_ladder)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
@@ -58,10 +57,4 @@ class SlowSShape(TrajectoryKind):
         ('cycles', 'cycles', 'pairs of half-cycles', '', (1, 100)),
         TOP,
     )  # fmt: skip
-
-    @classmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """Return it."""
-        return slow_s_shape(start, centre, **values)
+    build = staticmethod(slow_s_shape)

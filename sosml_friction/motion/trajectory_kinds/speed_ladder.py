@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,10 +84,4 @@ class SpeedLadder(TrajectoryKind):
         ('speeds', 'speeds', 'plateau speeds, taken up and then down', SPEED, SPEEDS),
         PLATEAU, RAMP, TOP,
     )  # fmt: skip
-
-    @classmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """Return it."""
-        return speed_ladder(start, centre, **values)
+    build = staticmethod(speed_ladder)

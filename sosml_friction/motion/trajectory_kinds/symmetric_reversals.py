@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
@@ -65,10 +64,4 @@ class SymmetricReversals(TrajectoryKind):
         ('cycles', 'cycles', 'pairs of half-cycles at each speed', '', (1, 100)),
         TOP,
     )  # fmt: skip
-
-    @classmethod
-    def build(
-        cls, start: Mapping[str, float], centre: Mapping[str, float], values: Mapping[str, Any]
-    ) -> Trajectory:
-        """Return it."""
-        return symmetric_reversals(start, centre, **values)
+    build = staticmethod(symmetric_reversals)
