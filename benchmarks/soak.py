@@ -38,7 +38,7 @@ from sosml_friction.actuators.emulator.lockstep import (
     nominal_robot,
 )
 from sosml_friction.exceptions import SosmlFrictionError
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 
 # Nobody wears the emulated arm: a machine that stops for half a second does not end the soak.
 PATIENCE_S = 0.5
@@ -144,10 +144,10 @@ def resident_mb(pid: int) -> float:
         return int(stream.read().split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
 
 
-def swing() -> JointTrajectory:
+def swing() -> Trajectory:
     """Return a motion of 4 s from hanging and back."""
     hanging = np.array([-np.pi / 2, 0.0])
-    return JointTrajectory(
+    return Trajectory(
         ('shoulder', 'elbow'),
         np.array([1.0, 2.5, 4.0]),
         np.array([hanging, hanging + np.array([0.5, 0.8]), hanging]),
@@ -246,7 +246,7 @@ def _run(
     return result
 
 
-def _look(driver: JointDriver, trajectory: JointTrajectory, result: SoakResult) -> None:
+def _look(driver: JointDriver, trajectory: Trajectory, result: SoakResult) -> None:
     """Keep the arm swinging, and note why if it does not."""
     report = driver.report()
     try:

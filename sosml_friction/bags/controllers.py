@@ -8,7 +8,7 @@ latched topic ``controller_configuration``, where ``ros2 bag record`` made it. `
 else is in an entry:
 
 - ``cascade`` (or none): ``kp``, ``kv``, ``scale`` and ``limit``, a position loop about a velocity
-  loop (:class:`~sosml_friction.identification.output_error.controlled.CascadeController`).
+  loop (:class:`~sosml_friction.simulation.cascade_loop.CascadeController`).
 - ``pd``: ``kp`` [Nm/rad or N/m], ``kd`` [Nm s/rad or N s/m], ``limit`` [Nm or N], ``rate_limit``
   [Nm/s or N/s], ``rate`` [Hz], ``velocity_window`` [samples]: what
   :class:`~sosml_friction.motion.controller.JointController` commands, the inverse dynamics of

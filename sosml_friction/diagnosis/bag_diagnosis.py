@@ -10,15 +10,12 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import (
-    RecordedRobot,
-    bag_hash,
-    read_recorded_robot,
-)
+from sosml_friction.identification.bag_analysis import bag_hash
 from sosml_friction.identification.several.bags_analysis import bag_labels
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile

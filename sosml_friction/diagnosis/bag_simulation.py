@@ -9,14 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from sosml_friction.identification.bag_analysis import bag_hash, read_recorded_robot
-from sosml_friction.identification.output_error.fits import recorded_controllers
+from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.diagnosis.model_simulation import simulate_model
+from sosml_friction.identification.bag_analysis import bag_hash
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 from sosml_friction.simulation.recorded.recorded_loop import recorded_loop
-from sosml_friction.simulation.recorded.recorded_simulation import (
-    RecordedSimulation,
-    simulate_recording,
-)
+from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 
 class BagSimulation(NamedTuple):
@@ -45,13 +44,13 @@ def simulate_bag(
         closed loop from end to end, where the bag holds its controller.
     :param step: called with what is done next and, where it is known, the share that is done.
     :raises SosmlFrictionError: as
-        :func:`~sosml_friction.identification.bag_analysis.read_recorded_robot` and
-        :func:`~sosml_friction.simulation.recorded.recorded_simulation.simulate_recording`.
+        :func:`~sosml_friction.bags.recorded_robot.read_recorded_robot` and
+        :func:`~sosml_friction.diagnosis.model_simulation.simulate_model`.
     """
     recorded = read_recorded_robot(bag, model, urdf, namespace, own_urdf=model is not None)
     controlled = recorded_controllers(recorded.bag, recorded.log)
     loop = recorded_loop(recorded.bag, bag, recorded.log)
-    found = simulate_recording(recorded.log, recorded.nominal, controlled, horizon_s, step, loop)
+    found = simulate_model(recorded.log, recorded.nominal, controlled, horizon_s, step, loop)
     if recorded.bag.recovery:
         found = replace(found, remarks=(recorded.bag.recovery, *found.remarks))
     provenance = {

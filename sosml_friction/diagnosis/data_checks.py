@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.observers.signal_noise import signal_noise
-from sosml_friction.regression.signals import Signals, even_stretches
+from sosml_friction.regression.signals import Signals
 
 FloatArray = NDArray[np.float64]
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
+from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import (
     LEFT_OUT,
     NOTE,
@@ -33,17 +34,15 @@ from sosml_friction.identification.friction_fit import (
     fit_friction,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
-from sosml_friction.identification.output_error.controlled import OutputErrorFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
-    ControlledJoint,
     OutputErrorFits,
     closed_loop_checks,
     first_guess,
     fit_controlled,
     is_alone,
-    recorded_controllers,
 )
+from sosml_friction.identification.output_error.output_error_fit import OutputErrorFit
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import EffortCorrection, is_corrected
@@ -52,14 +51,16 @@ from sosml_friction.model.model_folder import (
     EffectTerm,
     FrictionParameters,
     RobotModelFile,
-    parse_model,
-    read_model,
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
 from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.observers.registry import OBSERVERS
+from sosml_friction.simulation.recorded.controlled_joint import (
+    ControlledJoint,
+    recorded_controllers,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -95,16 +96,6 @@ class BagAnalysis:
             if joint.friction is None
             and (observer := preferred_observer(self.fit.joints.get(name, {}))) is not None
         }
-
-
-@dataclass(frozen=True)
-class RecordedRobot:
-    """Hold the motion in a bag and the robot that made it, joints in the order of the model."""
-
-    bag: Bag
-    log: JointLog
-    nominal: RobotModelFile
-    robot: Robot
 
 
 def analyse_bag(
@@ -200,77 +191,6 @@ def analyse_bag(
     }
     fitted = _with_friction(nominal, fit, provenance)
     return BagAnalysis(log, estimates, configuration, fit, fitted, inverse, checks, output_error)
-
-
-def read_recorded_robot(
-    path: str | Path,
-    model: str | Path | None = None,
-    urdf: str | Path | None = None,
-    namespace: str | None = None,
-    own_urdf: bool = False,
-) -> RecordedRobot:
-    """
-    Read the motion in a bag and the robot that made it; parameters as for :func:`analyse_bag`.
-
-    :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
-        model is what is put to the test.
-    :raises BagError: if the bag cannot be read or has no joint_states.
-    :raises ConfigurationError: if no model or URDF is known, or joints disagree.
-    :raises DataError: if no joint has effort.
-    """
-    bag = Bag.open(path, namespace)
-    log = bag.joint_log()
-    nominal = read_nominal(bag, path, model, urdf, own_urdf)
-    robot = nominal.make_robot()
-    log = log.select(robot.names)
-    log.require_effort()
-    return RecordedRobot(bag, log, nominal, robot)
-
-
-def read_nominal(
-    bag: Bag,
-    path: str | Path,
-    model: str | Path | None,
-    urdf: str | Path | None,
-    own_urdf: bool = False,
-) -> RobotModelFile:
-    """
-    Return the robot in a bag, with its URDF; parameters as for :func:`read_recorded_robot`.
-
-    The URDF of a model whose rigid body was identified comes before the bag's.
-
-    :raises ConfigurationError: if no model or URDF is known.
-    """
-    nominal = _model_of(bag, path, model)
-    own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
-    if own is None or urdf is not None:
-        document = _urdf_of(bag, urdf) or nominal.urdf
-    else:
-        document = own
-    if document is None:
-        raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
-    return replace(nominal, urdf=document)
-
-
-def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:
-    if model is not None:
-        return read_model(model)
-    text = bag.text('model_description')
-    if text is None:
-        raise ConfigurationError(
-            f'bag {path} has no model_description, so the armature of its joints is not known: '
-            'give a model folder with --model'
-        )
-    return parse_model(text, f'model_description of {path}')
-
-
-def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
-    if urdf is None:
-        return bag.text('robot_description')
-    try:
-        return Path(urdf).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
 
 
 def with_corrected_effort(

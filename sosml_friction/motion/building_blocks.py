@@ -17,7 +17,7 @@ from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
 FloatArray = NDArray[np.float64]
 
 
-class Motion:
+class TrajectoryBuilder:
     """
     String together pieces of motion of n joints, with knots every ``dt`` where they bend.
 
@@ -41,7 +41,7 @@ class Motion:
         """Return how fast the motion is now (n,)."""
         return self._v[-1][-1]
 
-    def ramp(self, v: FloatArray, duration: float) -> Motion:
+    def ramp(self, v: FloatArray, duration: float) -> TrajectoryBuilder:
         """
         Go over to velocity ``v`` (n,) along 10 u^3 - 15 u^4 + 6 u^5, u = t / duration.
 
@@ -55,7 +55,7 @@ class Motion:
         q = self.q + duration * (self.v * u[:, None] + change * way)
         return self._append(u * duration, q, self.v + change * shape)
 
-    def hold(self, duration: float) -> Motion:
+    def hold(self, duration: float) -> TrajectoryBuilder:
         """Keep the present velocity for ``duration`` [s]."""
         self._grid(duration)  # refuses what is not a duration
         # A cubic between two knots is exact here, and a message of few points is quickly read.
@@ -63,7 +63,9 @@ class Motion:
             np.array([duration]), (self.q + self.v * duration)[None], self.v[None].copy()
         )
 
-    def move(self, q: FloatArray, top_speed: float | FloatArray, shortest: float = 0.2) -> Motion:
+    def move(
+        self, q: FloatArray, top_speed: float | FloatArray, shortest: float = 0.2
+    ) -> TrajectoryBuilder:
         """
         Move from rest to rest at ``q`` (n,) along the same quintic, in position.
 
@@ -72,10 +74,7 @@ class Motion:
         :param shortest: least duration [s].
         :raises TrajectoryError: if the motion is not at rest now.
         """
-        if np.any(self.v != 0.0):
-            raise TrajectoryError(
-                f'a move begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
-            )
+        self._require_rest('a move')
         way = np.asarray(q, dtype=float) - self.q
         duration = max(shortest, 15.0 / 8.0 * float(np.max(np.abs(way) / top_speed)))
         u = self._grid(duration) / duration
@@ -90,7 +89,7 @@ class Motion:
         plateau_s: float,
         ramp_s: float,
         top_speed: float | FloatArray,
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Go through ``middle`` (n,) at velocity ``v`` (n,) for ``plateau_s``, rest, and come back.
 
@@ -109,7 +108,7 @@ class Motion:
         turn_s: float,
         cycles: int,
         top_speed: float | FloatArray,
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Go through ``middle`` at +v and -v in turn, without a rest where the motion turns.
 
@@ -131,7 +130,7 @@ class Motion:
 
     def wave(
         self, duration: float, shape: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-    ) -> Motion:
+    ) -> TrajectoryBuilder:
         """
         Add a motion about where the joints are now, which ends where it begins.
 
@@ -139,10 +138,7 @@ class Motion:
             at 0 and at ``duration``.
         :raises TrajectoryError: if the motion is not at rest now.
         """
-        if np.any(self.v != 0.0):
-            raise TrajectoryError(
-                f'a wave begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
-            )
+        self._require_rest('a wave')
         t = self._grid(duration)
         displacement, velocity = shape(t)
         return self._append(t, self.q + displacement, velocity)
@@ -153,13 +149,19 @@ class Motion:
             self.names, np.concatenate(self._t), np.concatenate(self._q), np.concatenate(self._v)
         )
 
+    def _require_rest(self, what: str) -> None:
+        if np.any(self.v != 0.0):
+            raise TrajectoryError(
+                f'{what} begins at a speed of {np.max(np.abs(self.v)):.3g}: ramp to rest first'
+            )
+
     def _grid(self, duration: float) -> FloatArray:
         if not duration > 0.0:
             raise TrajectoryError(f'a piece of motion lasts {duration} s: give it a positive time')
         count = max(1, int(np.ceil(duration / self._dt - 1e-9)))
         return np.linspace(0.0, duration, count + 1)[1:]
 
-    def _append(self, t: FloatArray, q: FloatArray, v: FloatArray) -> Motion:
+    def _append(self, t: FloatArray, q: FloatArray, v: FloatArray) -> TrajectoryBuilder:
         self._t.append(self._t[-1][-1] + t)
         self._q.append(q)
         self._v.append(np.array(v))
@@ -167,16 +169,22 @@ class Motion:
 
 
 def begin_motion(
-    what: str, start: Mapping[str, float], centre: Mapping[str, float], scale: Sequence[float]
-) -> tuple[Motion, FloatArray, FloatArray]:
+    what: str,
+    start: Mapping[str, float],
+    centre: Mapping[str, float],
+    scale: Sequence[float],
+    **positive: float | Sequence[float],
+) -> tuple[TrajectoryBuilder, FloatArray, FloatArray]:
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
 
     :param what: the trajectory, for the error sentence.
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
-    :raises TrajectoryError: if joints differ, or the scale is none.
+    :param positive: other numbers of the trajectory, which have to be.
+    :raises TrajectoryError: if joints differ, the scale is none or a number is not positive.
     """
+    require_positive(what, **positive)
     if set(start) != set(centre):
         raise TrajectoryError(
             f'{what} has centres for {", ".join(centre)} where the robot reports '
@@ -190,7 +198,7 @@ def begin_motion(
             'positive number to one that moves'
         )
     middle = np.array([centre[name] for name in names], dtype=float)
-    return Motion(names, np.array([start[name] for name in names])), middle, factor
+    return TrajectoryBuilder(names, np.array([start[name] for name in names])), middle, factor
 
 
 def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.trajectory_follower import Reference
+from sosml_friction.motion.reference import Reference
 
 FloatArray = NDArray[np.float64]
 

@@ -86,7 +86,7 @@ class PlannedTrajectory:
     ``options`` are the values it was made from; ``uses`` those of all joints and quantities.
     """
 
-    kind: TrajectoryKind
+    kind: type[TrajectoryKind]
     options: Mapping[str, Value]
     robot: Robot
     trajectory: Trajectory
@@ -167,7 +167,7 @@ def _make_robot(nominal: RobotModelFile, urdf: Path | None) -> Robot:
 
 
 def _from_parameters(
-    folder: Path, kind: TrajectoryKind, options: Mapping[str, TrajectoryOption]
+    folder: Path, kind: type[TrajectoryKind], options: Mapping[str, TrajectoryOption]
 ) -> dict[str, Value]:
     """Return the options that the parameter file beside the model folder sets."""
     file = folder.resolve().with_suffix('.yaml')

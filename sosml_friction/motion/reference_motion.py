@@ -6,10 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline, PPoly
 
-from sosml_friction.bags.bag import WantedMotion
-from sosml_friction.motion.trajectory_follower import BLEND
+from sosml_friction.motion.reference import Reference, blend
+from sosml_friction.motion.trajectory import Trajectory
 
 FloatArray = NDArray[np.float64]
 
@@ -27,21 +26,10 @@ class ReferenceMotion:
         first point has a time above 0.
     """
 
-    def __init__(self, wanted: WantedMotion, here: FloatArray) -> None:
-        times, q, v = wanted.times, wanted.positions, wanted.velocities
-        if times[0] > 0.0:
-            times = np.concatenate([[0.0], times])
-            q = np.vstack([here, q])
-            v = None if v is None else np.vstack([np.zeros(len(here)), v])
-        self._first, self._last, self._end = q[0], q[-1], float(times[-1])
-        if len(times) == 1:
-            # One point at time 0 is a place to be held.
-            self._curve = PPoly(q[None], np.array([0.0, 1.0]))
-        elif v is None:
-            slope = np.diff(q, axis=0) / np.diff(times)[:, None]
-            self._curve = PPoly(np.stack([slope, q[:-1]]), times)
-        else:
-            self._curve = CubicHermiteSpline(times, q, v)
+    def __init__(self, wanted: Trajectory, here: FloatArray) -> None:
+        wanted = wanted.from_rest(here)
+        self._first, self._last, self._end = wanted.q[0], wanted.q[-1], wanted.duration
+        self._curve = wanted.spline()
 
     @property
     def duration(self) -> float:
@@ -53,9 +41,9 @@ class ReferenceMotion:
         """Return the position at its start (n,) [rad or m]."""
         return np.asarray(self._first)
 
-    def at(self, t: FloatArray, hold: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def at(self, t: FloatArray, hold: FloatArray) -> Reference:
         """
-        Return position, velocity and acceleration, (N, n) each, at times since the start (N,) [s].
+        Return the reference, (N, n) each, at times since the start (N,) [s].
 
         :param hold: reference before the start (n,) [rad or m].
         """
@@ -70,15 +58,4 @@ class ReferenceMotion:
         q[moving] += share[moving, None] * offset
         v += rate[:, None] * offset
         a += bend[:, None] * offset
-        return q, v, a
-
-
-def blend(t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the share of the place held before, 1 to 0, and its two derivatives, (N,) each."""
-    s = np.clip(t / BLEND, 0.0, 1.0)
-    inside = (t >= 0.0) & (t < BLEND)
-    return (
-        1.0 - s * s * (3.0 - 2.0 * s),
-        np.where(inside, -6.0 * s * (1.0 - s) / BLEND, 0.0),
-        np.where(inside, -6.0 * (1.0 - 2.0 * s) / BLEND**2, 0.0),
-    )
+        return Reference(q, v, a)

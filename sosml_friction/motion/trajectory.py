@@ -1,14 +1,15 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""A joint trajectory: what a planner makes and a driver follows."""
+"""A trajectory: what a planner makes, a message says and a driver follows."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, PPoly
 
 from sosml_friction.exceptions import TrajectoryError
 
@@ -18,38 +19,105 @@ FloatArray = NDArray[np.float64]
 @dataclass(frozen=True)
 class Trajectory:
     """
-    Hold knots of position and velocity, joined by cubic Hermite polynomials.
+    Hold N points of n joints.
 
-    ``t`` (K,) [s] from 0, increasing; ``q`` (K, n) [rad or m]; ``v`` (K, n) [rad/s or m/s].
+    ``t`` (N,) [s] from the start, increasing; ``q`` (N, n) [rad or m]; ``v`` (N, n) [rad/s or m/s]
+    or None. Between points: cubic Hermite with velocities, straight lines without. Where the first
+    time is positive the motion begins at rest at the present position at time 0.
 
-    :raises TrajectoryError: if shapes disagree, a number is not finite, or time does not increase.
+    :raises TrajectoryError: with the point that cannot be followed.
     """
 
     names: tuple[str, ...]
     t: FloatArray
     q: FloatArray
-    v: FloatArray
+    v: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        shape = (len(self.t), len(self.names))
-        if self.q.shape != shape or self.v.shape != shape or len(self.t) < 2:
+        t, count = np.asarray(self.t, dtype=float), len(self.t)
+        if count == 0:
+            raise TrajectoryError('the trajectory has no points: give at least one')
+        shape = (count, len(self.names))
+        for what, array in (('positions', self.q), ('velocities', self.v)):
+            if array is None:
+                continue
+            if np.shape(array) != shape:
+                raise TrajectoryError(
+                    f'the {what} of the trajectory have shape {np.shape(array)}: {count} points '
+                    f'of {len(self.names)} joints need {shape}'
+                )
+            bad = np.argwhere(~np.isfinite(np.asarray(array, dtype=float)))
+            if len(bad):
+                raise TrajectoryError(
+                    f'point {bad[0][0]} of the trajectory has {what} that are not finite'
+                )
+        if not np.isfinite(t).all() or t[0] < 0.0:
+            raise TrajectoryError('the times of the trajectory must be finite and not negative')
+        late = np.flatnonzero(np.diff(t) <= 0.0)
+        if len(late):
+            i = int(late[0]) + 1
             raise TrajectoryError(
-                f'the trajectory has {len(self.t)} times for {len(self.names)} joints but '
-                f'positions {self.q.shape} and velocities {self.v.shape}: give each joint both at '
-                'two or more times'
+                f'point {i} of the trajectory is at {t[i]:g} s, not after {t[i - 1]:g} s of the '
+                'point before: let the times increase'
             )
-        for what in ('t', 'q', 'v'):
-            if not np.isfinite(getattr(self, what)).all():
-                raise TrajectoryError(f'the trajectory holds a {what} that is not finite')
-        if not (np.diff(self.t) > 0.0).all():
-            k = int(np.argmin(np.diff(self.t))) + 1
-            raise TrajectoryError(f'the trajectory goes back in time at point {k} ({self.t[k]} s)')
 
     @property
     def duration(self) -> float:
-        """Return the time of the last knot [s]."""
+        """Return the time of the last point [s]."""
         return float(self.t[-1])
 
-    def spline(self) -> CubicHermiteSpline:
+    def ordered(self, names: Sequence[str]) -> Trajectory:
+        """Return the same with the joints in another order, or with less of them."""
+        order = [self.names.index(name) for name in names]
+        v = None if self.v is None else self.v[:, order]
+        return Trajectory(tuple(names), self.t, self.q[:, order], v)
+
+    def from_rest(self, here: FloatArray) -> Trajectory:
+        """Return it from time 0 on: where it begins later, at rest at ``here`` (n,)."""
+        if not self.t[0] > 0.0:
+            return self
+        v = None if self.v is None else np.vstack([np.zeros(len(here)), self.v])
+        return replace(self, t=np.append(0.0, self.t), q=np.vstack([here, self.q]), v=v)
+
+    def spline(self) -> PPoly:
         """Return the position as a function of time; its derivative is the velocity."""
-        return CubicHermiteSpline(self.t, self.q, self.v)
+        if len(self.t) == 1:
+            # One point is a place to be held.
+            return PPoly(self.q[None], np.array([0.0, 1.0]))
+        if self.v is not None:
+            return CubicHermiteSpline(self.t, self.q, self.v)
+        slope = np.diff(self.q, axis=0) / np.diff(self.t)[:, None]
+        return PPoly(np.stack([slope, self.q[:-1]]), self.t)
+
+    def extremes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return least position, greatest position and greatest speed of each joint, each (n,)."""
+        q, v = self.q, self.v
+        low, high = q.min(axis=0), q.max(axis=0)
+        if len(q) == 1:
+            return low, high, np.zeros(q.shape[1])
+        h = np.diff(self.t)[:, None]
+        if v is None:
+            return low, high, np.abs(np.diff(q, axis=0) / h).max(axis=0)
+        a0, a1, a2, a3 = hermite(q[:-1], v[:-1], q[1:], v[1:], h)
+        fastest = np.abs(v).max(axis=0)
+        with np.errstate(divide='ignore', invalid='ignore'):
+            # Speed is extreme where 2 a2 + 6 a3 s = 0, position where a1 + 2 a2 s + 3 a3 s^2 = 0.
+            top = -a2 / (3.0 * a3)
+            root = np.sqrt(a2 * a2 - 3.0 * a3 * a1)
+            turns = [(-a2 + root) / (3.0 * a3), (-a2 - root) / (3.0 * a3), -a1 / (2.0 * a2)]
+        s = np.where((top > 0.0) & (top < h), top, 0.0)
+        fastest = np.maximum(fastest, np.abs(a1 + s * (2.0 * a2 + 3.0 * a3 * s)).max(axis=0))
+        for turn in turns:
+            s = np.where((turn > 0.0) & (turn < h), turn, 0.0)
+            inside = a0 + s * (a1 + s * (a2 + s * a3))
+            low = np.minimum(low, inside.min(axis=0))
+            high = np.maximum(high, inside.max(axis=0))
+        return low, high, fastest
+
+
+def hermite(
+    q0: FloatArray, v0: FloatArray, q1: FloatArray, v1: FloatArray, h: FloatArray | float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return a0..a3 of the cubic a0 + a1 s + a2 s^2 + a3 s^3, 0 <= s <= h, through both ends."""
+    slope = (q1 - q0) / h
+    return q0, v0, (3.0 * slope - 2.0 * v0 - v1) / h, (v0 + v1 - 2.0 * slope) / (h * h)

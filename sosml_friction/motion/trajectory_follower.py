@@ -4,25 +4,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.motion.joint_trajectory import JointTrajectory, hermite
+from sosml_friction.motion.reference import BLEND, Reference, blend
+from sosml_friction.motion.trajectory import Trajectory, hermite
 
 FloatArray = NDArray[np.float64]
-
-# In this time the reference moves from where it was onto a new trajectory [s].
-BLEND = 0.5
-
-
-class Reference(NamedTuple):
-    """Hold position [rad or m], velocity [per s] and acceleration [per s^2], each (n,)."""
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
 
 
 class TrajectoryFollower:
@@ -37,7 +25,7 @@ class TrajectoryFollower:
     def __init__(self, q: FloatArray) -> None:
         self._zeros = np.zeros(len(q))
         self._last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
-        self._trajectory: JointTrajectory | None = None
+        self._trajectory: Trajectory | None = None
         self._braking = False
         self._offset = self._zeros
         self._start_ns: int | None = None
@@ -48,10 +36,10 @@ class TrajectoryFollower:
         """Tell whether a trajectory is being executed; braking is not."""
         return self._trajectory is not None and not self._braking
 
-    def follow(self, trajectory: JointTrajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """Start ``trajectory``, which begins at time 0, at the next sample."""
         self._begin(trajectory)
-        self._offset = self._last.q - trajectory.positions[0]
+        self._offset = self._last.q - trajectory.q[0]
 
     def hold(self, q: FloatArray) -> None:
         """Drop any trajectory and hold ``q`` from now on, wherever the reference was."""
@@ -78,11 +66,9 @@ class TrajectoryFollower:
             return
         end = np.clip(q + 0.5 * time * v, np.minimum(lower, q), np.maximum(upper, q))
         # At constant deceleration the cubic through both ends is the parabola itself.
-        self._begin(
-            JointTrajectory(
-                (), np.array([0.0, time]), np.array([q, end]), np.array([v, self._zeros])
-            )
-        )
+        names = tuple(str(i) for i in range(len(q)))
+        velocities = np.array([v, self._zeros])
+        self._begin(Trajectory(names, np.array([0.0, time]), np.array([q, end]), velocities))
         self._braking = True
         self._offset = self._zeros
         self._last = Reference(np.array(q, dtype=float), np.array(v, dtype=float), self._zeros)
@@ -92,7 +78,7 @@ class TrajectoryFollower:
         """Return the reference sampled last."""
         return self._last
 
-    def _begin(self, trajectory: JointTrajectory) -> None:
+    def _begin(self, trajectory: Trajectory) -> None:
         self._trajectory = trajectory
         self._braking = False
         self._start_ns = None
@@ -107,15 +93,12 @@ class TrajectoryFollower:
             self._start_ns = now_ns
         t = (now_ns - self._start_ns) * 1e-9
         blending = t < BLEND and bool(self._offset.any())
-        if t >= trajectory.times[-1] and not blending:
-            self.hold(trajectory.positions[-1])
+        if t >= trajectory.t[-1] and not blending:
+            self.hold(trajectory.q[-1])
             return self._last
         reference = self._along(trajectory, t)
         if blending:
-            s = t / BLEND
-            share = 1.0 - s * s * (3.0 - 2.0 * s)
-            rate = -6.0 * s * (1.0 - s) / BLEND
-            bend = -6.0 * (1.0 - 2.0 * s) / BLEND**2
+            share, rate, bend = blend(t)
             reference = Reference(
                 reference.q + share * self._offset,
                 reference.v + rate * self._offset,
@@ -124,20 +107,20 @@ class TrajectoryFollower:
         self._last = reference
         return reference
 
-    def _along(self, trajectory: JointTrajectory, t: float) -> Reference:
-        times = trajectory.times
+    def _along(self, trajectory: Trajectory, t: float) -> Reference:
+        times = trajectory.t
         if t >= times[-1]:
-            return Reference(trajectory.positions[-1], self._zeros, self._zeros)
+            return Reference(trajectory.q[-1], self._zeros, self._zeros)
         i = self._index
         while t >= times[i + 1]:
             i += 1
         self._index = i
         s, h = t - times[i], times[i + 1] - times[i]
-        q0, q1 = trajectory.positions[i], trajectory.positions[i + 1]
-        if trajectory.velocities is None:
+        q0, q1 = trajectory.q[i], trajectory.q[i + 1]
+        if trajectory.v is None:
             v = (q1 - q0) / h
             return Reference(q0 + s * v, v, self._zeros)
-        v0, v1 = trajectory.velocities[i], trajectory.velocities[i + 1]
+        v0, v1 = trajectory.v[i], trajectory.v[i + 1]
         a0, a1, a2, a3 = hermite(q0, v0, q1, v1, h)
         return Reference(
             a0 + s * (a1 + s * (a2 + s * a3)),

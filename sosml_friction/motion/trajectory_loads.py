@@ -45,10 +45,9 @@ def trajectory_loads(trajectory: Trajectory, robot: Robot, step: float = 0.01) -
             f'the trajectory does not move joint {", ".join(missing)}: give every joint of the '
             'robot its positions'
         )
-    spline = trajectory.spline()
+    spline = trajectory.ordered(robot.names).spline()
     t = np.append(np.arange(trajectory.t[0], trajectory.duration, step), trajectory.duration)
-    order = [trajectory.names.index(name) for name in robot.names]
-    q, v, a = (np.asarray(spline(t, k))[:, order] for k in range(3))
+    q, v, a = (np.asarray(spline(t, k)) for k in range(3))
     tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
     return TrajectoryLoads(t, q, v, a, tau)
 

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import inspect
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -70,3 +72,24 @@ class TrajectoryOption:
             kind = 'a whole number' if isinstance(self.default, int) else 'one number'
             raise TrajectoryError(f'{self.name} is {value}: give {kind}')
         return int(numbers[0]) if isinstance(self.default, int) else float(numbers[0])
+
+
+#: Name, keyword, description, unit and range of an option.
+Row = tuple[str, str, str, str, tuple[float, float]]
+
+#: Units and ranges that several trajectories have.
+SPEED, WAY = 'rad/s or m/s', 'rad or m'
+SPEEDS, WAYS = (1e-4, 100.0), (1e-5, 100.0)
+PLATEAU: Row = ('plateau', 'plateau_s', 'length of a plateau', 's', (0.1, 60.0))
+RAMP: Row = ('ramp', 'ramp_s', 'length of a ramp to or from a plateau', 's', (0.02, 10.0))
+TURN: Row = ('turn', 'turn_s', 'from one speed to the opposite one', 's', (0.04, 20.0))
+TOP: Row = ('top_speed', 'top_speed', 'limit of the moves between pieces', SPEED, (1e-3, 100.0))
+
+
+def options_of(function: Callable[..., Any], *rows: Row) -> tuple[TrajectoryOption, ...]:
+    """Return options with the defaults that ``function`` has for their keywords."""
+    parameters = inspect.signature(function).parameters
+    return tuple(
+        TrajectoryOption(name, keyword, parameters[keyword].default, description, unit, limits)
+        for name, keyword, description, unit, limits in rows
+    )

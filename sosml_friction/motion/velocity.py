@@ -66,15 +66,6 @@ class WindowedSlope:
             denominator += offset * offset
         return numerator / denominator
 
-    def lag(self, period: float) -> float:
-        """Return (N - 1) / 2 * period [s]."""
-        return lag(self.window, period)
-
-    def noise(self, position_noise: float, period: float) -> float:
-        """Return sigma_v for white position noise ``position_noise`` at ``period`` [s]."""
-        n = self.window
-        return position_noise * math.sqrt(12.0 / (n * (n * n - 1))) / period
-
 
 def lag(window: int, period: float) -> float:
     """Return the lag of a window of ``window`` samples ``period`` [s] apart [s]."""

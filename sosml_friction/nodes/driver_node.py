@@ -49,7 +49,7 @@ from sosml_friction.exceptions import (
     TrajectoryError,
 )
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.velocity import lag
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
@@ -642,7 +642,7 @@ class DriverNode(LifecycleNode):
         return statuses
 
 
-def trajectory_from_message(message: JointTrajectoryMessage) -> JointTrajectory:
+def trajectory_from_message(message: JointTrajectoryMessage) -> Trajectory:
     """
     Return the message's trajectory; its accelerations, efforts and start time are not used.
 
@@ -666,7 +666,7 @@ def trajectory_from_message(message: JointTrajectoryMessage) -> JointTrajectory:
                 'position, and velocities at all points or at none'
             )
     n = len(names)
-    return JointTrajectory(
+    return Trajectory(
         names,
         np.array(times),
         np.array([p.positions for p in points], dtype=float).reshape(-1, n),

@@ -620,12 +620,12 @@ def _stamp_ns(data: bytes) -> int:
 
 def _trajectory_message(trajectory: Trajectory) -> JointTrajectory:
     message = JointTrajectory(joint_names=list(trajectory.names))
-    for t, q, v in zip(trajectory.t, trajectory.q, trajectory.v, strict=True):
+    for k, t in enumerate(trajectory.t):
         seconds, nanoseconds = divmod(round(t * 1e9), 1_000_000_000)
         message.points.append(
             JointTrajectoryPoint(
-                positions=q.tolist(),
-                velocities=v.tolist(),
+                positions=trajectory.q[k].tolist(),
+                velocities=[] if trajectory.v is None else trajectory.v[k].tolist(),
                 time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
             )
         )

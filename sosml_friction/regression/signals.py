@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
@@ -137,50 +138,6 @@ def with_rests(
     sizes = scales.sign_limit, scales.speed
     joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes)
     return tuple(replace(s, rests=find_rests(s.q, s.band, *sizes, joints)) for s in stretches)
-
-
-def even_stretches(log: JointLog) -> list[JointLog]:
-    """
-    Return the log's stretches without holes, each interpolated to even samples.
-
-    A hole is a step of more than five usual ones, a step backwards, or so long without a known
-    position or the effort of a joint that has one; shorter ones are bridged by a line. Repeated
-    stamps are left out.
-    """
-    time = log.time
-    effort = np.isfinite(log.tau)
-    # A joint that never has effort is no hole.
-    has = effort.any(axis=0)
-    known = np.isfinite(log.q).all(axis=1) & effort[:, has].all(axis=1) & has.any()
-    rows = np.flatnonzero(known)
-    if len(rows) < 2:
-        return []
-    rows = rows[np.append(True, np.diff(time[rows]) != 0.0)]
-    steps = np.diff(time[rows])
-    forwards = steps[steps > 0.0]
-    if not len(forwards):
-        return []
-    step = float(np.median(forwards))
-    cuts = np.flatnonzero((steps < 0.0) | (steps > 5.0 * step)) + 1
-    stretches = []
-    for run in np.split(rows, cuts):
-        count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
-        if count < 3:
-            continue
-        even = np.linspace(time[run[0]], time[run[-1]], count)
-        columns = {
-            name: np.column_stack([np.interp(even, time[run], x) for x in array[run].T])
-            for name, array in (('q', log.q), ('v', log.v), ('tau', log.tau))
-        }
-        temperature = None
-        if log.temperature is not None:
-            temperature = np.column_stack(
-                [np.interp(even, time[run], x) for x in log.temperature[run].T]
-            )
-        t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
-        q, v, tau = columns['q'], columns['v'], columns['tau']
-        stretches.append(JointLog(log.names, t_ns, q, v, tau, temperature))
-    return stretches
 
 
 def choose_band(

@@ -21,8 +21,12 @@ class Drive(ABC):
         """Begin sample ``k`` with the encoders at ``q`` (W, n)."""
 
     @abstractmethod
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque (W, n) [Nm or N] when ``share`` of the sample is over, 0..1."""
+    def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """
+        Return the torque (W, n) [Nm or N] as a line over a part of the sample: at its two ends.
+
+        :param begin: of the part, and ``end``, as shares of the sample, 0..1.
+        """
 
 
 class RecordedDrive(Drive):
@@ -45,6 +49,7 @@ class RecordedDrive(Drive):
         self._now = self._torque[np.minimum(self._at + k, last)]
         self._next = self._torque[np.minimum(self._at + k + 1, last)]
 
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque between the two."""
-        return np.asarray(self._now + share * (self._next - self._now))
+    def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """Return the torque between the two samples."""
+        rise = self._next - self._now
+        return self._now + begin * rise, self._now + end * rise

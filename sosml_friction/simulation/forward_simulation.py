@@ -3,15 +3,16 @@
 """
 Integrate a :class:`~sosml_friction.simulation.forward_model.ForwardModel`, many windows at once.
 
-The leapfrog rule, of second order: positions at the half steps, velocities at the whole ones;
-what depends on velocity takes it half a step ahead by the last acceleration. Inertia and C q' + g
-are those of Pinocchio in the middle of each sample, and held over it.
+Inertia and C q' + g are those of Pinocchio in the middle of each sample and held over it: that is
+of second order in the sample. The states of friction and of terms follow the displacement since
+the step began, however far it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.forward_start import Start
+from sosml_friction.simulation.integrator import runge_kutta_step
+from sosml_friction.simulation.simulated import Simulated
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
@@ -37,14 +40,6 @@ _SETTLE_S = 0.5
 _SETTLE_DAMPING = 0.5
 
 
-@dataclass(frozen=True)
-class Simulated:
-    """Hold position and velocity of the encoders at each sample, (W, L, n)."""
-
-    q: FloatArray
-    v: FloatArray
-
-
 def simulate(
     model: ForwardModel,
     start: Start,
@@ -56,7 +51,7 @@ def simulate(
     followed: Sequence[int] = (),
 ) -> Simulated:
     """
-    Simulate ``samples`` samples of every window.
+    Simulate ``samples`` samples of every window; what runs away is infinite from there on.
 
     :param period: time between samples [s].
     :param effort: largest effort of each joint (n,) [Nm or N], which friction by load scales with.
@@ -65,7 +60,7 @@ def simulate(
     :raises ConfigurationError: if the model cannot be simulated at this rate.
     """
     windows, n = start.q.shape
-    state = _Integrator(model, start, period, effort, followed)
+    state = _Windows(model, start, period, effort, followed)
     out_q, out_v = np.empty((windows, samples, n)), np.empty((windows, samples, n))
     for k in range(samples):
         state.lead(k)
@@ -81,11 +76,22 @@ def simulate(
     return Simulated(out_q, out_v)
 
 
-class _Integrator:
+class _Known(NamedTuple):
+    """What is known of a step: torque and its rate, M^-1 (W, n, n), C q' + g, gear dampers."""
+
+    torque: FloatArray
+    rate: FloatArray
+    inverse: FloatArray
+    bias: FloatArray
+    damping: FloatArray
+
+
+class _Windows:
     """
     Hold the state of W windows: motors at ``q``, ``v`` (W, n), and what moves with them.
 
-    Bodies behind gears that give are at x and as fast as u; elsewhere these are q and v.
+    Bodies behind gears that give have places of their own, in the columns after the motors' in
+    ``place`` and ``speed`` (W, n + g).
     """
 
     def __init__(
@@ -96,19 +102,17 @@ class _Integrator:
         effort: FloatArray,
         followed: Sequence[int],
     ) -> None:
-        self.model, self.start, self.period = model, start, period
+        self.model, self.start, self.period, self.n = model, start, period, model.n
         posture = np.median(start.q, axis=0)
         self.count = model.steps(posture, effort, period)
-        self.h = period / self.count
-        self.q = model.true_position(start.q)
+        q = model.true_position(start.q)
         # The encoders' map is one of position: its slope turns their velocity into the motors'.
         v = (
             model.true_position(start.q + _TINY * start.v)
             - model.true_position(start.q - _TINY * start.v)
         ) / (2.0 * _TINY)
-        self.v = np.where(start.v == 0.0, 0.0, v)
-        self.a = np.array(start.acceleration)
-        self.sign = np.array(start.sign)
+        v = np.where(start.v == 0.0, 0.0, v)
+        self.sign, self.warm = np.array(start.sign), start.warm
         path = model.true_position(start.path)
         self.states = [term.start(path, start.at) for term in model.terms]
         self.rigid = np.diag(model.rigid_rotors())
@@ -116,18 +120,29 @@ class _Integrator:
         self.bent = [gear.joint for gear in model.gears]
         self.stiffness = np.array([gear.stiffness for gear in model.gears])
         self.half_gap = np.array([0.5 * gear.gap for gear in model.gears])
-        self.damping = np.zeros(len(self.bent))
-        self.x, self.u, self.body_a = self.q.copy(), self.v.copy(), self.a.copy()
+        twist, rate = np.zeros((2, len(q), 0))
         if self.bent:
             twist, rate = _settled(model, path, start.at, period, self.count)
-            self.x[:, self.bent] -= twist
-            self.u[:, self.bent] -= rate
-        # M q'' + C q' + g with the rotor, before a gear as behind it.
-        self.load = _carried(model, self.q, self.v, self.a) + model.rotors * self.a
+        self.place = np.hstack([q, q[:, self.bent] - twist])
+        self.speed = np.hstack([v, v[:, self.bent] - rate])
+        self.body_a = np.array(start.acceleration)
+        # What the gears pass on: the rotor stands before them.
+        self.load = _carried(model, q, v, self.body_a)
         self.led = list(followed)
+        self.led_a = np.zeros((len(q), len(self.led)))
         led_v = np.gradient(path, period, axis=0) if self.led else path
         led_a = np.gradient(led_v, period, axis=0) if self.led else path
         self.led_path = (path, led_v, led_a)
+
+    @property
+    def q(self) -> FloatArray:
+        """Return where the motors are (W, n)."""
+        return self.place[:, : self.n]
+
+    @property
+    def v(self) -> FloatArray:
+        """Return how fast the motors are (W, n)."""
+        return self.speed[:, : self.n]
 
     def _row(self, k: int) -> IndexArray:
         """Return the samples of the recording that sample ``k`` of the windows is, (W,)."""
@@ -136,80 +151,85 @@ class _Integrator:
     def lead(self, k: int) -> None:
         """Put the joints that follow the path where it is at sample ``k``."""
         if self.led:
-            at = self._row(k)
-            for state, path in zip((self.q, self.v, self.a), self.led_path, strict=True):
-                state[:, self.led] = path[at][:, self.led]
+            q, v, a = (path[self._row(k)][:, self.led] for path in self.led_path)
+            self.q[:, self.led], self.v[:, self.led] = q, v
+            self.body_a[:, self.led], self.led_a = a, a
 
     def advance(self, k: int, drive: Drive) -> bool:
         """Go from sample ``k`` to the next one; return whether the state is still a sane one."""
-        middle = self.x + 0.5 * self.period * self.u + 0.125 * self.period**2 * self.body_a
+        bodies, speed = self._bodies(self.place), self._bodies(self.speed)
+        middle = bodies + 0.5 * self.period * speed + 0.125 * self.period**2 * self.body_a
         if not np.abs(middle).max() < _AWAY:
             return False
-        inverse, bias = self._bodies(middle, self.u + 0.5 * self.period * self.body_a)
+        dynamics = self._dynamics(middle, speed + 0.5 * self.period * self.body_a)
         at = self._row(k)
-        motion = Motion(
-            self.start.time[at] + 0.5 * self.period,
-            self.q, self.v, self.sign, self.load, self.start.warm[at],
-        )  # fmt: skip
+        self.time, self.warm = self.start.time[at] + 0.5 * self.period, self.start.warm[at]
+        h = self.period / self.count
         for j in range(self.count):
-            self._drift(self.h if j else 0.5 * self.h)
-            self._kick(motion, drive.torque((j + 0.5) / self.count), inverse, bias)
-        self._drift(0.5 * self.h)
+            begin, end = drive.torque(j / self.count, (j + 1) / self.count)
+            known = _Known(begin, (end - begin) / h, *dynamics)
+            self.before = self.q
+            self.place, self.speed = runge_kutta_step(
+                self._acceleration, known, self.place, self.speed, h
+            )
+            self.sign, self.states = self._remembered(self.q - self.before)
         return True
 
-    def _bodies(self, middle: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return M^-1 (W, n, n) and C q' + g (W, n) in the middle of a sample."""
-        robot, still = self.model.robot, np.zeros(middle.shape[1])
+    def _bodies(self, x: FloatArray) -> FloatArray:
+        """Return what of ``x`` (W, n + g) is of the bodies, (W, n)."""
+        result = x[:, : self.n].copy()
+        result[:, self.bent] = x[:, self.n :]
+        return result
+
+    def _dynamics(
+        self, middle: FloatArray, speed: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return M^-1, C q' + g and the dampers of the gears in the middle of a sample."""
+        robot, still = self.model.robot, np.zeros(self.n)
         masses = np.array([robot.inertia(row) for row in middle]) + self.rigid
         bias = np.array(
             [robot.inverse_dynamics(row, s, still) for row, s in zip(middle, speed, strict=True)]
         )
         if self.led:
-            masses[:, self.led] = np.eye(len(still))[self.led]
+            masses[:, self.led] = np.eye(self.n)[self.led]
         carried = masses[:, self.bent, self.bent].mean(axis=0)
-        self.damping = _damping(self.model.gears, carried)
-        return np.asarray(np.linalg.inv(masses)), bias
+        return np.asarray(np.linalg.inv(masses)), bias, _damping(self.model.gears, carried)
 
-    def _drift(self, dt: float) -> None:
-        """Move everything by its velocity for a time ``dt``."""
-        dq = dt * self.v
-        self.q = self.q + dq
-        self.x = self.x + dt * self.u if self.bent else self.q
-        self.sign = dahl_step(self.sign, dq, self.model.displacement)
-        for j, term in enumerate(self.model.terms):
-            if self.states[j].shape[1]:
-                self.states[j] = term.advance(self.states[j], dq)
+    def _remembered(self, dq: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+        """Return the states of friction and of the terms after the motors moved by ``dq``."""
+        terms = zip(self.model.terms, self.states, strict=True)
+        states = [term.advance(x, dq) if x.shape[1] else x for term, x in terms]
+        return np.asarray(dahl_step(self.sign, dq, self.model.displacement)), states
 
-    def _kick(
-        self, motion: Motion, torque: FloatArray, inverse: FloatArray, bias: FloatArray
-    ) -> None:
-        """Change the velocities by one step of what acts."""
-        h, bent = self.h, self.bent
-        ahead = self.v + 0.5 * h * self.a
-        motion.q, motion.v, motion.sign, motion.load = self.q, ahead, self.sign, self.load
-        net = torque - self.model.friction.torque(ahead, self.sign)
-        for term, state in zip(self.model.terms, self.states, strict=True):
+    def _acceleration(
+        self, known: _Known, t: float, place: FloatArray, speed: FloatArray
+    ) -> FloatArray:
+        """Return what the velocities (W, n + g) change by, after ``t`` of a step [per s^2]."""
+        q, v, bent = place[:, : self.n], speed[:, : self.n], self.bent
+        sign, states = self._remembered(q - self.before) if t > 0.0 else (self.sign, self.states)
+        motion = Motion(self.time, q, v, sign, self.load, self.warm)
+        net = known.torque + t * known.rate - self.model.friction.torque(v, sign)
+        for term, state in zip(self.model.terms, states, strict=True):
             part = term.load(motion, state)
             if part is not None:
                 net = net - part
-        on_bodies = net - bias
+        on_bodies = net - known.bias
         if bent:
-            twist = self.q[:, bent] - self.x[:, bent]
+            twist = q[:, bent] - place[:, self.n :]
             dead = np.clip(twist, -self.half_gap, self.half_gap)
-            slip = ahead[:, bent] - (self.u + 0.5 * h * self.body_a)[:, bent]
+            slip = v[:, bent] - speed[:, self.n :]
             # The mesh damps the body all the way, as the candidate's does.
-            through = self.stiffness * (twist - dead) + self.damping * slip
-            on_bodies[:, bent] = through - bias[:, bent]
-        on_bodies[:, self.led] = self.a[:, self.led]
-        self.a = self.body_a = np.einsum('wij,wj->wi', inverse, on_bodies)
-        if bent:
-            self.a = self.body_a.copy()
-            self.a[:, bent] = (net[:, bent] - through) / self.motors
-            self.u = self.u + h * self.body_a
-        self.load = net
-        self.v = self.v + h * self.a
+            through = self.stiffness * (twist - dead) + known.damping * slip
+            on_bodies[:, bent] = through - known.bias[:, bent]
+        on_bodies[:, self.led] = self.led_a
+        self.body_a = np.einsum('wij,wj->wi', known.inverse, on_bodies)
+        self.load = net - self.model.rotors * self.body_a
         if not bent:
-            self.u = self.v
+            return self.body_a
+        self.load[:, bent] = through
+        motors = self.body_a.copy()
+        motors[:, bent] = (net[:, bent] - through) / self.motors
+        return np.hstack([motors, self.body_a[:, bent]])
 
 
 def _damping(gears: Sequence[Gear], carried: FloatArray) -> FloatArray:
@@ -237,22 +257,23 @@ def _settled(
     bent = [gear.joint for gear in gears]
     K = np.array([gear.stiffness for gear in gears])
     half = np.array([0.5 * gear.gap for gear in gears])
-    before = round(_SETTLE_S / period)
     v = np.gradient(path, period, axis=0)
     a = np.gradient(v, period, axis=0)
     M = np.array([np.diag(robot.inertia(path[k]))[bent] for k in at])
     calm = [replace(g, damping=max(g.damping, _SETTLE_DAMPING)) for g in gears]
     free, touching = (_damping(these, M.mean(axis=0)) for these in (gears, calm))
-    h = period / count
-    d, rate = np.zeros(M.shape), np.zeros(M.shape)
+
+    def acceleration(load: FloatArray, _: float, d: FloatArray, rate: FloatArray) -> FloatArray:
+        twist = d - np.clip(d, -half, half)
+        return np.asarray((load - K * twist - np.where(twist == 0.0, free, touching) * rate) / M)
+
+    d, rate = np.zeros((2, *M.shape))
+    before = round(_SETTLE_S / period)
     for k in range(-before, 0):
         rows = np.maximum(at + k, 0)
         load = _carried(model, path[rows], v[rows], a[rows])[:, bent]
         if k == -before:
             d = load / K + np.sign(load) * half
         for _ in range(count):
-            twist = d - np.clip(d, -half, half)
-            c = np.where(twist == 0.0, free, touching)
-            rate = (rate + h * (load - K * twist) / M) / (1.0 + h * c / M)
-            d = d + h * rate
+            d, rate = runge_kutta_step(acceleration, load, d, rate, period / count)
     return d, rate

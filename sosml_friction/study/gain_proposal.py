@@ -16,8 +16,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from sosml_friction.bags.recorded_robot import RecordedRobot
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import RecordedRobot, effort_holds
+from sosml_friction.identification.bag_analysis import effort_holds
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
 from sosml_friction.observers.recipe import gains_for_conditions

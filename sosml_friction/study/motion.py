@@ -6,10 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from sosml_friction.motion.reference import Reference
 
 FloatArray = NDArray[np.float64]
 
@@ -19,14 +20,6 @@ POSTURE = np.deg2rad([-50.0, 65.0])
 _SPEED, _TURN, _DWELL = 0.052, 3.0, 3.0
 #: Of ``reversal`` [rad, rad/s].
 _AMPLITUDE, _FREQUENCY = 0.35, np.pi
-
-
-class Reference(NamedTuple):
-    """Hold what the joints should do: position, velocity and acceleration, each (2,)."""
-
-    q: FloatArray
-    v: FloatArray
-    a: FloatArray
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from sosml_friction.actuators.emulator.lockstep import (
     default_configuration,
     emulated_exoskeleton,
 )
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 
 
 class Recorded(Lockstep):
@@ -89,10 +89,10 @@ def configuration() -> DriverConfiguration:
 
 
 @pytest.fixture
-def there_and_back() -> JointTrajectory:
+def there_and_back() -> Trajectory:
     """Return a motion of 2 s: from hanging by 0.5 and 0.8 rad, and back."""
     hanging = np.array([-np.pi / 2, 0.0])
-    return JointTrajectory(
+    return Trajectory(
         ('shoulder', 'elbow'),
         np.array([0.0, 1.0, 2.0]),
         np.array([hanging, hanging + np.array([0.5, 0.8]), hanging]),

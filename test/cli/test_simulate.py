@@ -17,18 +17,15 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
-from sosml_friction.identification.output_error.controlled import (
-    CascadeController,
-    simulate_closed_loop,
-)
-from sosml_friction.identification.output_error.fits import recorded_controllers
+from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.model_folder import (
     EffectTerm,
     read_model,
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
+from sosml_friction.simulation.cascade_loop import CascadeController, simulate_closed_loop
+from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/simulation.schema.json'
 STEP, MASS, COULOMB, VISCOUS, BIAS = 2e-3, 95.1089, 20.0, 200.0, -3.0
@@ -116,8 +113,8 @@ def test_the_effects_of_the_model_take_part(recording):
     controlled = recorded_controllers(bag, log)
     change = {'change': Parameter(0.5 * VISCOUS, 'N s/m')}
     model = make_model(0.5 * VISCOUS, [EffectTerm('viscous', 'slider', change)])
-    split = simulate_recording(log, model, controlled)
-    whole = simulate_recording(log, make_model(), controlled)
+    split = simulate_model(log, model, controlled)
+    whole = simulate_model(log, make_model(), controlled)
     assert split.mode == 'closed_loop'
     for what in ('position', 'effort'):
         assert split.simulated[what] == pytest.approx(whole.simulated[what], abs=1e-9)
@@ -130,8 +127,8 @@ def test_an_effort_that_is_late_beside_position_is_late_in_the_simulated_report(
     controlled = recorded_controllers(bag, log)
     known = {'delay': Parameter(delay, 's')}
     model = make_model(effects=[EffectTerm('effort_delay', '*', known)])
-    late = simulate_recording(log, model, controlled).simulated['effort'][:, 0]
-    plain = simulate_recording(log, make_model(), controlled).simulated['effort'][:, 0]
+    late = simulate_model(log, model, controlled).simulated['effort'][:, 0]
+    plain = simulate_model(log, make_model(), controlled).simulated['effort'][:, 0]
     shift = round(delay / STEP)
     # Without a delay it is reported when it was recorded, and not a sample before or after.
     apart = [np.std(plain[10 + k : k - 10] - log.tau[10:-10, 0]) for k in (-1, 0, 1)]

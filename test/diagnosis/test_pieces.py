@@ -13,6 +13,7 @@ import pytest
 from known_robots import arm_model, arm_motion, recording, rigid_effort
 from scipy.signal import lfilter
 
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
 from sosml_friction.diagnosis.decision.adequacy import (
@@ -34,7 +35,7 @@ from sosml_friction.regression.curves.position_curve import PositionCurve
 from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import even_stretches, prepare
+from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.structure import Structure
 
 #: Those of design.md section 4 that the library holds; the other three are faults of data.

@@ -27,7 +27,6 @@ from sosml_friction.actuators.emulator.lockstep import (
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.joint_trajectory import JointTrajectory
 from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
@@ -79,7 +78,7 @@ def measure(seed: int) -> tuple[dict[str, JointLog], np.ndarray]:
         driver.enable()
         lockstep.samples.clear()
         for trajectory in (first, second):
-            driver.follow(JointTrajectory.from_trajectory(trajectory))
+            driver.follow(trajectory)
             while driver.trajectory_running:
                 if lockstep.step() is not None:
                     coarse.append(standard[-1])

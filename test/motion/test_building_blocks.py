@@ -11,7 +11,7 @@ import pytest
 
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.building_blocks import Motion, check_limits
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, check_limits
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
@@ -98,7 +98,7 @@ def test_the_ladder_lasts_about_what_its_docstring_says(ladder):
 
 
 def test_a_ramp_covers_its_mean_velocity_and_peaks_at_15_8_of_the_mean_acceleration():
-    built = Motion(('a',), np.zeros(1), dt=1e-3).ramp(np.ones(1), 0.4).build()
+    built = TrajectoryBuilder(('a',), np.zeros(1), dt=1e-3).ramp(np.ones(1), 0.4).build()
     assert built.q[-1, 0] == pytest.approx(0.5 * 0.4, rel=1e-12)
     acceleration = np.gradient(built.v[:, 0], built.t)
     assert acceleration.max() == pytest.approx(15.0 / 8.0 / 0.4, rel=1e-3)
@@ -106,7 +106,11 @@ def test_a_ramp_covers_its_mean_velocity_and_peaks_at_15_8_of_the_mean_accelerat
 
 
 def test_a_move_keeps_its_top_speed_and_ends_at_rest():
-    built = Motion(('a', 'b'), np.zeros(2)).move(np.array([1.0, -0.2]), top_speed=0.5).build()
+    built = (
+        TrajectoryBuilder(('a', 'b'), np.zeros(2))
+        .move(np.array([1.0, -0.2]), top_speed=0.5)
+        .build()
+    )
     assert np.abs(built.spline()(np.linspace(0, built.duration, 999), 1)).max() <= 0.5 + 1e-9
     assert built.duration == pytest.approx(15.0 / 8.0 / 0.5)
     np.testing.assert_allclose(built.q[-1], [1.0, -0.2], atol=1e-15)
@@ -115,9 +119,9 @@ def test_a_move_keeps_its_top_speed_and_ends_at_rest():
 
 def test_what_cannot_be_planned_is_refused():
     with pytest.raises(TrajectoryError, match='ramp to rest first'):
-        Motion(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).move(np.ones(1), 1.0)
+        TrajectoryBuilder(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).move(np.ones(1), 1.0)
     with pytest.raises(TrajectoryError, match=r'lasts 0\.0 s'):
-        Motion(('a',), np.zeros(1)).hold(0.0)
+        TrajectoryBuilder(('a',), np.zeros(1)).hold(0.0)
     with pytest.raises(TrajectoryError, match='name the same joints'):
         speed_ladder(START, {'shoulder': 0.0}, SPEEDS)
     nan = float('nan')

@@ -5,21 +5,27 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from sosml_friction.report.plan.planned_trajectory import plan_trajectory
 
+from sosml_friction.cli.main import main
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.identification.segments import SegmentSettings, find_segments
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.building_blocks import Motion, check_limits
+from sosml_friction.motion import trajectory_kinds
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, check_limits
 from sosml_friction.motion.fade import fade
 from sosml_friction.motion.trajectories import (
+    COMMON,
     LONGEST_S,
     TRAJECTORIES,
     build_trajectory,
     find_kind,
 )
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, multisine
 from sosml_friction.motion.trajectory_kinds.reversal import reversal
 from sosml_friction.motion.trajectory_kinds.rich import rich
@@ -27,6 +33,7 @@ from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 from sosml_friction.motion.trajectory_kinds.slow_s_shape import slow_s_shape
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
 from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
+from sosml_friction.motion.trajectory_option import TrajectoryOption
 from sosml_friction.share import share_directory
 
 EVERY = tuple(TRAJECTORIES)
@@ -82,7 +89,9 @@ def test_the_step_of_acceleration_at_knots_falls_with_the_distance_of_the_knots(
         s, c = np.sin(5.0 * t)[:, None], np.cos(5.0 * t)[:, None]
         return 0.1 * e.x * s, 0.1 * (e.rate * s + 5.0 * e.x * c)
 
-    motion = Motion(('a',), np.zeros(1), step).ramp(np.ones(1), 0.3).ramp(np.zeros(1), 0.3)
+    motion = (
+        TrajectoryBuilder(('a',), np.zeros(1), step).ramp(np.ones(1), 0.3).ramp(np.zeros(1), 0.3)
+    )
     built = motion.wave(2.0, shape).build()
     spline = built.spline()
     inner = built.t[1:-1]
@@ -361,7 +370,7 @@ def test_numbers_that_the_functions_refuse_themselves():
     with pytest.raises(TrajectoryError, match='name the same joints'):
         reversal(START, {'shoulder': 0.0})
     with pytest.raises(TrajectoryError, match='a wave begins at a speed'):
-        Motion(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).wave(1.0, lambda t: (t, t))
+        TrajectoryBuilder(('a',), np.zeros(1)).ramp(np.ones(1), 0.1).wave(1.0, lambda t: (t, t))
 
 
 @pytest.mark.parametrize('name', EVERY)
@@ -381,3 +390,70 @@ def test_a_trajectory_goes_by_the_label_of_the_paper_too():
     ]  # fmt: skip
     with pytest.raises(TrajectoryError, match='is unknown'):
         find_kind('')
+
+
+@pytest.fixture
+def nod():
+    """Return a kind of trajectory that is made outside of the package, while the test runs."""
+
+    class Nod(TrajectoryKind):
+        name, label, description = 'nod', 'the nod', 'there and back once'
+        options = (TrajectoryOption('way', 'way', 0.1, 'how far', 'rad or m', (1e-3, 1.0)),)
+
+        @staticmethod
+        def build(start, centre, way, scale):
+            motion, middle, factor = begin_motion('the nod', start, centre, scale)
+            return motion.move(middle + way * factor, 0.5).move(middle, 0.5).build()
+
+    yield Nod
+    del TrajectoryKind.registry['nod']
+
+
+def test_a_kind_from_outside_the_package_is_listed_found_checked_and_built(nod):
+    assert TRAJECTORIES['nod'] is nod is find_kind('the nod')
+    _, q, _, _ = sampled(build_trajectory('nod', CENTRE, CENTRE, {'way': 0.2}))
+    assert np.ptp(q[:, 0]) == pytest.approx(0.2, rel=1e-3)
+    with pytest.raises(TrajectoryError, match=r'way is 2\.0: give finite numbers from'):
+        build_trajectory('nod', CENTRE, CENTRE, {'way': 2.0})
+    with pytest.raises(TrajectoryError, match=r'is unknown: use speed_ladder, .*\bnod\b'):
+        find_kind('shake')
+    planned = plan_trajectory('nod', None, None, ['way=0.05'])
+    assert planned.options['way'] == 0.05
+
+
+def test_a_kind_that_does_not_say_what_it_must_or_takes_a_name_is_refused():
+    said = {'name': 'nod', 'label': 'the nod', 'options': ()}
+    with pytest.raises(TypeError, match='does not say its description, build'):
+        type('Nod', (TrajectoryKind,), said)
+    said |= {'description': 'there and back', 'build': None, 'label': 'T1'}
+    with pytest.raises(TypeError, match='has the name or label of SpeedLadder'):
+        type('Nod', (TrajectoryKind,), said)
+    assert 'nod' not in TRAJECTORIES
+
+
+@pytest.mark.parametrize('name', EVERY)
+def test_every_kind_says_what_programs_need_of_it(name):
+    kind = TRAJECTORIES[name]
+    assert (kind.name, kind) == (name, find_kind(kind.label))
+    assert kind.description
+    assert kind.role in ('', 'T1', 'T2', 'T3')
+    names = [option.name for option in (*kind.options, *COMMON)]
+    keywords = [option.keyword for option in (*kind.options, *COMMON)]
+    assert len(set(names)) == len(names)
+    assert len(set(keywords)) == len(keywords)
+    for option in kind.options:
+        assert option.range is not None, 'a node has a range for each of its parameters'
+        assert option.check(option.default) == option.default
+
+
+def test_the_paper_has_a_trajectory_for_each_role_and_all_files_of_kinds_are_registered():
+    assert [kind.role for kind in TRAJECTORIES.values() if kind.role] == ['T1', 'T2', 'T3']
+    folder = Path(trajectory_kinds.__file__).parent
+    assert set(TRAJECTORIES) == {path.stem for path in folder.glob('[!_]*.py')}
+
+
+def test_the_help_of_the_command_names_every_kind(capsys):
+    main(['trajectory', '--help'])
+    words = re.sub(r'[\s│]+', ' ', capsys.readouterr().out)
+    for name in EVERY:
+        assert re.search(rf'\b{name}\b', words)

@@ -22,17 +22,34 @@ def test_the_spline_passes_its_knots_at_their_velocities():
     assert trajectory.duration == t[-1]
 
 
+def test_without_velocities_it_goes_on_straight_lines_and_one_point_is_a_place():
+    t, q = np.array([0.0, 1.0, 3.0]), np.array([[0.0], [1.0], [0.0]])
+    spline = Trajectory(('a',), t, q).spline()
+    np.testing.assert_allclose(spline([0.5, 2.0])[:, 0], [0.5, 0.5])
+    np.testing.assert_allclose(spline([0.5, 2.0], 1)[:, 0], [1.0, -0.5])
+    held = Trajectory(('a',), np.zeros(1), np.full((1, 1), 0.3)).spline()
+    np.testing.assert_array_equal(held([0.0, 7.0])[:, 0], [0.3, 0.3])
+
+
+def test_joints_in_another_order_and_less_of_them_keep_their_columns():
+    q = np.arange(6.0).reshape(2, 3)
+    found = Trajectory(('a', 'b', 'c'), np.array([0.0, 1.0]), q, -q).ordered(['c', 'a'])
+    assert found.names == ('c', 'a')
+    np.testing.assert_array_equal(found.q, q[:, [2, 0]])
+    np.testing.assert_array_equal(found.v, -q[:, [2, 0]])
+
+
 @pytest.mark.parametrize(
     ('t', 'q', 'v', 'words'),
     [
-        ([0.0], [[0.0]], [[0.0]], 'two or more times'),
-        ([0.0, 1.0], [[0.0]], [[0.0], [0.0]], 'give each joint both'),
-        ([0.0, 1.0], [[0.0, 1.0]] * 2, [[0.0]] * 2, 'give each joint both'),
-        ([0.0, 1.0], [[0.0], [np.nan]], [[0.0]] * 2, 'holds a q that is not finite'),
-        ([0.0, 1.0], [[0.0]] * 2, [[np.inf], [0.0]], 'holds a v that is not finite'),
-        ([0.0, np.nan], [[0.0]] * 2, [[0.0]] * 2, 'holds a t that is not finite'),
-        ([0.0, 1.0, 0.5], [[0.0]] * 3, [[0.0]] * 3, r'back in time at point 2 \(0.5 s\)'),
-        ([0.0, 0.0], [[0.0]] * 2, [[0.0]] * 2, 'back in time at point 1'),
+        ([0.0, 1.0], [[0.0]], [[0.0], [0.0]], 'positions .* have shape'),
+        ([0.0, 1.0], [[0.0, 1.0]] * 2, [[0.0]] * 2, 'positions .* have shape'),
+        ([0.0, 1.0], [[0.0]] * 2, [[0.0]], 'velocities .* have shape'),
+        ([0.0, 1.0], [[0.0], [np.nan]], [[0.0]] * 2, 'point 1 .* positions that are not finite'),
+        ([0.0, 1.0], [[0.0]] * 2, [[np.inf], [0.0]], 'point 0 .* velocities that are not finite'),
+        ([0.0, np.nan], [[0.0]] * 2, [[0.0]] * 2, 'times .* must be finite'),
+        ([0.0, 1.0, 0.5], [[0.0]] * 3, [[0.0]] * 3, 'point 2 .* at 0.5 s, not after 1 s'),
+        ([0.0, 0.0], [[0.0]] * 2, [[0.0]] * 2, 'point 1 .* let the times increase'),
     ],
 )
 def test_a_trajectory_that_cannot_be_followed_is_refused(t, q, v, words):

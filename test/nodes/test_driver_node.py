@@ -323,10 +323,10 @@ def test_a_required_parameter_that_is_missing_is_named(start_node):
 def test_a_message_becomes_the_trajectory_it_says():
     trajectory = trajectory_from_message(message([0.25, 2.0], [[0.1, 0.2], [0.3, 0.4]]))
     assert trajectory.names == ('shoulder', 'elbow')
-    np.testing.assert_allclose(trajectory.times, [0.25, 2.0])
-    np.testing.assert_allclose(trajectory.positions, [[0.1, 0.2], [0.3, 0.4]])
-    np.testing.assert_allclose(trajectory.velocities, 0.0)
-    assert trajectory_from_message(message([1.0], [[0.0, 0.0]], False)).velocities is None
+    np.testing.assert_allclose(trajectory.t, [0.25, 2.0])
+    np.testing.assert_allclose(trajectory.q, [[0.1, 0.2], [0.3, 0.4]])
+    np.testing.assert_allclose(trajectory.v, 0.0)
+    assert trajectory_from_message(message([1.0], [[0.0, 0.0]], False)).v is None
 
 
 @pytest.mark.parametrize('what', ['positions', 'velocities'])

@@ -11,7 +11,7 @@ import numpy as np
 from sosml_friction.actuators.driver.driver import DriverState
 from sosml_friction.actuators.emulator.emulator import EmulatorOptions
 from sosml_friction.actuators.servo.dbc import ServoDbc
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory
 
 MS = 1_000_000
@@ -25,7 +25,7 @@ QUIET = EmulatorOptions(
 DBC = ServoDbc(share_directory() / 'config' / 'elbow_servo.dbc')
 
 
-def moving(lockstep: Any, trajectory: JointTrajectory) -> None:
+def moving(lockstep: Any, trajectory: Trajectory) -> None:
     """Let the driver follow a trajectory for half a second; the shoulder has current then."""
     lockstep.driver.enable()
     lockstep.driver.follow(trajectory)

@@ -108,10 +108,10 @@ def test_under_less_than_coulomb_friction_it_sticks_where_dahl_says():
 
 
 def test_a_light_rotor_with_stiff_friction_is_stable_and_slips_at_its_closed_form():
-    """3e-5 kg m2 on 3 mNm over 0.1 mrad oscillates at 160 Hz: steps of 0.5 rad, not of 2 ms."""
+    """3e-5 kg m2 on 3 mNm over 0.1 mrad oscillates at 160 Hz: steps of 1 rad, not of 2 ms."""
     C, B, tau = 3e-3, 1e-4, 4e-3
     model = ForwardModel(rotor(), friction((C, B, 0.0)), np.array([1e-4]))
-    assert model.steps(np.zeros(1), np.array([tau]), 2e-3) >= 4
+    assert model.steps(np.zeros(1), np.array([tau]), 2e-3) >= 2
     _, v = run(model, np.full((1500, 1), tau))
     t = 1499 * 2e-3
     assert v[-1, 0] == pytest.approx((tau - C) / B * (1.0 - np.exp(-B * t / 3e-5)), rel=1e-3)
@@ -132,8 +132,8 @@ def test_two_masses_ring_at_the_frequency_of_the_books(stiffness):
     power = np.abs(np.fft.rfft(ringing * np.hanning(len(ringing)), 1 << 17))
     found = np.fft.rfftfreq(1 << 17, period)[np.argmax(power)]
     wanted = np.sqrt(stiffness * (1.0 / body + 1.0 / motor)) / (2.0 * np.pi)
-    # The leapfrog rule with steps of half a radian is 1 % fast.
-    assert found == pytest.approx(wanted, rel=0.012)
+    # The rule with steps of one radian is 0.6 % slow.
+    assert found == pytest.approx(wanted, rel=0.007)
     # And momentum is that of the pulse: a triangle of two samples.
     assert v[5:, 0].mean() == pytest.approx(1e-3 * period / (body + motor), rel=0.02)
 

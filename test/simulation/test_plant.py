@@ -14,6 +14,7 @@ from scipy.integrate import simpson, solve_ivp
 
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation import integrator
 from sosml_friction.simulation import plant as plant_module
 from sosml_friction.simulation.plant import Plant
 
@@ -125,12 +126,12 @@ def test_all_that_a_step_calls_is_called_when_the_plant_is_made(robot, monkeypat
         called.add((name, *(type(arg) for arg in args)))
         return function(*args)
 
-    for name in ('table_torque', 'rk4_stage', 'rk4_sum'):
-        function = getattr(plant_module, name)
-        monkeypatch.setattr(plant_module, name, partial(noted, name, function))
+    compiled = {'table_torque': plant_module, '_ahead': integrator, '_sum': integrator}
+    for name, module in compiled.items():
+        monkeypatch.setattr(module, name, partial(noted, name, getattr(module, name)))
     plant = Plant(robot, stribeck_laws(), *START)
     made = set(called)
     np.testing.assert_array_equal([plant.q, plant.v], START)
     plant.step(np.ones(2), 1e-3)
     assert called == made
-    assert {name for name, *_ in made} == {'table_torque', 'rk4_stage', 'rk4_sum'}
+    assert {name for name, *_ in made} == set(compiled)

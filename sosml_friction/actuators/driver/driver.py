@@ -36,7 +36,7 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.model.robot import JointLimits, Robot
 from sosml_friction.motion.controller import JointController
-from sosml_friction.motion.joint_trajectory import JointTrajectory, prepare_trajectory
+from sosml_friction.motion.prepare_trajectory import prepare_trajectory
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 from sosml_friction.motion.velocity import WindowedSlope
@@ -369,7 +369,7 @@ class JointDriver:
             last = self._follower.last
             self._brake(last.q, last.v)
 
-    def follow(self, trajectory: JointTrajectory | Trajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """
         Check a trajectory as a whole and start it in the next cycle, in place of a running one.
 
@@ -384,8 +384,6 @@ class JointDriver:
                 if actuator.waiting():
                     raise TrajectoryError(f'{actuator.waiting()}: send the trajectory again')
             position, enables = self._position(), self._enables
-        if isinstance(trajectory, Trajectory):
-            trajectory = JointTrajectory.from_trajectory(trajectory)
         tolerance = np.full(len(position), self.configuration.start_tolerance)
         prepared = prepare_trajectory(trajectory, self.names, self._limits, position, tolerance)
         with self._lock:

@@ -21,7 +21,6 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.joint_trajectory import JointTrajectory
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory
 
@@ -156,7 +155,7 @@ def samples_to_log(names: tuple[str, ...], samples: list[JointSample]) -> JointL
 
 
 def run_lockstep(
-    trajectory: JointTrajectory | Trajectory,
+    trajectory: Trajectory,
     emulator: ExoskeletonEmulator,
     configuration: DriverConfiguration | None = None,
     robot: Robot | None = None,

@@ -11,20 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.controllers import CASCADE, read_controllers
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.inverse_model import InverseFits
-from sosml_friction.identification.output_error.controlled import (
-    PARAMETERS,
-    CascadeController,
+from sosml_friction.identification.output_error.controlled import fit_output_error
+from sosml_friction.identification.output_error.output_error_fit import (
     OutputErrorFit,
-    fit_output_error,
-    simulate_closed_loop,
+    relative_error,
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.cascade_loop import PARAMETERS, simulate_closed_loop
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 
 FloatArray = NDArray[np.float64]
 
@@ -32,14 +30,6 @@ FloatArray = NDArray[np.float64]
 OUTPUT_ERROR = 'output_error'
 #: Width of the sign that is simulated where none is known, as a share of the top speed.
 _SHARPNESS = 1e-3
-
-
-@dataclass(frozen=True)
-class ControlledJoint:
-    """Hold a joint's controller and its wanted position on the stamps of the log (N,)."""
-
-    controller: CascadeController
-    reference: FloatArray
 
 
 @dataclass(frozen=True)
@@ -93,33 +83,6 @@ class OutputErrorFits:
         }
 
 
-def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
-    """
-    Return the joints whose cascade of loops and wanted position a bag holds.
-
-    :param log: the motion of the bag; wanted positions are taken by its stamps.
-    :raises BagError: if gains are recorded that cannot be read.
-    """
-    entries = read_controllers(bag)
-    cascades = {name: entry for name, entry in entries.items() if entry['kind'] == CASCADE}
-    recorded = bag.reference() if cascades else None
-    if recorded is None:
-        return {}
-    t_ns, names, wanted = recorded
-    order = np.argsort(t_ns, kind='stable')
-    at = order[np.clip(np.searchsorted(t_ns[order], log.t_ns), 0, len(t_ns) - 1)]
-    same = t_ns[at] == log.t_ns
-    joints = {}
-    for name, entry in cascades.items():
-        if name not in names or name not in log.names:
-            continue
-        gains = {key: float(value) for key, value in entry.items() if key != 'kind'}
-        controller = CascadeController(**gains)
-        reference = np.where(same, wanted[at, names.index(name)], np.nan)
-        joints[name] = ControlledJoint(controller, reference)
-    return joints
-
-
 def closed_loop_checks(
     log: JointLog,
     robot: Robot,
@@ -156,8 +119,8 @@ def closed_loop_checks(
         checks[name] = ClosedLoopCheck(
             'inverse_model.symmetric',
             parameters,
-            _percent(run.q, q),
-            _percent(run.effort, effort),
+            relative_error(run.q, q),
+            relative_error(run.effort, effort),
         )
     return checks
 
@@ -173,7 +136,7 @@ def fit_controlled(
     """
     Fit a joint so that it moves under its controller as it was measured.
 
-    :param start: first guess, by :data:`~.controlled.PARAMETERS`.
+    :param start: first guess, by :data:`~sosml_friction.simulation.cascade_loop.PARAMETERS`.
     :raises DataError: if the robot is not one joint without gravity, or as of
         :func:`~.controlled.fit_output_error`.
     """
@@ -223,8 +186,3 @@ def sharp_sign(q: FloatArray, step: float) -> float:
     """Return a smoothing velocity that is small beside the motion [rad/s or m/s]."""
     speed = np.abs(q[50:] - q[:-50]) / (50 * step) if len(q) > 50 else np.abs(np.diff(q)) / step
     return _SHARPNESS * max(float(np.nanmax(speed, initial=0.0)), 1e-9)
-
-
-def _percent(simulated: FloatArray, measured: FloatArray) -> float:
-    size = float(np.linalg.norm(measured))
-    return 100.0 * float(np.linalg.norm(simulated - measured)) / size if size > 0.0 else np.nan

@@ -8,32 +8,34 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.stats import t as t_distribution
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
-from sosml_friction.identification.output_error.controlled import OutputErrorFit, Simulated
+from sosml_friction.identification.output_error.output_error_fit import (
+    OutputErrorFit,
+    estimated,
+    relative_error,
+)
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.laws import unit_of
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler
+from sosml_friction.simulation.joint_windows import simulate_joint_windows
 
 FloatArray = NDArray[np.float64]
 
 _NAMES = ('coulomb', 'viscous', 'bias', 'stribeck', 'stribeck_velocity')
-_LEVEL = 0.95
 _FEWEST_CLUSTERS = 8
 #: Over what velocity is taken where the recording has none, and at the start of a window [s].
 _SLOPE_S = 0.06
 #: Width of the sign that is simulated where none is known, as a share of the top speed.
 _SHARPNESS = 1e-3
-#: Share of what is stable at the sign's slope that a step of the integration may be.
-_STABLE = 0.5
+#: Time constants of the sign's slope in a step of the integration.
+_TIME_CONSTANTS = 1.0
 #: Refinements of how fast each window begins, and the weight of what was measured of it, as a
 #: share of what the motion of a free joint says.
 _STARTS, _STAYS = 3, 1e-3
@@ -149,7 +151,9 @@ class _Windows:
         self, theta: FloatArray, x0: FloatArray, w0: FloatArray, width: float, steps: int
     ) -> FloatArray:
         """Return the positions in all windows, (windows, samples)."""
-        return _integrate(theta, x0, w0, self.h, self.forcing, self.m, self.off, width, steps)
+        return simulate_joint_windows(
+            theta, x0, w0, self.h, self.forcing, self.m, self.off, width, steps
+        )
 
     def residual(self, theta: FloatArray, width: float, steps: int) -> FloatArray:
         """Return what is left of the positions when each window begins as fits it best."""
@@ -191,15 +195,12 @@ class _Windows:
             found.append(self._solve(begin, scales, width, 5, _FIRST_STEPS))
         best = min(found, key=lambda solution: float(solution[1] @ solution[1]))[0]
         full = self._solve(best, np.append(scale, [scale[0], best[4]]), width, 5, _MOST_STEPS)
-        free = max(int(self.groups.max()) + 1 - 5, 1)
-        quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, free))
-        errors = self._errors(*full)
-        S, v_s = float(full[0][3]), float(full[0][4])
-        known = quantile * errors[3] < S and v_s > quantile * errors[4]
-        if known:
-            return self._result(full, errors, quantile, width, {})
+        parameters = self._parameters(full)
+        amplitude, size = (parameters[name].interval for name in ('stribeck', 'stribeck_velocity'))
+        if amplitude is not None and size is not None and min(amplitude[0], size[0]) > 0.0:
+            return self._result(full, parameters, width)
         # What the data leave open of S at the width that fits best.
-        high = S + quantile * float(errors[3]) if np.isfinite(errors[3]) else np.inf
+        high = np.inf if amplitude is None else amplitude[1]
         reason = 'the simulated motion does not show it'
         flagged = {
             'stribeck': Parameter(
@@ -210,7 +211,7 @@ class _Windows:
                 (NOT_IDENTIFIABLE,), reason,
             ),
         }  # fmt: skip
-        return self._result(plain, self._errors(*plain), quantile, width, flagged)
+        return self._result(plain, self._parameters(plain) | flagged, width)
 
     def _solve(
         self, begin: FloatArray, scale: FloatArray, width: float, count: int, most: int
@@ -221,7 +222,7 @@ class _Windows:
         inertia = float(self.m.min())
         level = begin[0] + begin[3] + scale[0]
         slope = (level / width + begin[1] + scale[1]) / inertia
-        steps = int(np.clip(np.ceil(float(self.h.max()) * slope / _STABLE), 1, 200))
+        steps = int(np.clip(np.ceil(float(self.h.max()) * slope / _TIME_CONSTANTS), 1, 100))
 
         def residual(free: FloatArray) -> FloatArray:
             return self.residual(np.append(free, begin[count:]), width, steps)
@@ -249,81 +250,32 @@ class _Windows:
         errors[use] = jackknife_errors(X, left, groups) / norms[use]
         return errors
 
+    def _parameters(
+        self, solution: tuple[FloatArray, FloatArray, FloatArray]
+    ) -> dict[str, Parameter]:
+        """Return those that were free."""
+        theta, _, jac = solution
+        errors, freedom = self._errors(*solution), max(int(self.groups.max()) + 1 - 5, 1)
+        rows = zip(_NAMES[: jac.shape[1]], theta, errors, strict=False)
+        return {
+            name: estimated(value, unit_of(name, self.unit), error, freedom)
+            for name, value, error in rows
+        }
+
     def _result(
         self,
         solution: tuple[FloatArray, FloatArray, FloatArray],
-        errors: FloatArray,
-        quantile: float,
+        parameters: Mapping[str, Parameter],
         width: float,
-        flagged: Mapping[str, Parameter],
     ) -> OutputErrorFit:
-        theta, left, jac = solution
-        parameters = {}
-        for k, name in enumerate(_NAMES):
-            if k >= jac.shape[1]:
-                continue
-            value, half = float(theta[k]), quantile * float(errors[k])
-            known = np.isfinite(half)
-            parameters[name] = Parameter(
-                value,
-                unit_of(name, self.unit),
-                float(errors[k]),
-                (value - half, value + half) if known else None,
-                () if known else (AT_BOUND,),
-            )
-        rest = left.reshape(self.q.shape) * self.size
-        simulated = self.q - rest
+        rest = solution[1].reshape(self.q.shape) * self.size
         centred = self.q - self.q.mean(axis=1, keepdims=True)
-        share = 100.0 * float(np.linalg.norm(rest)) / float(np.linalg.norm(centred))
         return OutputErrorFit(
-            {**parameters, **flagged},
-            share,
+            parameters,
+            relative_error(centred - rest, centred),
             np.nan,
-            Simulated(simulated.ravel(), np.full(simulated.size, np.nan)),
             float(np.std(rest)),
-            int(simulated.size),
+            int(rest.size),
             int(self.groups.max()) + 1,
             width,
         )
-
-
-@njit(cache=True)
-def _integrate(
-    theta: FloatArray,
-    x0: FloatArray,
-    w0: FloatArray,
-    h: FloatArray,
-    forcing: FloatArray,
-    m: FloatArray,
-    off: FloatArray,
-    width: float,
-    steps: int,
-) -> FloatArray:
-    C, B, bias, S, v_s = theta
-    windows, count = h.shape
-    x = np.empty((windows, count))
-    for k in range(windows):
-        x[k, 0] = x0[k]
-        v = w0[k]
-        position = x0[k]
-        for j in range(1, count):
-            p = m[k, j - 1] * v + off[k, j - 1]
-            step = h[k, j] / steps
-            for s in range(steps):
-                # Inertia changes little within a sample: it is taken at the sample's share.
-                share = (s + 1.0) / steps
-                mass = m[k, j - 1] + share * (m[k, j] - m[k, j - 1])
-                other = off[k, j - 1] + share * (off[k, j] - off[k, j - 1])
-                friction = np.tanh(v / width) * (C + S * np.exp(-abs(v) / v_s)) + B * v + bias
-                p_middle = p + 0.5 * step * (forcing[k, j] - friction)
-                middle = (p_middle - other) / mass
-                friction = (
-                    np.tanh(middle / width) * (C + S * np.exp(-abs(middle) / v_s))
-                    + B * middle
-                    + bias
-                )
-                p += step * (forcing[k, j] - friction)
-                position += step * middle
-                v = (p - other) / mass
-            x[k, j] = position
-    return x

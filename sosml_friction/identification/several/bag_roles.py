@@ -23,7 +23,7 @@ from sosml_friction.motion.trajectories import TRAJECTORIES
 FloatArray = NDArray[np.float64]
 
 #: Roles of the paper's trajectories: speed ladder, symmetric reversals, slow ladder.
-ROLES = ('T1', 'T2', 'T3')
+ROLES = tuple(kind.role for kind in TRAJECTORIES.values() if kind.role)
 OTHER = 'other'
 
 #: What the metadata of a bag says of its trajectory.
@@ -118,8 +118,9 @@ def _recorded(tags: Mapping[str, str]) -> BagRole | None:
     said = [tags[key] for key in _TAGS if tags.get(key)]
     if not said:
         return None
-    label = {kind.name: kind.label for kind in TRAJECTORIES.values()}
-    role = next((label.get(text, text) for text in said if label.get(text, text) in ROLES), '')
+    by_name = {kind.name: kind.role for kind in TRAJECTORIES.values()}
+    roles = [by_name.get(text, text) for text in said]
+    role = next((role for role in roles if role in ROLES), '')
     return BagRole(role, 'recorded', f'recorded as {said[-1]}')
 
 

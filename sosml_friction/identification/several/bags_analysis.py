@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.recorded_robot import read_nominal
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import (
     BagAnalysis,
@@ -18,7 +19,6 @@ from sosml_friction.identification.bag_analysis import (
     bag_hash,
     friction_of,
     preferred_observer,
-    read_nominal,
 )
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.several.bag_roles import find_roles, parse_roles

@@ -23,6 +23,7 @@ from sosml_friction.identification.several.bag_agreement import (
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.motion.trajectories import TRAJECTORIES
 
 #: What of the law comes from bags of which role, by the paper's rule.
 RULE = {
@@ -38,7 +39,7 @@ _ASYMMETRY = {'viscous_asymmetry': ('T1', 'T3'), 'stribeck_asymmetry': ('T2',)}
 JOINT, BY_RULE = 'joint', 'rule'
 #: Bags are said to agree if they would be as different by chance in more than this share of cases.
 _AGREE = 0.01
-_TRAJECTORY = {'T1': 'speed_ladder', 'T2': 'symmetric_reversals', 'T3': 'slow_ladder'}
+_TRAJECTORY = {kind.role: kind.name for kind in TRAJECTORIES.values() if kind.role}
 _STRIBECK = ('stribeck', 'stribeck_velocity')
 
 

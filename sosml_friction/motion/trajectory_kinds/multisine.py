@@ -7,19 +7,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
     require_positive,
 )
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import SPEED, SPEEDS, TOP, WAY, WAYS, options_of
 
 FloatArray = NDArray[np.float64]
 
@@ -87,13 +90,16 @@ def multisine(
         centre.
     :raises TrajectoryError: if joints differ, or the band holds no line for a joint.
     """
-    require_positive('the multisine', top_speed=top_speed)
-    motion, middle, factor = begin_motion('the multisine', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the multisine', start, centre, scale, top_speed=top_speed
+    )
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_multisine(motion, settings or MultisineSettings(), factor).build()
 
 
-def add_multisine(motion: Motion, settings: MultisineSettings, scale: FloatArray) -> Motion:
+def add_multisine(
+    motion: TrajectoryBuilder, settings: MultisineSettings, scale: FloatArray
+) -> TrajectoryBuilder:
     """
     Add the multisine about where the motion rests.
 
@@ -135,3 +141,40 @@ def add_multisine(motion: Motion, settings: MultisineSettings, scale: FloatArray
         return wave.x * factor, wave.rate * factor
 
     return motion.wave(duration, shape)
+
+
+#: What the user can set of a multisine.
+SINES = options_of(
+    MultisineSettings,
+    ('amplitude', 'amplitude', 'largest displacement from the centre', WAY, WAYS),
+    ('peak_speed', 'peak_speed', 'largest speed', SPEED, SPEEDS),
+    (
+        'peak_acceleration', 'peak_acceleration', 'largest acceleration', 'rad/s2 or m/s2',
+        (1e-3, 1000.0),
+    ),
+    ('band', 'band', 'lowest and highest frequency', 'Hz', (0.01, 50.0)),
+    ('period', 'period_s', 'period, the inverse of the spacing of frequencies', 's', (0.1, 200.0)),
+    ('periods', 'periods', 'whole periods at full amplitude', '', (1, 100)),
+    ('ramp', 'ramp_s', 'from and to rest', 's', (0.1, 60.0)),
+    ('seed', 'seed', 'of the phases', '', (0, 2**31 - 1)),
+)  # fmt: skip
+
+
+class Multisine(TrajectoryKind):
+    """The multisine, by :func:`multisine`."""
+
+    name = 'multisine'
+    label = 'the multisine'
+    description = 'a periodic sum of sinusoids of random phase within a band'
+    options = (*SINES, *options_of(multisine, TOP))
+
+    @staticmethod
+    def build(
+        start: Mapping[str, float],
+        centre: Mapping[str, float],
+        top_speed: float,
+        scale: Sequence[float],
+        **settings: Any,
+    ) -> Trajectory:
+        """Return it."""
+        return multisine(start, centre, MultisineSettings(**settings), top_speed, scale)

@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
-    require_positive,
 )
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import TOP, WAY, WAYS, options_of
 
 FloatArray = NDArray[np.float64]
 
@@ -46,27 +47,22 @@ def reversal(
         its centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    require_positive(
-        'the reversal',
-        amplitude=amplitude,
-        frequency=frequency,
-        cycles=cycles,
-        ramp=ramp_s,
-        top_speed=top_speed,
-    )
-    motion, middle, factor = begin_motion('the reversal', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the reversal', start, centre, scale,
+        amplitude=amplitude, frequency=frequency, cycles=cycles, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_sinusoid(motion, amplitude * factor, frequency, cycles, ramp_s).build()
 
 
 def add_sinusoid(
-    motion: Motion,
+    motion: TrajectoryBuilder,
     amplitude: FloatArray,
     frequency: float,
     cycles: float,
     ramp_s: float,
     decay: float = 1.0,
-) -> Motion:
+) -> TrajectoryBuilder:
     """
     Add the sinusoid about where the motion rests.
 
@@ -85,3 +81,20 @@ def add_sinusoid(
         return faded.x * amplitude, faded.rate * amplitude
 
     return motion.wave(duration, shape)
+
+
+class Reversal(TrajectoryKind):
+    """The reversal, by :func:`reversal`."""
+
+    name = 'reversal'
+    label = 'the reversal'
+    description = 'a sinusoid that comes out of rest and goes back to it'
+    options = options_of(
+        reversal,
+        ('amplitude', 'amplitude', 'of the sinusoid', WAY, WAYS),
+        ('frequency', 'frequency', 'of the sinusoid', 'Hz', (0.01, 50.0)),
+        ('cycles', 'cycles', 'at full amplitude', '', (0.5, 1000.0)),
+        ('ramp', 'ramp_s', 'from and to rest', 's', (0.1, 60.0)),
+        TOP,
+    )  # fmt: skip
+    build = staticmethod(reversal)

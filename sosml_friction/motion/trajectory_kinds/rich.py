@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +15,26 @@ from sosml_friction.motion.building_blocks import (
     begin_motion,
     move_speeds,
     per_joint,
-    require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
-from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_kinds.multisine import (
+    SINES,
+    MultisineSettings,
+    add_multisine,
+)
 from sosml_friction.motion.trajectory_kinds.reversal import add_sinusoid
 from sosml_friction.motion.trajectory_kinds.speed_ladder import add_ladder
+from sosml_friction.motion.trajectory_option import (
+    PLATEAU,
+    RAMP,
+    SPEED,
+    SPEEDS,
+    TOP,
+    WAY,
+    WAYS,
+    options_of,
+)
 
 
 def rich(
@@ -58,21 +73,14 @@ def rich(
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     what = 'the rich trajectory'
-    require_positive(
-        what,
-        speeds=speeds,
-        plateau=plateau_s,
-        ramp=ramp_s,
-        amplitude=amplitude,
-        frequency=frequency,
-        cycles=cycles,
-        decay=decay,
-        top_speed=top_speed,
-    )
+    motion, middle, factor = begin_motion(
+        what, start, centre, scale,
+        speeds=speeds, plateau=plateau_s, ramp=ramp_s, amplitude=amplitude, frequency=frequency,
+        cycles=cycles, decay=decay, top_speed=top_speed,
+    )  # fmt: skip
     if decay > 1.0:
         raise TrajectoryError(f'{what} has reversals with decay {decay}: give at most 1')
     sines = settings or MultisineSettings()
-    motion, middle, factor = begin_motion(what, start, centre, scale)
     shift = np.where(factor > 0.0, per_joint('the offset', offset, len(middle)), 0.0)
     if not np.isfinite(shift).all():
         raise TrajectoryError(f'{what} has the offset {list(offset)}: give finite numbers')
@@ -81,5 +89,53 @@ def rich(
         add_ladder(motion, posture, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
         motion.move(posture, top, 0.4)
         add_sinusoid(motion, amplitude * factor, frequency, cycles, 1.0 / frequency, decay)
-        add_multisine(motion, dataclasses.replace(sines, seed=sines.seed + k), factor)
+        add_multisine(motion, replace(sines, seed=sines.seed + k), factor)
     return motion.move(middle, top, 0.4).build()
+
+
+#: Of its multisines; the amplitude of its own has another name.
+_SINES = tuple(
+    replace(option, name=f'multisine_{option.name}', keyword='multisine_amplitude')
+    if option.name == 'amplitude'
+    else option
+    for option in SINES
+    if option.name not in ('periods', 'ramp')
+)
+
+
+class Rich(TrajectoryKind):
+    """The rich trajectory, by :func:`rich`."""
+
+    name = 'rich'
+    label = 'the rich trajectory'
+    description = 'speed ladder, decaying reversals and multisine, in two postures'
+    options = (
+        *options_of(
+            rich,
+            (
+                'offset', 'offset',
+                'from the first posture to the second, one for all joints or one for each',
+                WAY, (-100.0, 100.0),
+            ),
+            ('speeds', 'speeds', 'of the ladder, up and then down', SPEED, SPEEDS),
+            PLATEAU, RAMP,
+            ('amplitude', 'amplitude', 'of the first reversals', WAY, WAYS),
+            ('frequency', 'frequency', 'of the reversals', 'Hz', (0.01, 50.0)),
+            ('cycles', 'cycles', 'of the reversals', '', (0.5, 1000.0)),
+            (
+                'decay', 'decay', 'last amplitude of the reversals over the first', '',
+                (1e-6, 1.0),
+            ),
+            TOP,
+        ),
+        *_SINES,
+    )  # fmt: skip
+
+    @staticmethod
+    def build(
+        start: Mapping[str, float], centre: Mapping[str, float], **keywords: Any
+    ) -> Trajectory:
+        """Return it."""
+        sines = {option.keyword: keywords.pop(option.keyword) for option in _SINES}
+        settings = MultisineSettings(sines.pop('multisine_amplitude'), **sines)
+        return rich(start, centre, settings=settings, **keywords)

@@ -6,9 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.speed_ladder import add_ladder
+from sosml_friction.motion.trajectory_option import RAMP, SPEED, SPEEDS, TOP, WAY, options_of
 
 
 def slow_ladder(
@@ -32,16 +34,28 @@ def slow_ladder(
     The other arguments and errors are those of
     :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
     """
-    require_positive(
-        'the slow ladder',
-        speeds=speeds,
-        plateau=plateau_s,
-        way=way,
-        ramp=ramp_s,
-        top_speed=top_speed,
-    )
-    motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the slow ladder', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, way=way, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     plateaus = [max(plateau_s, way / speed) for speed in speeds]
     add_ladder(motion, middle, speeds, plateaus, ramp_s, top, factor)
     return motion.move(middle, top, 0.4).build()
+
+
+class SlowLadder(TrajectoryKind):
+    """T3, by :func:`slow_ladder`."""
+
+    name = 'slow_ladder'
+    role = 'T3'
+    label = 'T3'
+    description = 'T3: long plateaus at low speeds, each in both directions'
+    options = options_of(
+        slow_ladder,
+        ('speeds', 'speeds', 'plateau speeds, taken up and then down', SPEED, SPEEDS),
+        ('plateau', 'plateau_s', 'least length of a plateau', 's', (0.1, 60.0)),
+        ('way', 'way', 'least way of a plateau', WAY, (1e-6, 10.0)),
+        RAMP, TOP,
+    )  # fmt: skip
+    build = staticmethod(slow_ladder)

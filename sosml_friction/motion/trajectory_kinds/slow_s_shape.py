@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
 
 
 def slow_s_shape(
@@ -33,11 +35,26 @@ def slow_s_shape(
     The other arguments and errors are those of
     :func:`~sosml_friction.motion.trajectory_kinds.symmetric_reversals.symmetric_reversals`.
     """
-    what = 'the slow S-shape'
-    require_positive(
-        what, speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion(what, start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the slow S-shape', start, centre, scale,
+        speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()
+
+
+class SlowSShape(TrajectoryKind):
+    """The slow S-shape, by :func:`slow_s_shape`."""
+
+    name = 'slow_s_shape'
+    label = 'the slow S-shape'
+    description = 'one low speed to and fro, with turns as long as the plateaus'
+    options = options_of(
+        slow_s_shape,
+        ('speed', 'speed', 'of the plateaus', SPEED, SPEEDS),
+        PLATEAU, TURN,
+        ('cycles', 'cycles', 'pairs of half-cycles', '', (1, 100)),
+        TOP,
+    )  # fmt: skip
+    build = staticmethod(slow_s_shape)

@@ -10,18 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.motion.building_blocks import (
-    Motion,
+    TrajectoryBuilder,
     begin_motion,
     move_speeds,
-    require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, RAMP, SPEED, SPEEDS, TOP, options_of
 
 
 def speed_ladder(
     start: Mapping[str, float],
     centre: Mapping[str, float],
-    speeds: Sequence[float],
+    speeds: Sequence[float] = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7),
     plateau_s: float = 0.8,
     ramp_s: float = 0.3,
     top_speed: float = 0.8,
@@ -46,26 +47,41 @@ def speed_ladder(
         centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    require_positive(
-        'the ladder', speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion('the ladder', start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the ladder', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     add_ladder(motion, middle, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
     return motion.move(middle, top, 0.4).build()
 
 
 def add_ladder(
-    motion: Motion,
+    motion: TrajectoryBuilder,
     middle: NDArray[np.float64],
     speeds: Sequence[float],
     plateaus_s: Sequence[float],
     ramp_s: float,
     top_speed: NDArray[np.float64],
     scale: NDArray[np.float64],
-) -> Motion:
+) -> TrajectoryBuilder:
     """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
     steps = list(zip(speeds, plateaus_s, strict=True))
     for speed, plateau_s in [*steps, *reversed(steps)]:
         motion.there_and_back(middle, speed * scale, plateau_s, ramp_s, top_speed)
     return motion
+
+
+class SpeedLadder(TrajectoryKind):
+    """T1, by :func:`speed_ladder`."""
+
+    name = 'speed_ladder'
+    role = 'T1'
+    label = 'T1'
+    description = 'T1: plateaus of rising then falling speed, each in both directions'
+    options = options_of(
+        speed_ladder,
+        ('speeds', 'speeds', 'plateau speeds, taken up and then down', SPEED, SPEEDS),
+        PLATEAU, RAMP, TOP,
+    )  # fmt: skip
+    build = staticmethod(speed_ladder)

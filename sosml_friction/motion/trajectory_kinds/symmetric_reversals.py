@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sosml_friction.motion.building_blocks import begin_motion, move_speeds, require_positive
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory_kind import TrajectoryKind
+from sosml_friction.motion.trajectory_option import PLATEAU, SPEED, SPEEDS, TOP, TURN, options_of
 
 
 def symmetric_reversals(
@@ -38,12 +40,28 @@ def symmetric_reversals(
         centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
-    what = 'the train of reversals'
-    require_positive(
-        what, speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed
-    )
-    motion, middle, factor = begin_motion(what, start, centre, scale)
+    motion, middle, factor = begin_motion(
+        'the train of reversals', start, centre, scale,
+        speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
+    )  # fmt: skip
     top = move_speeds(top_speed, factor)
     for speed in [*speeds, *reversed(speeds)]:
         motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()
+
+
+class SymmetricReversals(TrajectoryKind):
+    """T2, by :func:`symmetric_reversals`."""
+
+    name = 'symmetric_reversals'
+    role = 'T2'
+    label = 'T2'
+    description = 'T2: trains of short half-cycles at low speeds, to and fro without a rest'
+    options = options_of(
+        symmetric_reversals,
+        ('speeds', 'speeds', 'of the half-cycles, up and then down', SPEED, SPEEDS),
+        PLATEAU, TURN,
+        ('cycles', 'cycles', 'pairs of half-cycles at each speed', '', (1, 100)),
+        TOP,
+    )  # fmt: skip
+    build = staticmethod(symmetric_reversals)

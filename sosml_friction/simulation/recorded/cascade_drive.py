@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.identification.output_error.fits import ControlledJoint
 from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 from sosml_friction.simulation.recorded.loop_drive import LoopDrive
 
 FloatArray = NDArray[np.float64]

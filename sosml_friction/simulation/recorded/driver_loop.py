@@ -4,43 +4,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.regression.signals import Signals, even_stretches
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.recorded.loop_start import LoopReference
 from sosml_friction.simulation.recorded.pd_drive import PdDrive
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
-from sosml_friction.simulation.recorded.resimulation import measured_start
+from sosml_friction.simulation.recorded.recorded_run import (
+    RecordedRun,
+    begins_every,
+    refuse_runaway,
+)
+from sosml_friction.simulation.recorded.stretch import Stretch, measured_start, smooth_velocity
 
 FloatArray = NDArray[np.float64]
 
 #: A hole of more than this parts a recording [s]: the driver takes one of its own for a fault.
 _LONGEST_S = 0.1
-
-
-@dataclass(frozen=True)
-class DriverLoopRun:
-    """
-    Hold a simulation at the recorded stamps, stretch after stretch, N samples of n joints.
-
-    ``time`` (N,) [s] since the first sample of the log; ``measured`` and ``simulated``: position,
-    velocity and effort, simulated NaN of a joint that moves as recorded; ``begins`` (N,): where a
-    stretch begins; ``finite``: whether all of it stayed where a robot can be.
-    """
-
-    time: FloatArray
-    measured: Mapping[str, FloatArray]
-    simulated: Mapping[str, FloatArray]
-    begins: NDArray[np.bool_]
-    finite: bool
 
 
 def bridged(log: JointLog) -> JointLog:
@@ -64,43 +52,39 @@ def bridged(log: JointLog) -> JointLog:
     t = np.sort(np.concatenate([time, *added]))
     t_ns = log.t_ns[0] + np.rint(t * 1e9).astype(np.int64)
 
-    def filled(x: FloatArray) -> FloatArray:
-        return np.column_stack([np.interp(t, time, y) for y in x.T])
-
-    temperature = None if log.temperature is None else filled(log.temperature)
-    return JointLog(
-        log.names, t_ns, filled(log.q), filled(log.v), filled(log.tau), temperature, log.tags
-    )
+    q, v, tau = (_on_lines(t, time, x) for x in (log.q, log.v, log.tau))
+    temperature = None if log.temperature is None else _on_lines(t, time, log.temperature)
+    return JointLog(log.names, t_ns, q, v, tau, temperature, log.tags)
 
 
 def simulate_driver_loop(
     forward: ForwardModel,
     log: JointLog,
-    signals: list[Signals],
+    stretches: Sequence[Stretch],
     loop: RecordedLoop,
     reference: LoopReference,
     followed: list[int],
     told: Callable[[float], None],
-) -> DriverLoopRun:
+) -> RecordedRun:
     """
     Simulate every stretch of a recording from its measured beginning to its end.
 
     A stretch begins where the measured velocity is known, and with what the controller saw before.
+    The run is at the recorded stamps; a joint that moves as recorded is NaN in it.
 
-    :param signals: of the :func:`bridged` log.
+    :param stretches: of the :func:`bridged` log.
     :param reference: at the samples of the log, joints in the model's order.
     :param followed: joints that move as recorded.
     :param told: called with the share that is done, 0..1.
+    :raises DataError: if the simulation runs away.
     """
-    names = signals[0].robot.names
+    names = forward.robot.names
     gains = {i: loop.gains[name] for i, name in enumerate(names) if i not in followed}
     known = np.isfinite(log.q).all(axis=1) & np.append(True, np.diff(log.t_ns) > 0)
-    parts: dict[str, list[FloatArray]] = {}
-    begins: list[NDArray[np.bool_]] = []
-    finite = True
+    runs: list[RecordedRun] = []
     spans = np.array([part.t_ns[[0, -1]] - log.t_ns[0] for part in even_stretches(bridged(log))])
-    for s in signals:
-        # Signals take the samples of all stretches for as far apart as those of the first.
+    for s in stretches:
+        # A stretch takes its samples for as far apart as those of the first.
         own_span = int(np.argmin(np.abs(1e-9 * spans[:, 0] - s.time[0])))
         end = 1e-9 * float(spans[own_span, 1])
         at, period = s.band.half, (end - float(s.time[0])) / (len(s.q) - 1)
@@ -121,42 +105,26 @@ def simulate_driver_loop(
 
         effort = np.quantile(np.abs(s.tau), 0.99, axis=0)
         run = simulate(forward, start, drive, period, samples, effort, step, followed)
-        if not np.isfinite(run.q).all():
-            finite = False
-            break
+        refuse_runaway(run.q, 'the closed loop')
         drive.begin(samples - 1, run.q[:, -1])
         grid = np.arange(samples, dtype=np.float64) * period
         cycles = slice(drive.first, drive.first + len(drive.reported()))
         when = np.clip(times[cycles] * period, 0.0, grid[-1])
-        q = CubicHermiteSpline(grid, run.q[0], run.v[0])
-        smooth_v = s.v.copy()
-        smooth_v[: s.band.half] = smooth_v[len(s.v) - s.band.half :] = np.nan
-        even = (np.arange(len(s.q)) - at) * period
-        whole = {
-            'time': log.time[rows][cycles],
-            'q': log.q[rows][cycles],
-            'v': np.column_stack([np.interp(when, even, x) for x in smooth_v.T]),
-            'tau': log.tau[rows][cycles],
-            'q_s': q(when),
-            'v_s': np.column_stack([np.interp(when, grid, x) for x in run.v[0].T]),
-            'tau_s': drive.reported(),
-        }
-        for key in ('q_s', 'v_s', 'tau_s'):
-            whole[key][:, followed] = np.nan
-        for key, x in whole.items():
-            parts.setdefault(key, []).append(x)
-        begin = np.zeros(len(when), dtype=np.bool_)
-        begin[:1] = True
-        begins.append(begin)
-    if not finite:
-        empty = np.zeros((0, len(names)))
-        nothing = dict.fromkeys(('position', 'velocity', 'effort'), empty)
-        return DriverLoopRun(np.zeros(0), nothing, nothing, np.zeros(0, np.bool_), False)
-    x = {key: np.concatenate(value) for key, value in parts.items()}
-    return DriverLoopRun(
-        x['time'],
-        {'position': x['q'], 'velocity': x['v'], 'effort': x['tau']},
-        {'position': x['q_s'], 'velocity': x['v_s'], 'effort': x['tau_s']},
-        np.concatenate(begins),
-        True,
-    )
+        even = np.arange(-at, len(s.q) - at, dtype=np.float64) * period
+        simulated = (
+            CubicHermiteSpline(grid, run.q[0], run.v[0])(when),
+            _on_lines(when, grid, run.v[0]),
+            drive.reported(),
+        )
+        for x in simulated:
+            x[:, followed] = np.nan
+        v = _on_lines(when, even, smooth_velocity(s))
+        measured = (log.q[rows][cycles], v, log.tau[rows][cycles])
+        begins = begins_every(len(when), len(when))
+        runs.append(RecordedRun(log.time[rows][cycles], measured, simulated, begins))
+    return RecordedRun.joined(runs)
+
+
+def _on_lines(when: FloatArray, time: FloatArray, x: FloatArray) -> FloatArray:
+    """Return columns (N, n) interpolated at other times."""
+    return np.column_stack([np.interp(when, time, column) for column in x.T])

@@ -44,9 +44,14 @@ class LoopDrive(Drive):
         self.commands.append(effort)
         self._torques.append(self._model.torque(effort))
 
-    def torque(self, share: float) -> FloatArray:
-        """Return the torque that acts, (1, n)."""
-        at = self._k + share - self._late
-        while self._now + 1 < len(self.times) and self.times[self._now + 1] <= at:
-            self._now += 1
-        return self._torques[self._now][None]
+    def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
+        """Return the mean torque (1, n) twice: each command acts from its own time on."""
+        at, last = self._k + begin - self._late, self._k + end - self._late
+        length = last - at
+        total = np.zeros_like(self._torques[0])
+        while self._now + 1 < len(self.times) and self.times[self._now + 1] < last:
+            change = max(at, self.times[self._now + 1])
+            total += (change - at) * self._torques[self._now]
+            at, self._now = change, self._now + 1
+        mean = ((total + (last - at) * self._torques[self._now]) / length)[None]
+        return mean, mean

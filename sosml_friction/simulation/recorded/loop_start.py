@@ -13,7 +13,8 @@ from scipy.optimize import minimize_scalar
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.motion.reference_motion import BLEND, ReferenceMotion, blend
+from sosml_friction.motion.reference import BLEND, blend
+from sosml_friction.motion.reference_motion import ReferenceMotion
 from sosml_friction.motion.velocity import WindowedSlope
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
 
@@ -104,18 +105,11 @@ class _Law:
 
     def __init__(self, log: JointLog, loop: RecordedLoop) -> None:
         robot = self._robot = loop.robot
-        order = [loop.wanted.names.index(name) for name in robot.names]
-        velocities = loop.wanted.velocities
-        wanted = loop.wanted._replace(
-            names=robot.names,
-            positions=loop.wanted.positions[:, order],
-            velocities=None if velocities is None else velocities[:, order],
-        )
         known = np.isfinite(log.q)
         if not known.any(axis=0).all():
             raise DataError('the position of a joint is not known')
         self.here = np.array([x[k][0] for x, k in zip(log.q.T, known.T, strict=True)])
-        self.motion = ReferenceMotion(wanted, self.here)
+        self.motion = ReferenceMotion(loop.wanted, self.here)
         self.joints = [robot.names.index(name) for name in loop.gains]
         gains = list(loop.gains.values())
         self._kp, self._kd, self._limit = (

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from sosml_friction.bags.bag import Bag, WantedMotion
+from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import ACTUATOR, PD, read_controllers
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import read_nominal
+from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.exceptions import ConfigurationError, DataError, TrajectoryError
 from sosml_friction.model.robot import Robot
+from sosml_friction.motion.trajectory import Trajectory
 
 #: A controller whose cycle is so many times shorter than the samples was not recorded.
 _SLOWER = 1.5
@@ -48,14 +49,14 @@ class RecordedLoop:
 
     ``gains`` of the joints under the driver's own controller; ``followed``: why the loop of the
     others is not known, by joint. ``robot``: the driver's model, whose inverse dynamics at the
-    reference is fed forward. ``wanted``: what was sent, ``sent`` [s] after the first sample of the
-    log as the recorder's clock has it.
+    reference is fed forward. ``wanted``: what was sent, joints in the robot's order, ``sent`` [s]
+    after the first sample of the log as the recorder's clock has it.
     """
 
     gains: Mapping[str, PdGains]
     followed: Mapping[str, str]
     robot: Robot
-    wanted: WantedMotion
+    wanted: Trajectory
     sent: float
 
 
@@ -125,7 +126,11 @@ def recorded_loop(bag: Bag, path: str | Path, log: JointLog) -> RecordedLoop | s
             'Hz: what it saw is not in the recording'
         )
     at = (sent[0].log_time_ns - int(log.t_ns[0])) * 1e-9
-    return RecordedLoop(gains, followed, robot, sent[0], at)
+    try:
+        wanted = Trajectory(sent[0].names, sent[0].times, sent[0].positions, sent[0].velocities)
+    except TrajectoryError as error:
+        return f'the closed loop needs the trajectory that was followed: {error}'
+    return RecordedLoop(gains, followed, robot, wanted.ordered(robot.names), at)
 
 
 def during(log: JointLog, loop: RecordedLoop) -> tuple[JointLog, RecordedLoop]:
@@ -136,7 +141,7 @@ def during(log: JointLog, loop: RecordedLoop) -> tuple[JointLog, RecordedLoop]:
 
     :raises DataError: if nothing is left.
     """
-    begin, end = loop.sent - _BEFORE_S, loop.sent + float(loop.wanted.times[-1]) + _AFTER_S
+    begin, end = loop.sent - _BEFORE_S, loop.sent + loop.wanted.duration + _AFTER_S
     rows = np.flatnonzero((log.time >= begin) & (log.time <= end))
     if not len(rows):
         raise DataError('the trajectory was sent when nothing was recorded')

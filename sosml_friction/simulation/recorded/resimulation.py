@@ -9,28 +9,19 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.regression.signals import Signals
 from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import Simulated, simulate
-from sosml_friction.simulation.forward_start import Start
+from sosml_friction.simulation.forward_simulation import simulate
+from sosml_friction.simulation.recorded.stretch import Stretch, measured_start, undriven
+from sosml_friction.simulation.simulated import Simulated
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
 
-def measured_start(signals: Signals, at: IndexArray) -> Start:
-    """Return the measured state at the samples ``at`` (W,)."""
-    q, v, a = signals.q, signals.v, signals.a
-    warm = np.full(q.shape, np.nan)
-    if signals.temperature is not None:
-        warm = signals.temperature - signals.temperature[0]
-    return Start(q[at], v[at], a[at], signals.sign[at], signals.q, at, signals.time, warm)
-
-
-def recorded_torque(model: ForwardModel, signals: Signals) -> FloatArray:
+def recorded_torque(model: ForwardModel, stretch: Stretch) -> FloatArray:
     """Return the torque (N, n) behind the effort of a recording, its delay undone."""
-    tau, step = signals.tau, signals.band.step
+    tau, step = stretch.tau, stretch.band.step
     samples = np.arange(len(tau), dtype=np.float64)
     shifted = samples + model.delay / step
     return model.torque(np.column_stack([np.interp(shifted, samples, x) for x in tau.T]))
@@ -38,7 +29,7 @@ def recorded_torque(model: ForwardModel, signals: Signals) -> FloatArray:
 
 def simulate_windows(
     model: ForwardModel,
-    signals: Signals,
+    stretch: Stretch,
     at: IndexArray,
     samples: int,
     step: Callable[[int], None] = lambda k: None,
@@ -52,16 +43,11 @@ def simulate_windows(
     """
     return simulate(
         model,
-        measured_start(signals, at),
-        RecordedDrive(recorded_torque(model, signals), at),
-        signals.band.step,
+        measured_start(stretch, at),
+        RecordedDrive(recorded_torque(model, stretch), at),
+        stretch.band.step,
         samples,
-        np.quantile(np.abs(signals.tau), 0.99, axis=0),
+        np.quantile(np.abs(stretch.tau), 0.99, axis=0),
         step,
-        undriven(signals),
+        undriven(stretch),
     )
-
-
-def undriven(signals: Signals) -> list[int]:
-    """Return the joints whose effort is not in the recording, which nothing can drive."""
-    return [int(i) for i in np.flatnonzero(~signals.tau.any(axis=0))]

@@ -18,7 +18,7 @@ from sosml_friction.actuators.emulator.lockstep import (
     nominal_robot,
 )
 from sosml_friction.bags.controllers import parse_controllers
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 
 
 def test_entries_are_in_units_of_the_joint_and_can_be_read_back():
@@ -58,7 +58,7 @@ def test_the_law_with_the_gains_of_the_entry_gives_the_efforts_of_the_driver():
         times, way = np.array([0.0, 0.6, 1.2]), np.array([0.4, 0.2])
         positions = np.array([here, here + way, here])
         zeros = np.zeros_like(positions)
-        bench.driver.follow(JointTrajectory(configuration.names, times, positions, zeros))
+        bench.driver.follow(Trajectory(configuration.names, times, positions, zeros))
         for _ in range(600):
             bench.step()
             sample, reference = bench.samples[-1], bench.driver._follower.last

@@ -19,7 +19,7 @@ from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import ServoFlag
 from sosml_friction.actuators.servo.emulated import EmulatedServo
 from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError
-from sosml_friction.motion.joint_trajectory import JointTrajectory
+from sosml_friction.motion.trajectory import Trajectory
 
 HANGING = np.array([-np.pi / 2, 0.0])
 
@@ -80,17 +80,17 @@ def test_enabling_holds_where_the_joints_are(lockstep):
 def test_a_trajectory_is_followed_and_its_end_is_held(lockstep, there_and_back):
     driver = lockstep.driver
     driver.enable()
-    half = JointTrajectory(
+    half = Trajectory(
         there_and_back.names,
-        there_and_back.times[:2],
-        there_and_back.positions[:2],
-        there_and_back.velocities[:2],
+        there_and_back.t[:2],
+        there_and_back.q[:2],
+        there_and_back.v[:2],
     )
     driver.follow(half)
     lockstep.run_while(lambda: driver.trajectory_running, 2.0)
     lockstep.run(0.5)
     # Friction over kp is 16 mrad at the shoulder, gravity over the servo's gain 10 at the elbow.
-    np.testing.assert_allclose(lockstep.emulator.q, half.positions[-1], atol=0.03)
+    np.testing.assert_allclose(lockstep.emulator.q, half.q[-1], atol=0.03)
     assert np.abs(lockstep.emulator.v).max() < 0.02
 
 
@@ -555,7 +555,7 @@ def test_a_lockstep_run_has_every_sample_of_the_motion(make_lockstep, there_and_
 
 
 def test_the_trajectory_of_a_refused_run_is_named(make_lockstep, there_and_back):
-    far = JointTrajectory(there_and_back.names, np.zeros(1), np.array([[0.0, 0.0]]))
+    far = Trajectory(there_and_back.names, np.zeros(1), np.array([[0.0, 0.0]]))
     with pytest.raises(TrajectoryError, match='starts with joint shoulder'):
         run_lockstep(far, make_lockstep().emulator)
 

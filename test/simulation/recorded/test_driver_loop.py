@@ -20,23 +20,23 @@ from sosml_friction.actuators.emulator.lockstep import (
     nominal_robot,
     run_lockstep,
 )
-from sosml_friction.bags.bag import Bag, WantedMotion
+from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import controller_tags
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.cli.main import main
+from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.known_terms import model_friction
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.joint_trajectory import JointTrajectory
 from sosml_friction.motion.reference_motion import ReferenceMotion
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.loop_start import LoopReference, find_reference
 from sosml_friction.simulation.recorded.pd_drive import PdDrive
 from sosml_friction.simulation.recorded.recorded_loop import PdGains, during, recorded_loop
-from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
 
 SCHEMA = Path(__file__).resolve().parents[3] / 'docs/schema/simulation.schema.json'
 STRING = 'std_msgs/msg/String'
@@ -62,9 +62,7 @@ def write_run(folder, log, trajectory, model, entries, sent_ns=0):
             message = message_class('trajectory_msgs/msg/JointTrajectory')()
             message.joint_names = list(trajectory.names)
             point = message_class('trajectory_msgs/msg/JointTrajectoryPoint')
-            for t, q, v in zip(
-                trajectory.times, trajectory.positions, trajectory.velocities, strict=True
-            ):
+            for t, q, v in zip(trajectory.t, trajectory.q, trajectory.v, strict=True):
                 own = point(positions=q.tolist(), velocities=v.tolist())
                 seconds, own.time_from_start.nanosec = divmod(round(t * 1e9), 1_000_000_000)
                 own.time_from_start.sec = seconds
@@ -77,7 +75,7 @@ def write_run(folder, log, trajectory, model, entries, sent_ns=0):
 def simulated(bag, model, log=None):
     opened = Bag.open(bag)
     log = log or opened.joint_log()
-    return simulate_recording(log, model, loop=recorded_loop(opened, bag, log))
+    return simulate_model(log, model, loop=recorded_loop(opened, bag, log))
 
 
 @pytest.mark.parametrize('with_velocity', [True, False])
@@ -89,14 +87,14 @@ def test_the_reference_is_that_of_the_driver(with_velocity, first):
     v[-1] = 0.0
     hold = q[0] + [0.01, -0.02]
     here = hold - 0.003
-    wanted = WantedMotion(0, ('a', 'b'), times, q, v if with_velocity else None)
+    wanted = Trajectory(('a', 'b'), times, q, v if with_velocity else None)
     motion = ReferenceMotion(wanted, here)
     if first:
         # What prepare_trajectory makes of it.
         times = np.concatenate([[0.0], times])
         q, v = np.vstack([here, q]), np.vstack([np.zeros(2), v])
     follower = TrajectoryFollower(hold)
-    follower.follow(JointTrajectory(('a', 'b'), times, q, v if with_velocity else None))
+    follower.follow(Trajectory(('a', 'b'), times, q, v if with_velocity else None))
     t_ns = np.concatenate([[0], np.sort(rng.integers(1, 2_600_000_000, 400))])
     expected = [follower.sample(int(now)) for now in t_ns]
     for k, got in enumerate(motion.at(t_ns * 1e-9, hold)):
@@ -131,9 +129,9 @@ def uneven(tmp_path_factory):
     way = 0.05 * (1.0 - np.cos(2.0 * np.pi * times / 2.5))
     rate = 0.05 * 2.0 * np.pi / 2.5 * np.sin(2.0 * np.pi * times / 2.5)
     rate[[0, -1]] = 0.0
-    trajectory = JointTrajectory(('slider',), times, way[:, None], rate[:, None])
+    trajectory = Trajectory(('slider',), times, way[:, None], rate[:, None])
     motion = ReferenceMotion(
-        WantedMotion(0, ('slider',), times, way[:, None], rate[:, None]), np.zeros(1)
+        Trajectory(('slider',), times, way[:, None], rate[:, None]), np.zeros(1)
     )
     hold = np.array([4e-4])
     q_r, v_r, a_r = (x[:, 0] for x in motion.at(t - t[begin], hold))
@@ -169,10 +167,10 @@ def test_an_exact_plant_under_uneven_cycles_is_reproduced(uneven):
     """
     Its law is found to rounding, its motion as well as a command's time is known.
 
-    A cycle has two steps of integration, each with the command at its middle: a change du comes
-    up to half a step of 1 ms off, 0.29 ms rms, which is du 0.29 / 2 of force in that cycle. White
-    from cycle to cycle it moves the loop, w^2 = kp / M and 2 z w = kd / M + B / M, by x and v with
-    x^2 = f^2 T / (4 z w^3 M^2) and v = w x.
+    A cycle is one step of integration with the mean of the commands in it: a change du has its
+    impulse, and were its time off by 0.15 ms rms, that were du 0.15 / 2 of force in that cycle.
+    White from cycle to cycle it moves the loop, w^2 = kp / M and 2 z w = kd / M + B / M, by x and
+    v with x^2 = f^2 T / (4 z w^3 M^2) and v = w x.
     """
     bag, begin = uneven
     log = Bag.open(bag).joint_log()
@@ -181,8 +179,8 @@ def test_an_exact_plant_under_uneven_cycles_is_reproduced(uneven):
     assert reference.left['slider'] < 0.5
     found = simulated(bag, slider())
     assert found.mode == 'closed_loop'
-    assert found.steps == 2
-    force = 0.29 / 2.0 * float(np.std(np.diff(log.tau[:, 0])))
+    assert found.steps == 1
+    force = 0.15 / 2.0 * float(np.std(np.diff(log.tau[:, 0])))
     w = np.sqrt(PD['kp'] / MASS)
     z = 0.5 * (PD['kd'] + VISCOUS) / MASS / w
     x = force * np.sqrt(2e-3 / (4.0 * z * w**3)) / MASS
@@ -251,7 +249,7 @@ def emulated(tmp_path_factory):
     share = np.sin(0.5 * w * times / 2.0) ** 2
     rate = 0.5 * w * 0.5 * np.sin(0.5 * w * times)
     way = np.array([0.5, 0.6])
-    trajectory = JointTrajectory(
+    trajectory = Trajectory(
         ('shoulder', 'elbow'), times, rest + share[:, None] * way, rate[:, None] * way
     )
     log = run_lockstep(trajectory, emulated_exoskeleton(seed=7))
@@ -321,7 +319,7 @@ def test_what_was_before_the_robot_was_enabled_is_left_out(emulated):
     part, own = during(longer, replace(loop, sent=loop.sent + 2.0))
     assert part.time[-1] == pytest.approx(log.time[-1] + 0.1, abs=5e-3)
     assert own.sent == pytest.approx(0.1, abs=5e-3)
-    found = simulate_recording(longer, arm(), loop=replace(loop, sent=loop.sent + 2.0))
+    found = simulate_model(longer, arm(), loop=replace(loop, sent=loop.sent + 2.0))
     assert found.mode == 'closed_loop'
 
 
@@ -342,7 +340,7 @@ def test_where_something_is_missing_it_is_windows_and_a_sentence(
     log = opened.joint_log()
     part = {name: getattr(log, name)[:1500] for name in ('t_ns', 'q', 'v', 'tau')}
     sent = opened.trajectories()[0]
-    trajectory = JointTrajectory(sent.names, sent.times, sent.positions, sent.velocities)
+    trajectory = Trajectory(sent.names, sent.times, sent.positions, sent.velocities)
     entries = controller_entries(default_configuration(), nominal_robot().limits)
     entries['shoulder'] |= {key: change[key] for key in ('kp', 'rate') if key in change}
     if 'kind' in change:

@@ -11,11 +11,11 @@ from known_robots import slider_model
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
-from sosml_friction.identification.output_error.fits import recorded_controllers
+from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.recorded.recorded_simulation import simulate_recording
+from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 
 
 def published(forwards, backwards=None):
@@ -48,7 +48,7 @@ def recorded(data_directory, tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def symmetric(recorded):
-    return simulate_recording(recorded[0], published((203.5034, 20.3935)), recorded[1])
+    return simulate_model(recorded[0], published((203.5034, 20.3935)), recorded[1])
 
 
 def test_the_published_symmetric_model_follows_better_than_published(symmetric):
@@ -61,7 +61,7 @@ def test_the_published_symmetric_model_follows_better_than_published(symmetric):
 
 def test_friction_by_direction_makes_the_simulation_better(recorded, symmetric):
     log, controlled = recorded
-    after = simulate_recording(log, published((166.706, 20.144), (240.424, 20.628)), controlled)
+    after = simulate_model(log, published((166.706, 20.144), (240.424, 20.628)), controlled)
     # The published relative errors of the inverse model fall from 4.08 to 3.11 %, by 24 %.
     for what in ('effort', 'position'):
         before = symmetric.errors['slider'][what].rms

@@ -12,18 +12,15 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import JointLimits
-from sosml_friction.motion.joint_trajectory import (
-    JointTrajectory,
-    extremes,
-    prepare_trajectory,
-)
+from sosml_friction.motion.prepare_trajectory import prepare_trajectory
+from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 
 NAMES = ('shoulder', 'elbow')
 LIMITS = (JointLimits(-2.3, 0.7, 3.0, 8.0), JointLimits(-0.05, 2.5, 3.0, 5.0))
 HERE = np.array([-1.57, 0.0])
 TOLERANCE = np.full(2, 0.05)
-GOOD = JointTrajectory(
+GOOD = Trajectory(
     NAMES,
     np.array([0.0, 1.0, 2.5]),
     np.array([[-1.57, 0.0], [-1.0, 0.5], [-1.2, 0.2]]),
@@ -42,39 +39,39 @@ def changed(array, index, value):
 
 
 @pytest.mark.parametrize(
-    ('trajectory', 'sentence'),
+    ('changes', 'sentence'),
     [
-        (replace(GOOD, names=('shoulder', 'wrist')), 'must name shoulder, elbow'),
-        (replace(GOOD, names=('shoulder', 'shoulder')), 'must name shoulder, elbow'),
-        (replace(GOOD, times=np.zeros(0)), 'no points'),
-        (replace(GOOD, times=np.array([0.0, 1.0, 1.0])), 'point 2 .* let the times increase'),
-        (replace(GOOD, times=np.array([-0.1, 1.0, 2.0])), 'not negative'),
-        (replace(GOOD, times=np.array([0.0, np.nan, 2.0])), 'finite'),
-        (replace(GOOD, positions=GOOD.positions[:, :1]), 'positions .* shape'),
-        (replace(GOOD, velocities=GOOD.velocities[:2]), 'velocities .* shape'),
-        (replace(GOOD, positions=changed(GOOD.positions, (1, 0), np.nan)), 'point 1 .* finite'),
-        (replace(GOOD, velocities=changed(GOOD.velocities, (1, 1), np.inf)), 'point 1 .* finite'),
-        (replace(GOOD, positions=changed(GOOD.positions, (1, 0), 0.71)), 'outside its limits'),
-        (replace(GOOD, positions=changed(GOOD.positions, (2, 1), -0.06)), 'outside its limits'),
-        (replace(GOOD, velocities=changed(GOOD.velocities, (1, 0), 3.1)), 'make it slower'),
-        (replace(GOOD, times=np.array([0.0, 0.1, 1.0])), 'make it slower'),
-        (replace(GOOD, positions=changed(GOOD.positions, (0, 0), -1.51)), 'start within 0.05'),
-        (replace(GOOD, velocities=changed(GOOD.velocities, (2, 1), 0.1)), 'let it end at rest'),
+        (dict(names=('shoulder', 'wrist')), 'must name shoulder, elbow'),
+        (dict(names=('shoulder', 'shoulder')), 'must name shoulder, elbow'),
+        (dict(t=np.zeros(0)), 'no points'),
+        (dict(t=np.array([0.0, 1.0, 1.0])), 'point 2 .* let the times increase'),
+        (dict(t=np.array([-0.1, 1.0, 2.0])), 'not negative'),
+        (dict(t=np.array([0.0, np.nan, 2.0])), 'finite'),
+        (dict(q=GOOD.q[:, :1]), 'positions .* shape'),
+        (dict(v=GOOD.v[:2]), 'velocities .* shape'),
+        (dict(q=changed(GOOD.q, (1, 0), np.nan)), 'point 1 .* finite'),
+        (dict(v=changed(GOOD.v, (1, 1), np.inf)), 'point 1 .* finite'),
+        (dict(q=changed(GOOD.q, (1, 0), 0.71)), 'outside its limits'),
+        (dict(q=changed(GOOD.q, (2, 1), -0.06)), 'outside its limits'),
+        (dict(v=changed(GOOD.v, (1, 0), 3.1)), 'make it slower'),
+        (dict(t=np.array([0.0, 0.1, 1.0])), 'make it slower'),
+        (dict(q=changed(GOOD.q, (0, 0), -1.51)), 'start within 0.05'),
+        (dict(v=changed(GOOD.v, (2, 1), 0.1)), 'let it end at rest'),
         (
-            replace(GOOD, velocities=None, times=np.array([0.0, 0.1, 1.0])),
+            dict(v=None, t=np.array([0.0, 0.1, 1.0])),
             'moves joint shoulder at 5.7',
         ),
     ],
 )
-def test_a_trajectory_that_does_not_fit_is_refused_in_one_sentence(trajectory, sentence):
+def test_a_trajectory_that_does_not_fit_is_refused_in_one_sentence(changes, sentence):
     with pytest.raises(TrajectoryError, match=sentence) as caught:
-        prepare(trajectory)
+        prepare(replace(GOOD, **changes))
     assert '\n' not in str(caught.value)
 
 
 def test_an_overshoot_between_points_counts():
     """Both points are inside the limits, the cubic between them is not."""
-    trajectory = JointTrajectory(
+    trajectory = Trajectory(
         NAMES,
         np.array([0.0, 1.0, 2.0]),
         np.array([[-1.57, 0.0], [-1.57, 0.0], [-1.57, 0.0]]),
@@ -89,7 +86,7 @@ def test_the_extremes_are_those_of_a_fine_sampling():
     for _ in range(20):
         times = np.cumsum(rng.uniform(0.2, 1.0, 6))
         q, v = rng.standard_normal((6, 2)), rng.standard_normal((6, 2))
-        low, high, fastest = extremes(JointTrajectory(NAMES, times, q, v))
+        low, high, fastest = Trajectory(NAMES, times, q, v).extremes()
         spline = CubicHermiteSpline(times, q, v)
         fine = np.linspace(times[0], times[-1], 20_001)
         np.testing.assert_allclose(low, spline(fine).min(axis=0), atol=1e-5)
@@ -98,27 +95,25 @@ def test_the_extremes_are_those_of_a_fine_sampling():
 
 
 def test_joints_may_come_in_another_order():
-    swapped = JointTrajectory(
-        NAMES[::-1], GOOD.times, GOOD.positions[:, ::-1], GOOD.velocities[:, ::-1]
-    )
-    np.testing.assert_array_equal(prepare(swapped).positions, GOOD.positions)
-    np.testing.assert_array_equal(prepare(swapped).velocities, GOOD.velocities)
+    swapped = Trajectory(NAMES[::-1], GOOD.t, GOOD.q[:, ::-1], GOOD.v[:, ::-1])
+    np.testing.assert_array_equal(prepare(swapped).q, GOOD.q)
+    np.testing.assert_array_equal(prepare(swapped).v, GOOD.v)
 
 
 def test_a_first_time_above_zero_means_going_there_from_where_the_joints_are():
     prepared = prepare(
-        JointTrajectory(NAMES, np.array([2.0]), np.array([[-1.0, 0.4]]), np.zeros((1, 2)))
+        Trajectory(NAMES, np.array([2.0]), np.array([[-1.0, 0.4]]), np.zeros((1, 2)))
     )
-    np.testing.assert_array_equal(prepared.times, [0.0, 2.0])
-    np.testing.assert_array_equal(prepared.positions[0], HERE)
-    np.testing.assert_array_equal(prepared.velocities[0], 0.0)
+    np.testing.assert_array_equal(prepared.t, [0.0, 2.0])
+    np.testing.assert_array_equal(prepared.q[0], HERE)
+    np.testing.assert_array_equal(prepared.v[0], 0.0)
 
 
 def test_the_follower_is_the_cubic_hermite_spline():
     follower = TrajectoryFollower(HERE)
     follower.follow(prepare(GOOD))
     start = 7_000_000_000
-    spline = CubicHermiteSpline(GOOD.times, GOOD.positions, GOOD.velocities)
+    spline = CubicHermiteSpline(GOOD.t, GOOD.q, GOOD.v)
     for t in np.arange(0.0, 2.5, 0.002):
         reference = follower.sample(start + round(t * 1e9))
         np.testing.assert_allclose(reference.q, spline(t), atol=1e-12)
@@ -126,14 +121,14 @@ def test_the_follower_is_the_cubic_hermite_spline():
         np.testing.assert_allclose(reference.a, spline(t, 2), atol=1e-9)
     assert follower.running
     last = follower.sample(start + 2_500_000_000)
-    np.testing.assert_array_equal(last.q, GOOD.positions[-1])
+    np.testing.assert_array_equal(last.q, GOOD.q[-1])
     np.testing.assert_array_equal(last.v, 0.0)
     assert not follower.running
 
 
 def test_without_velocities_the_follower_goes_straight():
     follower = TrajectoryFollower(HERE)
-    follower.follow(prepare(replace(GOOD, velocities=None)))
+    follower.follow(prepare(replace(GOOD, v=None)))
     follower.sample(0)
     reference = follower.sample(500_000_000)
     np.testing.assert_allclose(reference.q, [-1.285, 0.25])
@@ -142,7 +137,7 @@ def test_without_velocities_the_follower_goes_straight():
 
 def test_a_single_point_where_the_joints_are_ends_at_once():
     follower = TrajectoryFollower(HERE)
-    follower.follow(prepare(JointTrajectory(NAMES, np.zeros(1), HERE[None, :])))
+    follower.follow(prepare(Trajectory(NAMES, np.zeros(1), HERE[None, :])))
     np.testing.assert_array_equal(follower.sample(5).q, HERE)
     assert not follower.running
 
@@ -165,7 +160,7 @@ def test_the_reference_does_not_jump_onto_a_trajectory_that_starts_beside_it():
     np.testing.assert_allclose(
         np.diff(v, axis=0)[inner] / 0.002, 0.5 * (a[1:] + a[:-1])[inner], atol=1e-2
     )
-    spline = CubicHermiteSpline(GOOD.times, GOOD.positions, GOOD.velocities)
+    spline = CubicHermiteSpline(GOOD.t, GOOD.q, GOOD.v)
     np.testing.assert_allclose(
         q[250:1250], spline(np.arange(0.0, 3.0, 0.002)[250:1250]), atol=1e-9
     )
@@ -173,7 +168,7 @@ def test_the_reference_does_not_jump_onto_a_trajectory_that_starts_beside_it():
 
 def test_a_trajectory_shorter_than_the_blend_still_ends_where_it_says():
     follower = TrajectoryFollower(HERE + 0.04)
-    follower.follow(prepare(JointTrajectory(NAMES, np.zeros(1), HERE[None, :])))
+    follower.follow(prepare(Trajectory(NAMES, np.zeros(1), HERE[None, :])))
     q, _, _ = sampled(follower, 0.6)
     np.testing.assert_array_equal(q[-1], HERE)
     assert np.abs(np.diff(q, axis=0)).max() < 0.04 * 1.5 / 0.5 * 0.002 + 1e-9

@@ -1,0 +1,53 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording cut where it has holes, at even steps in between."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+
+
+def even_stretches(log: JointLog) -> list[JointLog]:
+    """
+    Return the log's stretches without holes, each interpolated to even samples.
+
+    A hole is a step of more than five usual ones, a step backwards, or so long without a known
+    position or the effort of a joint that has one; shorter ones are bridged by a line. Repeated
+    stamps are left out.
+    """
+    time = log.time
+    effort = np.isfinite(log.tau)
+    # A joint that never has effort is no hole.
+    has = effort.any(axis=0)
+    known = np.isfinite(log.q).all(axis=1) & effort[:, has].all(axis=1) & has.any()
+    rows = np.flatnonzero(known)
+    if len(rows) < 2:
+        return []
+    rows = rows[np.append(True, np.diff(time[rows]) != 0.0)]
+    steps = np.diff(time[rows])
+    forwards = steps[steps > 0.0]
+    if not len(forwards):
+        return []
+    step = float(np.median(forwards))
+    cuts = np.flatnonzero((steps < 0.0) | (steps > 5.0 * step)) + 1
+    stretches = []
+    for run in np.split(rows, cuts):
+        count = round(float(time[run[-1]] - time[run[0]]) / step) + 1
+        if count < 3:
+            continue
+        even = np.linspace(time[run[0]], time[run[-1]], count)
+        columns = {
+            name: np.column_stack([np.interp(even, time[run], x) for x in array[run].T])
+            for name, array in (('q', log.q), ('v', log.v), ('tau', log.tau))
+        }
+        temperature = None
+        if log.temperature is not None:
+            temperature = np.column_stack(
+                [np.interp(even, time[run], x) for x in log.temperature[run].T]
+            )
+        t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
+        q, v, tau = columns['q'], columns['v'], columns['tau']
+        stretches.append(JointLog(log.names, t_ns, q, v, tau, temperature))
+    return stretches

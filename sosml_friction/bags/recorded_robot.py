@@ -1,0 +1,98 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The robot in a bag: its motion, and the model that it was recorded with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import RobotModelFile, parse_model, read_model
+from sosml_friction.model.robot import Robot
+
+
+@dataclass(frozen=True)
+class RecordedRobot:
+    """Hold the motion in a bag and the robot that made it, joints in the order of the model."""
+
+    bag: Bag
+    log: JointLog
+    nominal: RobotModelFile
+    robot: Robot
+
+
+def read_recorded_robot(
+    path: str | Path,
+    model: str | Path | None = None,
+    urdf: str | Path | None = None,
+    namespace: str | None = None,
+    own_urdf: bool = False,
+) -> RecordedRobot:
+    """
+    Read the motion in a bag and the robot that made it; joints in the model's order.
+
+    :param model: model folder with the armature of the joints, None for the bag's.
+    :param urdf: URDF file, None for the bag's, or where it has none the model's.
+    :param namespace: which robot, where a bag holds several.
+    :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
+        model is what is put to the test.
+    :raises BagError: if the bag cannot be read or has no joint_states.
+    :raises ConfigurationError: if no model or URDF is known, or joints disagree.
+    :raises DataError: if no joint has effort.
+    """
+    bag = Bag.open(path, namespace)
+    log = bag.joint_log()
+    nominal = read_nominal(bag, path, model, urdf, own_urdf)
+    robot = nominal.make_robot()
+    log = log.select(robot.names)
+    log.require_effort()
+    return RecordedRobot(bag, log, nominal, robot)
+
+
+def read_nominal(
+    bag: Bag,
+    path: str | Path,
+    model: str | Path | None,
+    urdf: str | Path | None,
+    own_urdf: bool = False,
+) -> RobotModelFile:
+    """
+    Return the robot in a bag, with its URDF; parameters as for :func:`read_recorded_robot`.
+
+    The URDF of a model whose rigid body was identified comes before the bag's.
+
+    :raises ConfigurationError: if no model or URDF is known.
+    """
+    nominal = _model_of(bag, path, model)
+    own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
+    if own is None or urdf is not None:
+        document = _urdf_of(bag, urdf) or nominal.urdf
+    else:
+        document = own
+    if document is None:
+        raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
+    return replace(nominal, urdf=document)
+
+
+def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:
+    if model is not None:
+        return read_model(model)
+    text = bag.text('model_description')
+    if text is None:
+        raise ConfigurationError(
+            f'bag {path} has no model_description, so the armature of its joints is not known: '
+            'give a model folder with --model'
+        )
+    return parse_model(text, f'model_description of {path}')
+
+
+def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
+    if urdf is None:
+        return bag.text('robot_description')
+    try:
+        return Path(urdf).read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error

@@ -1,0 +1,87 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What output error finds of one joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as t_distribution
+
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.model.laws import unit_of
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+
+FloatArray = NDArray[np.float64]
+
+_LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class OutputErrorFit:
+    """
+    Hold the fit of one joint.
+
+    ``position_error`` and ``effort_error`` [%] are 100 |simulated - measured| / |measured|; effort
+    that drives the simulation has none, NaN. ``residual_std`` [rad or m] is of the position, over
+    ``samples`` in ``clusters`` independent pieces; ``smoothing_velocity`` is what was simulated.
+    """
+
+    parameters: Mapping[str, Parameter]
+    position_error: float
+    effort_error: float
+    residual_std: float
+    samples: int
+    clusters: int
+    smoothing_velocity: float
+
+    def law_fit(self, effort_unit: str) -> LawFit:
+        """
+        Return friction as other fits hold it, without inertia.
+
+        ``relative_error`` is of the position [%]; the residual is one of position, so that
+        ``residual_std`` [Nm or N] is not known.
+        """
+        names = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
+        S = self.parameters.get('stribeck')
+        law = 'stribeck' if S is not None and np.isfinite(S.value) else 'coulomb_viscous'
+        parameters = {
+            name: self.parameters.get(
+                name,
+                Parameter(
+                    np.nan,
+                    unit_of(name, effort_unit),
+                    flags=(NOT_IDENTIFIABLE,),
+                    reason='the simulation has Coulomb and viscous friction only',
+                ),
+            )
+            for name in names
+        }
+        return LawFit(
+            law,
+            parameters,
+            np.nan,
+            self.position_error,
+            self.samples,
+            self.clusters,
+            self.smoothing_velocity,
+        )
+
+
+def estimated(value: float, unit: str, error: float, freedom: int) -> Parameter:
+    """Return a parameter with its 95 % interval; without a standard error it is at its bound."""
+    half = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom)) * error
+    if not np.isfinite(half):
+        return Parameter(float(value), unit, float(error), None, (AT_BOUND,))
+    return Parameter(float(value), unit, float(error), (float(value - half), float(value + half)))
+
+
+def relative_error(simulated: FloatArray | None, measured: FloatArray) -> float:
+    """Return 100 |simulated - measured| / |measured| [%], NaN where nothing was measured."""
+    size = float(np.linalg.norm(measured))
+    if simulated is None or not size > 0.0:
+        return np.nan
+    return 100.0 * float(np.linalg.norm(simulated - measured)) / size

@@ -1,0 +1,65 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Samples of a recording beside those of its simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import DataError
+
+FloatArray = NDArray[np.float64]
+
+QUANTITIES = ('position', 'velocity', 'effort')
+
+
+@dataclass(frozen=True)
+class RecordedRun:
+    """
+    Hold N samples of n joints.
+
+    ``time`` (N,) [s] since the first sample of the log; ``measured`` and ``simulated``: position,
+    velocity and effort (N, n), NaN where not known; ``begins`` (N,): where the simulation begins
+    anew.
+    """
+
+    time: FloatArray
+    measured: tuple[FloatArray, FloatArray, FloatArray]
+    simulated: tuple[FloatArray, FloatArray, FloatArray]
+    begins: NDArray[np.bool_]
+
+    @classmethod
+    def joined(cls, runs: Sequence[RecordedRun]) -> RecordedRun:
+        """Return one run after the other."""
+        measured, simulated = (
+            [np.concatenate(x) for x in zip(*(getattr(run, side) for run in runs), strict=True)]
+            for side in ('measured', 'simulated')
+        )
+        return cls(
+            np.concatenate([run.time for run in runs]),
+            (measured[0], measured[1], measured[2]),
+            (simulated[0], simulated[1], simulated[2]),
+            np.concatenate([run.begins for run in runs]),
+        )
+
+
+def begins_every(length: int, count: int) -> NDArray[np.bool_]:
+    """Return (count,) that is true at every sample that a piece of ``length`` begins at."""
+    return np.arange(count) % length == 0
+
+
+def refuse_runaway(q: FloatArray, what: str) -> None:
+    """
+    Refuse a simulation that did not stay where a robot can be.
+
+    :raises DataError: if a position of it is not finite.
+    """
+    if not np.isfinite(q).all():
+        raise DataError(
+            f'the simulation of {what} runs away: the model is unstable, or the effort in the '
+            'recording has another sign or unit than the model'
+        )

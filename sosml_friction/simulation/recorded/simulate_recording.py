@@ -1,0 +1,329 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A recording simulated again from its beginning: in its own closed loop, or in windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.forward_simulation import simulate
+from sosml_friction.simulation.recorded.cascade_drive import CascadeDrive
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
+from sosml_friction.simulation.recorded.driver_loop import bridged, simulate_driver_loop
+from sosml_friction.simulation.recorded.loop_start import LoopReference, find_reference
+from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, during
+from sosml_friction.simulation.recorded.recorded_run import (
+    QUANTITIES,
+    RecordedRun,
+    begins_every,
+    refuse_runaway,
+)
+from sosml_friction.simulation.recorded.recorded_simulation import (
+    CLOSED_LOOP,
+    WINDOWS,
+    RecordedSimulation,
+    SimulationError,
+    simulation_error,
+)
+from sosml_friction.simulation.recorded.resimulation import simulate_windows
+from sosml_friction.simulation.recorded.stretch import (
+    Prepare,
+    Stretch,
+    measured_start,
+    smooth_velocity,
+    undriven,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+class Step(Protocol):
+    """Say what is being done now, and if that is known which share of it is done, 0..1."""
+
+    def __call__(self, what: str, share: float | None = None) -> None:
+        """Take note."""
+
+
+#: A window lasts so long unless another length is asked for [s].
+HORIZON_S = 0.5
+#: A parabola through so much of the beginning says how fast a recording starts [s].
+_START_S = 0.02
+#: Smoothing takes at most so much off a stretch [s].
+_MARGIN_S = 0.4
+
+
+def simulate_recording(
+    log: JointLog,
+    model: RobotModelFile,
+    prepare: Prepare,
+    controlled: Mapping[str, ControlledJoint] | None = None,
+    horizon_s: float | None = None,
+    step: Step = lambda what, share=None: None,
+    loop: RecordedLoop | str = '',
+) -> RecordedSimulation:
+    """
+    Simulate a recording from the model, and compare.
+
+    In closed loop where every joint's controller and wanted position are known; else, or where a
+    ``horizon_s`` is asked for, in windows.
+
+    :param prepare: makes the simulated model and the stretches of a log.
+    :param controlled: cascades of loops that the recording holds, by joint.
+    :param loop: the driver's own loop that it holds, or why it cannot be closed.
+    :raises DataError: if no joint has effort, or no stretch is long enough.
+    :raises ConfigurationError: if the model cannot be simulated, or the horizon is no time.
+    """
+    if horizon_s is not None and not 0.0 < horizon_s < np.inf:
+        raise ConfigurationError(
+            f'the horizon is {horizon_s:g} s: give the length of a window, such as 0.5'
+        )
+    names = model.joint_names
+    log = log.select(names)
+    log.require_effort()
+    why_not = 'windows were asked for' if horizon_s is not None else ''
+    reference: LoopReference | None = None
+    if not why_not and isinstance(loop, RecordedLoop):
+        step('looking for the beginning of the trajectory')
+        sought = _reference(log, names, loop)
+        if isinstance(sought, str):
+            why_not = sought
+        else:
+            log, reference = sought
+    step('preparing the recording')
+    shortest = (horizon_s or HORIZON_S) + _MARGIN_S
+    try:
+        forward, stretches = prepare(log if reference is None else bridged(log), shortest)
+    except DataError as error:
+        raise DataError(
+            f'no stretch of the recording is {shortest:g} s long without a hole in position or '
+            'effort: give a shorter --horizon or record longer'
+        ) from error
+    if reference is not None and isinstance(loop, RecordedLoop):
+        return _in_driver_loop(forward, model, log, stretches, loop, reference, step)
+    if not why_not:
+        why_not = str(loop) or _why_not(log, names, controlled or {}, stretches)
+    if why_not:
+        return _in_windows(forward, model, stretches, horizon_s or HORIZON_S, why_not, step)
+    assert controlled is not None
+    return _in_cascades(forward, model, log, stretches[0], controlled, step)
+
+
+def _why_not(
+    log: JointLog,
+    names: Sequence[str],
+    controlled: Mapping[str, ControlledJoint],
+    stretches: Sequence[Stretch],
+) -> str:
+    """Return why the cascades of a recording cannot be simulated in closed loop, or ''."""
+    missing = [name for name in names if name not in controlled]
+    if missing:
+        return (
+            f'the closed loop needs the controller and the wanted position of each joint, and the '
+            f'recording has none of {", ".join(missing)}'
+        )
+    if not all(np.isfinite(controlled[name].reference).all() for name in names):
+        return 'the wanted position is not known at every sample'
+    if len(stretches) != 1 or len(stretches[0].q) != len(log):
+        return 'the recording has a hole, and a controller remembers what was before it'
+    return ''
+
+
+def _reference(
+    log: JointLog, names: Sequence[str], loop: RecordedLoop
+) -> tuple[JointLog, LoopReference] | str:
+    """
+    Return the part of a log that was under the loop, and its reference, or why it is not known.
+
+    Joints are in the order of ``names``.
+    """
+    if set(names) != set(loop.robot.names):
+        return "the model's joints are not the driver's"
+    if not any(name in loop.gains for name in names):
+        return 'no joint is under the controller of the driver'
+    try:
+        part, own = during(log, loop)
+        found = find_reference(part.select(loop.robot.names), own)
+    except DataError as error:
+        return str(error)
+    order = [loop.robot.names.index(name) for name in names]
+    q, v, ahead = found.q[:, order], found.v[:, order], found.ahead[:, order]
+    return part, replace(found, q=q, v=v, ahead=ahead)
+
+
+def _in_driver_loop(
+    forward: ForwardModel,
+    model: RobotModelFile,
+    log: JointLog,
+    stretches: Sequence[Stretch],
+    loop: RecordedLoop,
+    reference: LoopReference,
+    step: Step,
+) -> RecordedSimulation:
+    names, unknown = forward.robot.names, undriven(stretches[0])
+    led = [i for i, name in enumerate(names) if name in loop.followed or i in unknown]
+    run = simulate_driver_loop(
+        forward, log, stretches, loop, reference, led,
+        lambda share: step('simulating the closed loop', share),
+    )  # fmt: skip
+    remarks = [
+        f"{name}: the driver's law makes the recorded effort, but for {left:.1f} % of what its "
+        'gains add to the feed-forward'
+        for name, left in reference.left.items()
+    ]
+    remarks.append(
+        f'the trajectory begins {1e3 * reference.start:.1f} ms after the first sample, found by '
+        'that law'
+    )
+    remarks += [
+        f'{names[i]} moves as recorded, because {loop.followed[names[i]]}; --horizon '
+        f'{HORIZON_S:g} simulates it by its effort'
+        for i in led
+        if i not in unknown
+    ]
+    if len(stretches) > 1:
+        remarks.append(
+            f'the recording has holes: its {len(stretches)} stretches are simulated each from the '
+            'measured state'
+        )
+    return _result(
+        CLOSED_LOOP, '', None, forward, model, stretches, run, run.measured[0][0], led, remarks
+    )
+
+
+def _in_cascades(
+    forward: ForwardModel,
+    model: RobotModelFile,
+    log: JointLog,
+    stretch: Stretch,
+    controlled: Mapping[str, ControlledJoint],
+    step: Step,
+) -> RecordedSimulation:
+    names, period, count = forward.robot.names, stretch.band.step, len(log)
+    start = measured_start(stretch, np.zeros(1, dtype=np.int64))
+    # The controller sees the first sample itself, and what is smoothed is wrong at the ends.
+    first = max(5, round(_START_S / period))
+    curve = np.polynomial.polynomial.polyfit(np.arange(first) * period, log.q[:first], 2)
+    start.q[0], start.v[0], start.acceleration[0] = log.q[0], curve[1], 2.0 * curve[2]
+    reference = np.column_stack([controlled[name].reference for name in names])
+    drive = CascadeDrive(forward, names, controlled, reference, start.q[0], start.v[0], period)
+    effort = np.nanquantile(np.abs(log.tau), 0.99, axis=0)
+
+    def told(k: int) -> None:
+        if k % 500 == 0:
+            step('simulating the closed loop', k / count)
+
+    found = simulate(forward, start, drive, period, count, effort, told)
+    drive.begin(count - 1, found.q[:, -1])
+    refuse_runaway(found.q, 'the closed loop')
+    run = RecordedRun(
+        log.time,
+        (log.q, smooth_velocity(stretch), log.tau),
+        (found.q[0], found.v[0], drive.reported()),
+        begins_every(count, count),
+    )
+    return _result(CLOSED_LOOP, '', None, forward, model, [stretch], run, log.q[0])
+
+
+def _in_windows(
+    forward: ForwardModel,
+    model: RobotModelFile,
+    stretches: Sequence[Stretch],
+    horizon_s: float,
+    why_not: str,
+    step: Step,
+) -> RecordedSimulation:
+    runs: list[RecordedRun] = []
+    origins: list[FloatArray] = []
+    for s in stretches:
+        edge, length = s.band.half, max(2, round(horizon_s / s.band.step))
+        at = np.arange(edge, len(s.q) - edge - length, length)
+        if not len(at):
+            continue
+
+        def told(k: int, length: int = length) -> None:
+            if k % 20 == 0:
+                step('simulating windows', k / length)
+
+        # The last sample of a window is the first of the next.
+        found = simulate_windows(forward, s, at, length + 1, told)
+        refuse_runaway(found.q, 'a window')
+        rows = (at[:, None] + 1 + np.arange(length)).ravel()
+        q, v = (x[:, 1:].reshape(len(rows), forward.n) for x in (found.q, found.v))
+        tau, torque = (s.band.smooth(x, 1.0)[rows] for x in (s.tau, s.torque))
+        runs.append(
+            RecordedRun(
+                s.time[rows],
+                (s.q[rows], s.v[rows], tau),
+                (q, v, torque),
+                begins_every(length, len(rows)),
+            )
+        )
+        origins.append(np.repeat(s.q[at], length, axis=0))
+    if not runs:
+        raise DataError(
+            f'no stretch of the recording has a window of {horizon_s:g} s without a hole: give a '
+            'shorter --horizon or record longer'
+        )
+    run = RecordedRun.joined(runs)
+    origin = np.concatenate(origins)
+    return _result(WINDOWS, why_not, horizon_s, forward, model, stretches, run, origin)
+
+
+def _result(
+    mode: str,
+    why_not: str,
+    horizon_s: float | None,
+    forward: ForwardModel,
+    model: RobotModelFile,
+    stretches: Sequence[Stretch],
+    run: RecordedRun,
+    origin: FloatArray,
+    led: Sequence[int] | None = None,
+    more: Sequence[str] = (),
+) -> RecordedSimulation:
+    """
+    Return the run with its errors, by joint.
+
+    :param origin: where a motion began, (n,) or (N, n): the position's error is relative to it.
+    :param led: joints that follow the recording, None for those without effort.
+    """
+    first = stretches[0]
+    names, unknown = forward.robot.names, undriven(first)
+    followed = tuple(names[i] for i in (unknown if led is None else led))
+    errors: dict[str, dict[str, SimulationError]] = {}
+    for i, (name, effort) in enumerate(zip(names, forward.robot.effort_units, strict=True)):
+        length = 'rad' if effort == 'Nm' else 'm'
+        units = (length, f'{length}/s', effort)
+        origins: tuple[FloatArray | float, ...] = (origin[..., i], 0.0, 0.0)
+        errors[name] = {
+            what: SimulationError(np.nan, np.nan, np.nan, unit)
+            if name in followed
+            else simulation_error(measured[:, i], simulated[:, i], begin, unit)
+            for what, measured, simulated, begin, unit in zip(
+                QUANTITIES, run.measured, run.simulated, origins, units, strict=True
+            )
+        }
+    remarks = [
+        f'{name} has no friction in the model and is simulated without'
+        for name, joint in model.joints.items()
+        if joint.friction is None and name not in followed
+    ]
+    remarks += [f'{names[i]} has no effort in the recording and follows it' for i in unknown]
+    largest = np.max([np.abs(s.tau).max(axis=0) for s in stretches], axis=0)
+    return RecordedSimulation(
+        mode, why_not, horizon_s, names, forward.robot.effort_units, run.time,
+        dict(zip(QUANTITIES, run.measured, strict=True)),
+        dict(zip(QUANTITIES, run.simulated, strict=True)),
+        run.begins, errors, followed, forward.displacement,
+        forward.steps(np.median(first.q, axis=0), largest, first.band.step),
+        (*remarks, *more),
+    )  # fmt: skip

@@ -1,0 +1,86 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulation has to know of a recording; regression makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_model import ForwardModel
+from sosml_friction.simulation.forward_start import Start
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
+
+
+class LowPass(Protocol):
+    """A filter of samples ``step`` [s] apart that is wrong in the ``half`` at either end."""
+
+    @property
+    def step(self) -> float: ...  # noqa: D102
+    @property
+    def half(self) -> int: ...  # noqa: D102
+    def smooth(self, x: FloatArray, wider: float) -> FloatArray: ...  # noqa: D102
+
+
+class Stretch(Protocol):
+    """
+    A part of a recording without holes, N even samples of n joints.
+
+    ``q``, ``v``, ``a``: smooth position and its derivatives; ``tau``: measured effort, 0 of a
+    joint that has none; ``torque``: the effort that the model expects; ``sign``: the state of
+    friction; ``temperature`` or None, (N, n) each. ``time`` (N,) [s] since the log began.
+    """
+
+    @property
+    def time(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def q(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def v(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def a(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def tau(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def torque(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def sign(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def temperature(self) -> FloatArray | None: ...  # noqa: D102
+    @property
+    def robot(self) -> Robot: ...  # noqa: D102
+    @property
+    def band(self) -> LowPass: ...  # noqa: D102
+
+
+#: Makes, of a log, the model to simulate and the stretches that last so long [s] or longer; a
+#: DataError says that there is none.
+Prepare = Callable[[JointLog, float], tuple[ForwardModel, Sequence[Stretch]]]
+
+
+def measured_start(stretch: Stretch, at: IndexArray) -> Start:
+    """Return the measured state at the samples ``at`` (W,)."""
+    q, v, a = stretch.q, stretch.v, stretch.a
+    warm = np.full(q.shape, np.nan)
+    if stretch.temperature is not None:
+        warm = stretch.temperature - stretch.temperature[0]
+    return Start(q[at], v[at], a[at], stretch.sign[at], q, at, stretch.time, warm)
+
+
+def undriven(stretch: Stretch) -> list[int]:
+    """Return the joints whose effort is not in the recording, which nothing can drive."""
+    return [int(i) for i in np.flatnonzero(~stretch.tau.any(axis=0))]
+
+
+def smooth_velocity(stretch: Stretch) -> FloatArray:
+    """Return the velocity (N, n), NaN at the ends, where a smoothed one is wrong."""
+    v = stretch.v.copy()
+    v[: stretch.band.half] = v[len(v) - stretch.band.half :] = np.nan
+    return v

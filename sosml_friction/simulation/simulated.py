@@ -1,0 +1,26 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a simulation says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """
+    Hold position, velocity and effort at each sample, of one shape [rad or m, per s, Nm or N].
+
+    (W, L, n) of windows of several joints, (N,) of one joint. ``effort`` is what a simulated
+    controller asked for, None where measured effort drove the simulation.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    effort: FloatArray | None = None
