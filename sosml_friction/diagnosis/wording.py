@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
+from sosml_friction.diagnosis.decision.leftover import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import more_along_axis
 from sosml_friction.diagnosis.effect import ALL_JOINTS

@@ -333,6 +333,27 @@ def score(
     )
 
 
+@dataclass(frozen=True)
+class Fit:
+    """Hold a system fitted to a target, beside which candidates are scored."""
+
+    system: System
+    target: Target
+    baseline: Baseline
+
+    @classmethod
+    def make(cls, system: System, y: FloatArray) -> Fit:
+        """Return the fit to whitened rows ``y`` (rows, n)."""
+        target = Target.make(system, y)
+        return cls(system, target, fit_baseline(system, target))
+
+    def score(self, columns: CandidateColumns) -> Score:
+        """Return the evidence for a candidate whose first products are those of the system."""
+        columns = columns.beside(self.system)
+        d = columns.products(self.system, self.target.y)
+        return score(self.system, self.target, self.baseline, columns, d)
+
+
 @njit(cache=True)
 def _sweep(
     G: FloatArray,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.cause import joint_name
-from sosml_friction.diagnosis.decision.selection import Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.laboratory import Laboratory

@@ -13,7 +13,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.library import EFFECTS
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.regression.bursts import Impacts
+from sosml_friction.regression.contacts import Impacts
 from sosml_friction.regression.laboratory import Laboratory
 
 #: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
@@ -35,7 +35,7 @@ def data_causes(
     selection: Selection,
 ) -> list[Cause]:
     """Return the causes that no column of a candidate shows, but for those of ``without``."""
-    impacts = () if 'backlash' in without else laboratory.bursts.impacts
+    impacts = () if 'backlash' in without else laboratory.contacts.impacts
     causes = [
         *_faults(checks),
         *(_backlash(laboratory, selection, x, without) for x in impacts),
@@ -80,7 +80,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     effect, first = EFFECTS['backlash'](), laboratory.signals[0]
     y, Z = laboratory.unwhitened()
     left = y - Z @ selection.after.x[: Z.shape[2]]
-    rows = laboratory.bursts.mask[:, joint]
+    rows = laboratory.contacts.mask[:, joint]
     size = np.maximum(np.std(left[~rows], axis=0), 1e-300)
     grid = effect.grid(first, joint)
     energies = [
@@ -98,7 +98,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
 def _contacts(laboratory: Laboratory) -> list[Cause]:
     causes = []
     for i, name in enumerate(laboratory.robot.names):
-        episodes = [e for e in laboratory.bursts.episodes if e.joint == i]
+        episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
         # Whitened noise has variance 1: as many samples are the energy of noise.
         share = sum(e.energy for e in episodes) / laboratory.known[i]
         if not episodes or share < _BURST:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.decision.selection import Finding
+from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.diagnosis.model_effects import known_effects, model_friction
 from sosml_friction.exceptions import ConfigurationError
@@ -126,11 +126,8 @@ class ForwardGain:
             body.rotors += rotors
 
         terms.append(BodyTerm(refit))
-        first = len(nominal.names)
-        for finding in findings:
-            last = first + finding.columns.C.shape[3]
-            terms.append(finding.effect.term(robot, finding.joint, finding.inner, x[first:last]))
-            first = last
+        for finding, own in with_amplitudes(findings, len(nominal.names)):
+            terms.append(finding.effect.term(robot, finding.joint, finding.inner, x[own]))
         return ForwardModel(robot, ForwardFriction(**friction), displacement, terms, delay)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
+from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.fitted import Fitted
 from sosml_friction.regression.laboratory import Laboratory
 
@@ -22,13 +23,9 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     names = laboratory.robot.names
     errors = standard_errors(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
-    first = len(laboratory.nominal.bound)
-    for finding in selection.accepted:
-        k = finding.columns.C.shape[3]
-        amplitude = selection.after.x[first : first + k]
-        error = errors[first : first + k]
-        first += k
-        fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, error)
+    for finding, own in with_amplitudes(selection.accepted, len(laboratory.nominal.bound)):
+        amplitude = selection.after.x[own]
+        fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, errors[own])
         parameters = finding.effect.parameters(fit)
         term = ((dict(finding.inner), np.array(amplitude)),)
         if finding.key in causes:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import AXES, Leftover
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
+from sosml_friction.diagnosis.decision.leftover import AXES, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from sosml_friction.diagnosis.next_experiment.separation import Stretch
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.regression.signals import Signals
 
 #: A hold lasts so long; a repetition that is warm comes so long after the cold one [s].

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.effect import Inner
 from sosml_friction.diagnosis.next_experiment.conditions import conditions
 from sosml_friction.diagnosis.next_experiment.pair_conditions import PAIR_CONDITIONS, PairCondition
 from sosml_friction.diagnosis.next_experiment.recommendation import Option, Recommendation
-from sosml_friction.diagnosis.next_experiment.separation import Stretch, Supposed, separation
+from sosml_friction.diagnosis.next_experiment.separation import separation
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
+from sosml_friction.diagnosis.next_experiment.supposed import Supposed
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.motion.building_blocks import begin_motion
 from sosml_friction.motion.trajectory import Trajectory
@@ -24,8 +27,9 @@ from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, 
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
-from sosml_friction.regression.laboratory import Candidate, Laboratory
+from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals, make_signals
 
 FloatArray = NDArray[np.float64]
@@ -104,10 +108,10 @@ def _closest(finding: Finding) -> Finding | None:
 
 def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
     """Return what tells a gap from a spring, where impacts alone show one of them."""
-    if not laboratory.bursts.impacts:
+    if not laboratory.contacts.impacts:
         return None
     pair = ('backlash', 'joint_elasticity')
-    where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
+    where = laboratory.robot.names[laboratory.contacts.impacts[0].joint]
     said = PAIR_CONDITIONS[frozenset(pair)].instruction
     return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=said)
 
