@@ -20,9 +20,9 @@ from sosml_friction.diagnosis.library import DATA_CAUSES
 
 #: Numbers that a sentence does without: a switch between forms, and what a data check looks at.
 _NOT_TOLD = ('by_speed', 'step_s', 'jitter_s', 'lag_std_error_s')
-#: So many numbers of a cause are told.
+#: Most numbers of a cause that its description has.
 _MOST_NUMBERS = 3
-#: What is said in the place of the gain.
+#: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
 )
@@ -58,7 +58,7 @@ def sentence_of(
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
-        # What a fault of the data leaves nothing of cannot be part of what is missing.
+        # A fault of the data leaves no residual: it is no part of what is missing.
         told = _told([cause for cause in causes if cause.effect not in FAULTS])
         text = 'The model misses something that no cause of the catalogue explains'
         if told:

@@ -20,9 +20,10 @@ from sosml_friction.regression.noise_model import NoiseModel
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Prior of a free parameter, in units of its column's whitened norm: keeps the equations regular.
+#: Ridge of a free parameter as a share of its column's whitened square norm. It keeps the
+#: equations regular and moves an estimate by 1e-10 of itself.
 _FREE = 1e-10
-#: Added to the normalised equations of a candidate's own columns.
+#: Ridge of a candidate's own columns of norm 1: some grids have collinear columns.
 _REGULAR = 1e-8
 
 
@@ -41,10 +42,10 @@ class Blocks:
 
 def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
     """
-    Return so many blocks of consecutive rows; block b is in fold b modulo ``folds``.
+    Return ``blocks`` blocks of consecutive rows; block b is in fold b modulo ``folds``.
 
-    With two blocks per fold, half a recording apart, what a recording of two like halves repeats
-    is left out together.
+    With two blocks per fold, they are half a recording apart: a motion that is run twice is left
+    out of a fit with its repetition.
     """
     return Blocks(
         np.linspace(0, rows, blocks + 1).astype(np.int64),

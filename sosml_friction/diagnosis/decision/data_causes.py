@@ -19,9 +19,10 @@ from sosml_friction.regression.laboratory import Laboratory
 #: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
 #: they leave nothing in the residual.
 FAULTS = ('velocity_lag', 'dropped_samples')
-#: Share of the residual's energy that a burst's episodes hold at least to be a cause.
-_BURST = 0.02
-#: Episodes whose begin and end are reported.
+#: Contacts are a cause if they hold at least this share of the residual's energy. Chosen, no
+#: measurement.
+_CONTACT = 0.02
+#: Contacts of a joint whose begin and end are reported.
 _MOST_EPISODES = 20
 _NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(
     ('delta_bic', 'p_adjusted', 'cv_gain', 'cv_gain_se', 'folds_improved')
@@ -99,9 +100,9 @@ def _contacts(laboratory: Laboratory) -> list[Cause]:
     causes = []
     for i, name in enumerate(laboratory.robot.names):
         episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
-        # Whitened noise has variance 1: as many samples are the energy of noise.
+        # Whitened noise has variance 1: the energy of noise is the number of samples.
         share = sum(e.energy for e in episodes) / laboratory.known[i]
-        if not episodes or share < _BURST:
+        if not episodes or share < _CONTACT:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}
         for k, e in enumerate(episodes[:_MOST_EPISODES], 1):

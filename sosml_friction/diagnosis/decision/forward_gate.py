@@ -17,7 +17,7 @@ from sosml_friction.regression.laboratory import Laboratory
 
 FloatArray = NDArray[np.float64]
 
-#: What is said of a cause that the forward simulation does not bear out.
+#: Why a cause is taken back.
 FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
 

@@ -34,11 +34,12 @@ from sosml_friction.regression.signals import Signals, make_signals
 
 FloatArray = NDArray[np.float64]
 
-#: Log-likelihood by which the right cause has to lead.
+#: Log-likelihood by which the right cause has to lead: odds of exp(10) = 22 000 to 1.
 NEEDED = 10.0
-#: What overlaps as much as this does not separate two causes, however large they are.
+#: A trajectory along which one cause explains this share of the other does not separate the two,
+#: whatever their size: columns are not known any better. Chosen, no measurement.
 _HOPELESS = 0.995
-#: Grids with more points than this are not tried over again along a planned motion.
+#: Largest grid [points] that is tried again along a planned motion. Chosen for its time.
 _MOST_POINTS = 12
 
 
@@ -70,7 +71,7 @@ def recommend(
     _, where = finding.reported(names)
     known, said = PAIR_CONDITIONS.get(frozenset(pair), PairCondition('', ''))
     if closest is None or other in inseparable:
-        # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
+        # Joint sensors cannot tell them apart at all: their columns differ by numerics alone.
         return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
     cause, rival = supposed(laboratory, finding), supposed(laboratory, closest)
     here, _ = separation(laboratory, cause, rival, ())
@@ -80,8 +81,8 @@ def recommend(
     best = next(
         (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
     )
-    twins = other in finding.effect.twins or own in closest.effect.twins
-    if best is not None and not twins:
+    aliases = other in finding.effect.twins or own in closest.effect.twins
+    if best is not None and not aliases:
         return Recommendation(
             pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,
             best.margin, options=options,

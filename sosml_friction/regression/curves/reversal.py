@@ -14,7 +14,8 @@ from sosml_friction.model.dahl import dahl_path
 from sosml_friction.regression.nominal import turn_columns
 from sosml_friction.regression.signals import Signals
 
-#: Position is smoothed so much more where the sign turns around more smoothly.
+#: The smoother sign is made of position low-passed at this multiple of the band. Chosen, no
+#: measurement.
 _WIDER = 3.0
 
 
