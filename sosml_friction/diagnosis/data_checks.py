@@ -18,21 +18,27 @@ from sosml_friction.regression.signals import Signals
 
 FloatArray = NDArray[np.float64]
 
-#: Shares of samples lost or repeated that are named, and that make data useless.
+#: Shares of samples lost or repeated that are named, and that make data useless. Chosen, no
+#: measurement.
 _SOME, _USELESS = 5e-3, 0.2
 #: Velocity that lags by more than this, and than one sampling interval, is named [s].
 _LAG = 1.5e-3
-#: Effort so coarse against its own size that a torque cannot be told.
+#: Effort in steps of more than this share of its standard deviation is called coarse. Chosen, no
+#: measurement.
 _COARSE = 0.2
-#: Repeats over one step come so many times as often as over two, where noise is correlated.
+#: Repeated values over one step are this many times as frequent as over two, if noise is
+#: correlated. Chosen, no measurement.
 _CORRELATED = 1.5
-#: A joint that moves by fewer steps of its encoder than this hardly moves.
+#: A joint hardly moves if its range is below this number of encoder steps. Chosen, no
+#: measurement.
 _FEWEST_STEPS = 10.0
 #: A recorded velocity whose scale is below this share of the slope of position is something else.
 _NO_VELOCITY = 0.2
-#: A lag has to be so many standard errors, and more of a sample than the hold of effort is off.
+#: A lag is named beyond this many standard errors and this share of a sample: effort that is held
+#: over a sample is late by half of one. Chosen, no measurement.
 _ERRORS, _SAMPLES = 4.0, 0.75
-#: Means of so many stretches say how far errors that last average out.
+#: Number of means from which the standard error is taken: errors within each may be correlated.
+#: Chosen, no measurement.
 _STRETCHES = 200
 
 

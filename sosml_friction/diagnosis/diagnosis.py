@@ -17,10 +17,12 @@ from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
 from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
-from sosml_friction.diagnosis.decision.model_causes import model_causes, standard_errors
-from sosml_friction.diagnosis.decision.selection import Finding, Selection, Selector
+from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.effort_error import (
     error_on_folds,
@@ -117,7 +119,7 @@ def diagnose(
         lags = [velocity_lag(logs[0], signals[0], i) for i in range(robot.n)]
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        laboratory = Laboratory(signals, library, settings, step)
+        laboratory = Laboratory.make(signals, library, settings, step)
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)
@@ -154,7 +156,7 @@ def diagnose(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    errors = standard_errors(laboratory, selection)
+    errors = estimated(laboratory, selection).errors
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,

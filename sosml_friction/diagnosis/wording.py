@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
+from sosml_friction.diagnosis.decision.leftover import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import more_along_axis
 from sosml_friction.diagnosis.extended_model.gain import Gain
@@ -19,9 +19,9 @@ from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
-#: So many numbers of a cause are told.
+#: Most numbers of a cause that its description has.
 _MOST_NUMBERS = 3
-#: What is said in the place of the gain.
+#: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
 )
@@ -59,7 +59,7 @@ def sentence_of(
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
-        # What a fault of the data leaves nothing of cannot be part of what is missing.
+        # A fault of the data leaves no residual: it is no part of what is missing.
         told = _told([cause for cause in causes if cause.effect not in FAULTS])
         text = 'The model misses something that no cause of the catalogue explains'
         if told:

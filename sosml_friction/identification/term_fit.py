@@ -24,7 +24,7 @@ from sosml_friction.model.model_folder import (
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
 from sosml_friction.regression.estimate import Estimate, estimate, place, settle
-from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -105,7 +105,7 @@ class TermFit:
     def residual(self) -> FloatArray:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""
         y, Z = self.laboratory.unwhitened()
-        left = y - np.einsum('rnp,p->rn', Z, self.estimate.fit.x[: Z.shape[2]])
+        left = y - np.einsum('rnp,p->rn', Z, self.estimate.fit.baseline.x[: Z.shape[2]])
         return left - sum(self.explained(term) for term in self.terms if self._placed(term))
 
     def explained(self, term: FittedTerm) -> FloatArray:
@@ -116,7 +116,7 @@ class TermFit:
             index = self.laboratory.nominal.names.index(f'{term.joint} {term.term}')
             _, Z = self.laboratory.unwhitened()
             result = np.zeros(Z.shape[:2])
-            result[:, joint] = Z[:, joint, index] * self.estimate.fit.x[index]
+            result[:, joint] = Z[:, joint, index] * self.estimate.fit.baseline.x[index]
             return result
         placed, amplitude = found
         columns = self.laboratory.own_columns(placed.term, placed.joint, placed.inner)
@@ -261,7 +261,7 @@ def fit_terms(
     step('preparing the recordings')
     logs = [log.select(robot.names) for log in logs]
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
-    laboratory = Laboratory(signals, _library(wanted), settings, step)
+    laboratory = Laboratory.make(signals, _library(wanted), settings, step)
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     placed = settle(laboratory, place(laboratory, keys, step), step)
@@ -275,7 +275,7 @@ def fit_terms(
         units=robot.effort_units,
         terms=fitted,
         model=_model(model, nominal, fitted),
-        refit=dict(zip(names, found.fit.x.tolist(), strict=False)),
+        refit=dict(zip(names, found.fit.baseline.x.tolist(), strict=False)),
         refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
         before=np.zeros(robot.n),
         after=np.zeros(robot.n),
@@ -297,7 +297,7 @@ def _without_terms(laboratory: Laboratory, wanted: Mapping[str, Sequence[str]]) 
     system = laboratory.system
     bound = np.where([name in listed for name in laboratory.nominal.names], 0.0, system.bound)
     locked = replace(system, bound=bound)
-    x = fit_baseline(locked, Target.make(locked, laboratory.y)).x
+    x = Fit.make(locked, laboratory.y).baseline.x
     y, Z = laboratory.unwhitened()
     return np.asarray(y - np.einsum('rnp,p->rn', Z, x))
 
@@ -417,7 +417,7 @@ def _fitted_terms(
                 k = index[f'{joint} {term}']
                 i = names.index(joint)
                 unit = TERMS[term].unit(term, laboratory.robot.effort_units[i])
-                value, error = float(found.fit.x[k]), float(found.errors[k])
+                value, error = float(found.fit.baseline.x[k]), float(found.errors[k])
                 negative = term != 'bias' and value < 0.0
                 objection = f'{term} friction would be negative' if negative else ''
                 own = {term: _flagged(Parameter(value, unit, error), None)}

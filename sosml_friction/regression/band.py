@@ -17,11 +17,13 @@ from sosml_friction.model.finite_differences import convolved
 
 FloatArray = NDArray[np.float64]
 
-#: Samples kept per cycle of the band's edge.
+#: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
 _OVERSAMPLING = 10.0 / 3.0
-#: Position is smoothed at so many times the band before anything non-linear is made of it.
+#: Position is low-passed at this multiple of the band before anything non-linear is made of it:
+#: friction, its square and its sign have harmonics. Chosen, no measurement.
 _WIDER = 2.0
-#: So many filtered samples are one product of matrices: a window more than its overlap costs time.
+#: Filtered samples of one matrix product. More of them share less of the samples they see, fewer
+#: are slower for their calls. Chosen, no measurement.
 _BLOCK = 16
 
 
@@ -58,7 +60,7 @@ class Band:
         return self.factor * self.step
 
     def count(self, samples: int) -> int:
-        """Return how many filtered samples so many samples make."""
+        """Return the number of filtered samples that ``samples`` give."""
         return max(0, (samples - 2 * self.half - 1) // self.factor + 1)
 
     def apply(self, x: FloatArray) -> FloatArray:
@@ -67,7 +69,7 @@ class Band:
         count, shape = self.count(len(x)), x.shape[1:]
         flat = x.reshape(len(x), math.prod(shape))
         result = np.empty((count, flat.shape[1]))
-        # So many outputs at a time are one matrix times the samples they see.
+        # A block of outputs is one matrix times the samples that the block sees.
         whole = count // _BLOCK
         matrix = _decimator(self, _BLOCK)
         row = flat.strides[0]
@@ -102,7 +104,7 @@ def _taps(cutoff: float, half: int, step: float) -> FloatArray:
 
 @lru_cache(maxsize=64)
 def _decimator(band: Band, outputs: int) -> FloatArray:
-    """Return the matrix (outputs, samples) that makes so many outputs from what they see."""
+    """Return the matrix (outputs, samples) of the filter for consecutive outputs."""
     taps = _taps(band.cutoff, band.half, band.step)
     matrix = np.zeros((outputs, (outputs - 1) * band.factor + len(taps)))
     for k in range(outputs):

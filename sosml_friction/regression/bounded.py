@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: A guess is at a bound if it is so close, as a share of the bound.
+#: A guess within this share of a bound is at the bound: rounding of double precision, and more.
 _AT = 1e-12
 
 

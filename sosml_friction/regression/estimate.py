@@ -13,14 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.evidence import (
-    Baseline,
-    CandidateColumns,
-    System,
-    Target,
-    fit_baseline,
-    score,
-)
+from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.laboratory import Laboratory
 
@@ -48,14 +41,12 @@ class Estimate:
     """
     Hold the values of terms beside the nominal model.
 
-    ``fit``: deviations of the nominal, then the amplitudes of ``placed`` in order; ``errors``
+    ``fit``: of the nominal's deviations, then the amplitudes of ``placed`` in order; ``errors``:
     their standard errors (p + k,); ``inner_errors``: of each term, those of its inner parameters.
     """
 
     placed: tuple[Placed, ...]
-    system: System
-    target: Target
-    fit: Baseline
+    fit: Fit
     errors: FloatArray
     inner_errors: tuple[Mapping[str, float], ...]
 
@@ -69,7 +60,7 @@ class Estimate:
                     laboratory.signals[0],
                     placed.joint,
                     placed.inner,
-                    self.fit.x[part],
+                    self.fit.baseline.x[part],
                     self.errors[part],
                     self.inner_errors[k],
                 )
@@ -106,7 +97,7 @@ def settle(
     Each is searched with all others as they are, round after round, until none moves.
     """
     result = list(placed)
-    if sum(bool(each.term.refined) for each in result) < 1 or len(result) < 2:
+    if len(result) < 2 or not any(each.term.refined for each in result):
         return result
     for number in range(_MOST_ROUNDS):
         step(f'settling the inner parameters, round {number + 1}')
@@ -115,12 +106,8 @@ def settle(
             if not each.term.refined:
                 continue
             others = [other.columns for j, other in enumerate(result) if j != k]
-            system = laboratory.system.extended(others)
-            target = Target.make(system, laboratory.y)
-            base = fit_baseline(system, target)
-            inner, _, columns = refine(
-                laboratory, system, target, base, each.term, each.joint, each.inner
-            )
+            fit = Fit.make(laboratory.system.extended(others), laboratory.y)
+            inner, _, columns = refine(laboratory, fit, each.term, each.joint, each.inner)
             for name in each.term.refined:
                 size = max(abs(each.inner[name]), np.finfo(float).tiny)
                 moved = max(moved, abs(inner[name] - each.inner[name]) / size)
@@ -133,15 +120,13 @@ def settle(
 def estimate(laboratory: Laboratory, placed: Sequence[Placed]) -> Estimate:
     """Return sizes and errors of terms whose inner parameters are settled."""
     columns = [each.columns for each in placed]
-    system = laboratory.system.extended(columns)
-    target = Target.make(system, laboratory.y)
-    fit = fit_baseline(system, target)
-    errors, inner_errors = _errors(laboratory, placed, system, fit)
-    return Estimate(tuple(placed), system, target, fit, errors, inner_errors)
+    fit = Fit.make(laboratory.system.extended(columns), laboratory.y)
+    errors, inner_errors = _errors(laboratory, placed, fit)
+    return Estimate(tuple(placed), fit, errors, inner_errors)
 
 
 def _errors(
-    laboratory: Laboratory, placed: Sequence[Placed], system: System, fit: Baseline
+    laboratory: Laboratory, placed: Sequence[Placed], fit: Fit
 ) -> tuple[FloatArray, tuple[Mapping[str, float], ...]]:
     """
     Return the standard errors of all parameters, and of the inner ones.
@@ -150,6 +135,7 @@ def _errors(
     these by the slope of their columns times the amplitudes; scaled by what is left where that is
     more than noise.
     """
+    system, found = fit.system, fit.baseline
     known = system.Z.shape[2]
     slopes: list[CandidateColumns] = []
     owners: list[tuple[int, str]] = []
@@ -157,13 +143,13 @@ def _errors(
         bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
         for name in each.term.refined:
             if name in bounds:
-                slopes.append(_slope(laboratory, each, name, fit.x[part]))
+                slopes.append(_slope(laboratory, each, name, found.x[part]))
                 owners.append((k, name))
     wide = system.extended(slopes)
     G = wide.G.sum(axis=(0, 1)) + np.diag(wide.penalty())
     scale = 1.0 / np.sqrt(np.diag(G))
     covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
-    left = max(fit.cost / float(laboratory.known.sum()), 1.0)
+    left = max(found.cost / float(laboratory.known.sum()), 1.0)
     errors = np.sqrt(np.maximum(np.diag(covariance) * left, 0.0))
     inner: list[dict[str, float]] = [{} for _ in placed]
     for (k, name), error in zip(owners, errors[known:], strict=True):
@@ -205,18 +191,13 @@ def place(
     ]
     placed: list[Placed] = []
     while left:
-        system = laboratory.system.extended([each.columns for each in placed])
-        target = Target.make(system, laboratory.y)
-        base = fit_baseline(system, target)
-        scores = []
-        for _, columns in left:
-            its = columns.beside(system)
-            scores.append(score(system, target, base, its, its.products(system, target.y)))
+        fit = Fit.make(laboratory.system.extended([each.columns for each in placed]), laboratory.y)
+        scores = [fit.score(columns) for _, columns in left]
         k = int(np.argmax([s.gain for s in scores]))
         candidate, _ = left.pop(k)
         term, joint = candidate.effect, candidate.joint
         step(f'fitting {term.identifier}')
         start = candidate.grid[scores[k].best]
-        inner, _, columns = refine(laboratory, system, target, base, term, joint, start)
+        inner, _, columns = refine(laboratory, fit, term, joint, start)
         placed.append(Placed(term, joint, inner, columns))
     return placed

@@ -20,9 +20,10 @@ from sosml_friction.regression.noise_model import NoiseModel
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-#: Prior of a free parameter, in units of its column's whitened norm: keeps the equations regular.
+#: Ridge of a free parameter as a share of its column's whitened square norm. It keeps the
+#: equations regular and moves an estimate by 1e-10 of itself.
 _FREE = 1e-10
-#: Added to the normalised equations of a candidate's own columns.
+#: Ridge of a candidate's own columns of norm 1: some grids have collinear columns.
 _REGULAR = 1e-8
 
 
@@ -34,6 +35,11 @@ class Blocks:
     fold: IntArray
 
     @property
+    def ranges(self) -> list[tuple[int, int]]:
+        """Return the rows of each block, from and to."""
+        return list(itertools.pairwise(self.edges.tolist()))
+
+    @property
     def folds(self) -> int:
         """Return how many folds there are."""
         return int(self.fold.max()) + 1
@@ -41,10 +47,10 @@ class Blocks:
 
 def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
     """
-    Return so many blocks of consecutive rows; block b is in fold b modulo ``folds``.
+    Return ``blocks`` blocks of consecutive rows; block b is in fold b modulo ``folds``.
 
-    With two blocks per fold, half a recording apart, what a recording of two like halves repeats
-    is left out together.
+    With two blocks per fold, they are half a recording apart: a motion that is run twice is left
+    out of a fit with its repetition.
     """
     return Blocks(
         np.linspace(0, rows, blocks + 1).astype(np.int64),
@@ -86,12 +92,8 @@ class System:
     @classmethod
     def make(cls, Z: FloatArray, bound: FloatArray, prior: FloatArray, blocks: Blocks) -> System:
         """Return the system of the columns ``Z``."""
-        edges = blocks.edges
-        G = np.stack(
-            [
-                np.stack([Z[a:b, i].T @ Z[a:b, i] for a, b in itertools.pairwise(edges)])
-                for i in range(Z.shape[1])
-            ]
+        G = np.array(
+            [[Z[a:b, i].T @ Z[a:b, i] for a, b in blocks.ranges] for i in range(Z.shape[1])]
         )
         return cls(Z, G, bound, prior, blocks)
 
@@ -133,12 +135,8 @@ class Target:
     @classmethod
     def make(cls, system: System, y: FloatArray) -> Target:
         """Return the target's products with the system's columns."""
-        edges = system.blocks.edges
-        pairs = list(itertools.pairwise(edges))
-        n = y.shape[1]
-        r = np.stack(
-            [np.stack([system.Z[a:b, i].T @ y[a:b, i] for a, b in pairs]) for i in range(n)]
-        )
+        pairs, n = system.blocks.ranges, y.shape[1]
+        r = np.array([[system.Z[a:b, i].T @ y[a:b, i] for a, b in pairs] for i in range(n)])
         yy = np.array([[float(y[a:b, i] @ y[a:b, i]) for a, b in pairs] for i in range(n)])
         return cls(y, r, yy)
 
@@ -160,11 +158,10 @@ class CandidateColumns:
     @classmethod
     def make(cls, system: System, rows: IntArray, C: FloatArray) -> CandidateColumns:
         """Return the products of ``C`` with itself and with the system."""
-        edges = system.blocks.edges
         _, m, g, k = C.shape
         p = system.Z.shape[2]
         A, B = [], []
-        for a, b in itertools.pairwise(edges):
+        for a, b in system.blocks.ranges:
             part = C[a:b]
             A.append(_squares(part))
             cross = np.zeros((p, g * k))
@@ -178,10 +175,9 @@ class CandidateColumns:
         known = self.B.shape[2]
         if system.Z.shape[2] == known:
             return self
-        edges = system.blocks.edges
         _, m, g, k = self.C.shape
         B = []
-        for b, (first, last) in enumerate(itertools.pairwise(edges)):
+        for b, (first, last) in enumerate(system.blocks.ranges):
             cross = np.zeros((system.Z.shape[2] - known, g * k))
             for i in range(m):
                 flat = self.C[first:last, i].reshape(last - first, g * k)
@@ -196,12 +192,11 @@ class CandidateColumns:
 
     def products(self, system: System, y: FloatArray) -> FloatArray:
         """Return C' y by block, (blocks, g, k)."""
-        edges = system.blocks.edges
         _, m, g, k = self.C.shape
-        result = np.zeros((len(edges) - 1, g * k))
+        result = np.zeros((len(system.blocks.ranges), g * k))
         for i in range(m):
             flat = self.C[:, i].reshape(len(self.C), g * k)
-            for b, (first, last) in enumerate(itertools.pairwise(edges)):
+            for b, (first, last) in enumerate(system.blocks.ranges):
                 result[b] += y[first:last, self.rows[i]] @ flat[first:last]
         return result.reshape(-1, g, k)
 
@@ -283,54 +278,68 @@ class Score:
     gains: FloatArray
 
 
-def score(
-    system: System, target: Target, baseline: Baseline, candidate: CandidateColumns, d: FloatArray
-) -> Score:
-    """
-    Return the evidence for a candidate.
+@dataclass(frozen=True)
+class Fit:
+    """Hold a system fitted to a target, beside which candidates are scored."""
 
-    :param d: its products with the target, (blocks, g, k).
-    """
-    penalty = np.diag(system.penalty())
-    G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
-    A, B, D = candidate.A.sum(axis=0), candidate.B.sum(axis=0), d.sum(axis=0)
-    base = float(target.yy.sum()) - baseline.cost
-    gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D, baseline.x)
-    best = int(np.argmax(gains))
-    p = len(r)
-    folds = system.blocks.folds
-    removed = np.empty(folds)
-    for f in range(folds):
-        inside = system.blocks.fold == f
-        Gf, rf = system.G[:, inside].sum(axis=(0, 1)), target.r[:, inside].sum(axis=(0, 1))
-        Af, Bf, Df = (
+    system: System
+    target: Target
+    baseline: Baseline
+
+    @classmethod
+    def make(cls, system: System, y: FloatArray) -> Fit:
+        """Return the fit to whitened rows ``y`` (rows, n)."""
+        target = Target.make(system, y)
+        return cls(system, target, fit_baseline(system, target))
+
+    def score(self, columns: CandidateColumns) -> Score:
+        """Return the evidence for a candidate whose first products are those of the system."""
+        system, baseline = self.system, self.baseline
+        candidate = columns.beside(system)
+        d = candidate.products(system, self.target.y)
+        penalty = np.diag(system.penalty())
+        G, r, A, B, D = self._equations(candidate, d, slice(None))
+        gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D, baseline.x)
+        best, p = int(np.argmax(gains)), len(r)
+        removed = np.empty(system.blocks.folds)
+        for f, z in enumerate(baseline.fold_x):
+            Gf, rf, Af, Bf, Df = self._equations(candidate, d, system.blocks.fold == f)
+            fold_gains, fold_solutions, _ = _sweep(
+                G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df, z
+            )
+            g = int(np.argmax(fold_gains))
+            x, c = fold_solutions[g, :p], fold_solutions[g, p:]
+            with_it = (
+                -2.0 * (rf @ x + Df[g] @ c) + x @ Gf @ x + 2.0 * x @ Bf[g] @ c + c @ Af[g] @ c
+            )
+            removed[f] = -2.0 * rf @ z + z @ Gf @ z - with_it
+        base = float(self.target.yy.sum()) - baseline.cost
+        # A joint that rests throughout has no energy.
+        energy = max(float(baseline.held_out[candidate.rows].sum()), np.finfo(np.float64).tiny)
+        return Score(
+            best=best,
+            gain=float(gains[best]) - base,
+            amplitude=solutions[best, p:],
+            error=errors[best],
+            x=solutions[best, :p],
+            cv_gain=float(removed.sum()) / energy,
+            cv_se=float(np.std(removed, ddof=1)) * np.sqrt(len(removed)) / energy,
+            improved=float(np.mean(removed > 0.0)),
+            energy=float(removed.sum()),
+            gains=gains - base,
+        )
+
+    def _equations(
+        self, candidate: CandidateColumns, d: FloatArray, inside: NDArray[np.bool_] | slice
+    ) -> tuple[FloatArray, ...]:
+        """Return Z'Z, Z'y, C'C, Z'C and C'y summed over the joints and some of the blocks."""
+        return (
+            self.system.G[:, inside].sum(axis=(0, 1)),
+            self.target.r[:, inside].sum(axis=(0, 1)),
             candidate.A[inside].sum(axis=0),
             candidate.B[inside].sum(axis=0),
             d[inside].sum(axis=0),
         )
-        fold_gains, fold_solutions, _ = _sweep(
-            G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df, baseline.fold_x[f]
-        )
-        g = int(np.argmax(fold_gains))
-        x, c = fold_solutions[g, :p], fold_solutions[g, p:]
-        z = baseline.fold_x[f]
-        with_it = -2.0 * (rf @ x + Df[g] @ c) + x @ Gf @ x + 2.0 * x @ Bf[g] @ c + c @ Af[g] @ c
-        without = -2.0 * rf @ z + z @ Gf @ z
-        removed[f] = without - with_it
-    # A joint that rests throughout has none.
-    energy = max(float(baseline.held_out[candidate.rows].sum()), np.finfo(np.float64).tiny)
-    return Score(
-        best=best,
-        gain=float(gains[best]) - base,
-        amplitude=solutions[best, p:],
-        error=errors[best],
-        x=solutions[best, :p],
-        cv_gain=float(removed.sum()) / energy,
-        cv_se=float(np.std(removed, ddof=1)) * np.sqrt(folds) / energy,
-        improved=float(np.mean(removed > 0.0)),
-        energy=float(removed.sum()),
-        gains=gains - base,
-    )
 
 
 @njit(cache=True)

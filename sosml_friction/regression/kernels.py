@@ -82,3 +82,9 @@ def quantile_knots(x: FloatArray, count: int) -> FloatArray:
 def acts(columns: FloatArray) -> bool:
     """Tell whether any number of an array is not zero, a sample of its rows first."""
     return bool(columns[:: max(1, len(columns) // 64)].any()) or bool(columns.any())
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return where a mask (N,) is true, as half-open intervals [from, to)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))

@@ -16,9 +16,9 @@ from sosml_friction.regression.noise_model import fit_noise
 
 FloatArray = NDArray[np.float64]
 
-#: Knots of the curve in acceleration, as many as the curves without physics have.
+#: Knots of the curve in acceleration: those of one axis of ``structure.Structure``.
 _HATS = 9
-#: Fewest samples in the band for a regression on as many curves.
+#: Fewest samples in the band for a regression on these curves. Chosen, no measurement.
 _FEWEST = 200
 
 
@@ -60,7 +60,7 @@ class PositionNoise:
         well. The regression of -M e'' plus noise of effort on the accelerations, and on a
         piecewise linear curve of the joint's own, explains of it what is no structure. Where the
         accelerations are much larger than e'' it is nothing, however large the noise. Of a motion
-        of a few samples in the band nothing can be said: 0.
+        of less than 200 samples in the band nothing can be said: 0.
         """
         if band.count(len(self.q)) < _FEWEST:
             return 0.0

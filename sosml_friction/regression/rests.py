@@ -13,14 +13,18 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
 from sosml_friction.regression.band import Band
+from sosml_friction.regression.kernels import runs
 
 FloatArray = NDArray[np.float64]
 
-#: A joint that is slower than this share of its top speed, over a cycle of the band, rests.
+#: A joint stands still where it is slower than this share of its top speed over one cycle of the
+#: band. Chosen, no measurement.
 _SLOW = 0.02
-#: A rest of more than so many cycles, and than so long [s], is a stop and no turn in passing.
+#: A standstill of more cycles of the band and more time [s] than these is a stop; a shorter one is
+#: a reversal in passing. Chosen, no measurement.
 _STOP, _STOP_S = 3.0, 0.2
-#: Courses of effort that are smaller than this share of the largest, once filtered, are none.
+#: Singular values below this share of the largest are no direction of their own. Chosen below the
+#: filter's stop band, 2e-3 (-53 dB).
 _RANK = 1e-3
 
 
@@ -52,8 +56,7 @@ def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
         return []
     way = maximum_filter1d(q, size) - minimum_filter1d(q, size)
     still = maximum_filter1d((way <= most).astype(np.int8), size).astype(bool)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]])))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return runs(still)
 
 
 def stopping_joints(
@@ -62,8 +65,8 @@ def stopping_joints(
     """
     Return the joints that stop between two motions: their rests are rests.
 
-    One that in none of the stretches is so slow for three cycles and 0.2 s only turns around in
-    passing. A stop that a hole cuts has motion on one side only; another has to be left whole.
+    A joint that is nowhere slow for three cycles and 0.2 s only reverses. A stop at an end of a
+    stretch does not count: a hole may have cut it.
 
     :param stretches: smoothed position (N, n) [rad or m] and the band of each.
     :param limit: way over which the sign of motion may change (n,) [rad or m].
@@ -91,13 +94,12 @@ def find_rests(
     """
     Return the rests of ``joints`` in one stretch.
 
-    A resting joint takes as much friction as its load asks for, up to breakaway; one that creeps,
-    as where friction is a smooth function of speed, takes less and less. Neither the sign nor the
-    speed of a motion that is within the resolution tells how much, so that any course of effort
-    may be friction: piecewise linear ones, knots at the rows of the band, are filtered as
-    everything is, and what they span is taken out of both sides.
+    At standstill, friction equals the load, up to breakaway. Where a joint creeps, friction falls
+    slowly. Motion below the resolution of position tells neither: any time course of effort may be
+    friction. Piecewise linear courses with a knot at each row of the band are low-passed, and what
+    they span is taken out of both sides.
 
-    A joint that stands throughout the stretch has none: no friction that it had could have stayed.
+    A joint that stands throughout the stretch has no rest: nothing would be left of it.
 
     :param q: smoothed position (N, n) [rad or m].
     :param joints: of :func:`stopping_joints`; ``limit`` and ``speed`` as there.

@@ -22,9 +22,9 @@ class DiagnosisSettings:
     the largest gain of a null does too. ``structure_floor``: the same for curves without physics.
     A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
     what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
-    recordings: of recordings without more it left up to 2.5 times as much.
+    recordings: for recordings without more the ratio was up to 2.5.
     ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
-    share of folds that must gain. ``most_causes``: so many are named at most, of
+    share of folds that must gain. ``most_causes``: largest number of named causes, and
     ``most_terms`` with their harmonics.
     ``seed``: of the nulls.
     """

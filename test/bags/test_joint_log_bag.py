@@ -98,10 +98,13 @@ def test_a_log_without_any_effort_is_refused_by_who_needs_it():
 
 def test_joints_are_selected_by_name_and_missing_ones_named():
     table = np.arange(6.0).reshape(2, 3)
-    log = JointLog(('a', 'b', 'c'), np.array([1, 2]), table, table, table, table)
+    log = JointLog(('a', 'b', 'c'), np.array([1, 2]), table, table + 10, table + 20, table + 30)
     part = log.select(['c', 'a'])
     assert part.names == ('c', 'a')
-    assert part.q.tolist() == part.temperature.tolist() == [[2, 0], [5, 3]]
+    assert part.q.tolist() == [[2, 0], [5, 3]]
+    assert part.v.tolist() == [[12, 10], [15, 13]]
+    assert part.tau.tolist() == [[22, 20], [25, 23]]
+    assert part.temperature.tolist() == [[32, 30], [35, 33]]
     with pytest.raises(DataError, match='joint d is not in the recording, which has a, b, c'):
         log.select(['a', 'd'])
 

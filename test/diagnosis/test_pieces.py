@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.adequacy import (
+from sosml_friction.diagnosis.decision.leftover import (
     NEIGHBOUR_FRICTION,
     NEIGHBOURS,
     POSITION,
@@ -30,7 +30,7 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.model.terms.kinds.transmission_term import deflection
 from sosml_friction.regression.band import Band
-from sosml_friction.regression.bursts import find_bursts, find_impacts
+from sosml_friction.regression.contacts import find_contacts, find_impacts
 from sosml_friction.regression.curves.position_curve import PositionCurve
 from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
@@ -285,17 +285,17 @@ def test_lost_samples_are_counted_and_many_are_bad(arm):
     assert all(c.kind != 'dropped_samples' for c in check_log(log))
 
 
-def test_a_push_is_a_burst_and_a_vibration_is_none():
+def test_a_push_is_a_contact_and_a_vibration_is_none():
     rng = np.random.default_rng(4)
     step = 0.02
     t = np.arange(0.0, 60.0, step)
     e = rng.normal(0.0, 0.05, (len(t), 2))
     e[:, 0] += np.where((t > 20.0) & (t < 20.6), 1.0, 0.0)
     e[:, 1] += np.where((t > 20.0) & (t < 22.0), np.sin(2.0 * np.pi * 9.0 * t), 0.0)
-    bursts = find_bursts(e, t, step)
-    assert [episode.joint for episode in bursts.episodes] == [0]
-    assert bursts.episodes[0].start_s == pytest.approx(20.0, abs=0.3)
-    assert bursts.episodes[0].end_s == pytest.approx(20.6, abs=0.3)
+    found = find_contacts(e, t, step)
+    assert [contact.joint for contact in found.contacts] == [0]
+    assert found.contacts[0].start_s == pytest.approx(20.0, abs=0.3)
+    assert found.contacts[0].end_s == pytest.approx(20.6, abs=0.3)
 
 
 def test_energy_where_the_load_changes_sides_is_an_impact_and_elsewhere_is_none():

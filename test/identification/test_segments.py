@@ -200,3 +200,22 @@ def test_the_sign_is_unsure_only_about_a_change_of_sign_or_a_stop():
     v = np.concatenate([np.full(20, 0.1), np.full(20, -0.1), np.full(20, 1e-4), np.full(20, 0.2)])
     unsure = np.flatnonzero(unsure_sign(v, 1e-3, 3))
     assert unsure.tolist() == [k for change in (20, 40, 60) for k in range(change - 3, change + 3)]
+
+
+def test_speed_that_ripples_within_a_window_is_rejected_and_says_by_how_much():
+    """
+    0.1 rad/s with a sine of 2.5 Hz, of sqrt(2) r of it in speed: its standard deviation is r.
+
+    A difference over 50 ms sees sinc(2.5 * 0.05) = 97 % of it. Each third of the window has the
+    same mean speed, and the change within a second is less than 50 % of the speed and resolution.
+    """
+    t = np.arange(0.0, 4.0, 0.002)
+    settings = SegmentSettings(relative_change=10.0)
+    for ripple, rejected in ((0.06, False), (0.1, True)):
+        w = 2.0 * np.pi * 2.5
+        q = 0.1 * (t + np.sqrt(2.0) * ripple / w * np.sin(w * t))
+        (segment,) = find_segments(t, q, settings)
+        assert segment.velocity == pytest.approx(0.1, rel=0.02)
+        assert bool(segment.rejected) == rejected
+        if rejected:
+            assert segment.rejected == 'speed ripples by 10 %'

@@ -8,11 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.leftover import (
+    NEIGHBOUR_FRICTION,
+    NEIGHBOURS,
+    POSITION,
+    SPEED,
+    Leftover,
+)
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.curves.neighbour_curve import NeighbourCurve
@@ -21,56 +28,22 @@ from sosml_friction.regression.curves.position_curve import PositionCurve
 from sosml_friction.regression.curves.reversal import Reversal
 from sosml_friction.regression.curves.speed_curve import SpeedCurve
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.evidence import Score, Target, fit_baseline, score
+from sosml_friction.regression.evidence import Fit, Score
 from sosml_friction.regression.laboratory import Laboratory
-
-if TYPE_CHECKING:
-    from sosml_friction.diagnosis.decision.selection import Finding
 
 FloatArray = NDArray[np.float64]
 
-#: Axes that no cause has.
-NEIGHBOURS = 'the position of the next joint'
-NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
 #: Axes of free curves that could stand for causes (``Term.free_axis``); of the curve of position,
-#: which repeats nowhere, the share of what it and the causes explain from which on these are not
-#: the whole.
-SPEED, POSITION = 'speed', 'position'
+#: the largest share of what it and the causes explain with which these are the whole. Chosen, no
+#: measurement.
 _POSITION_SHARE = 0.1
-#: That power has to explain more by the first, beside the price of the parameters; in the place of
-#: one cause, as simple as it is, also by the second as a share: columns are not known any better.
+#: That power has to explain this much more energy [noise variances] beside the price of the
+#: parameters; in the place of one cause, as simple as it is, also this share more: columns are not
+#: known any better. Chosen, no measurement.
 _MORE, _MORE_SHARE = 10.0, 0.005
-#: Causes are clearly more than what noise of position feigns from so many times as much on.
+#: Causes are clearly more than what noise of position feigns from this many times as much on.
+#: Chosen, no measurement.
 _CLEARLY = 2.0
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """
-    Hold what a free curve along an axis of a joint still predicts beside the named causes.
-
-    ``gain``: whitened energy it removes, ``energy``: on data left out; ``floor``: what ``gain``
-    has to exceed, from recordings simulated without anything more; ``share``: ``gain`` of all
-    that the causes of this axis and the curve explain together. ``instead``: it is one power of
-    speed that explains more than all the named causes by speed, in their stead. ``foreign``: the
-    curve is one that no cause of the catalogue has. ``least``: the share from which on the causes
-    are not the whole.
-    """
-
-    axis: str
-    joint: int
-    gain: float
-    energy: float
-    floor: float
-    share: float
-    least: float
-    instead: bool = False
-    foreign: bool = False
-
-    @property
-    def significant(self) -> bool:
-        """Tell whether it is beyond chance, and too much for the causes to be the whole."""
-        return self.gain > self.floor and self.energy > 0.0 and self.share > self.least
 
 
 @dataclass(frozen=True)
@@ -151,15 +124,12 @@ def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Left
 
     def scored(y: FloatArray) -> tuple[list[Score], FloatArray]:
         """Return the score of each curve, and the parameters of ``system`` without it."""
-        fits = []
-        for its in (system, free):
-            target = Target.make(its, y)
-            fits.append((its, target, fit_baseline(its, target)))
-        result = []
-        for probe, curve in zip(probes, curves, strict=True):
-            its, target, base = fits[probe.beside_speed]
-            result.append(score(its, target, base, curve, curve.products(its, y)))
-        return result, fits[0][2].x
+        fits = Fit.make(system, y), Fit.make(free, y)
+        result = [
+            fits[probe.beside_speed].score(curve)
+            for probe, curve in zip(probes, curves, strict=True)
+        ]
+        return result, fits[0].baseline.x
 
     found, x = scored(laboratory.y)
     settings = laboratory.settings
@@ -197,20 +167,15 @@ def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftov
         mine = [f for f in accepted if f.joint == i and f.effect.one_power]
         if not mine:
             continue
-        others = [f.columns for f in accepted if f not in mine]
-        system = laboratory.system.extended(others)
-        target = Target.make(system, laboratory.y)
-        base = fit_baseline(system, target)
-        whole = system.extended([f.columns for f in mine])
-        named = base.cost - fit_baseline(whole, Target.make(whole, laboratory.y)).cost
+        # By place and not by equality: arrays have no one truth value.
+        others = [f.columns for f in accepted if all(f is not own for own in mine)]
+        fit = Fit.make(laboratory.system.extended(others), laboratory.y)
+        whole = Fit.make(fit.system.extended([f.columns for f in mine]), laboratory.y)
+        named = fit.baseline.cost - whole.baseline.cost
         k = sum(1 + len(f.effect.refined) for f in mine)
-        best: Score | None = None
-        for inner in power.grid(laboratory.signals[0], i):
-            its = laboratory.single(power, i, inner).beside(system)
-            found = score(system, target, base, its, its.products(system, laboratory.y))
-            if best is None or found.gain > best.gain:
-                best = found
-        assert best is not None
+        grid = power.grid(laboratory.signals[0], i)
+        scores = [fit.score(laboratory.single(power, i, inner)) for inner in grid]
+        best = max(scores, key=lambda s: s.gain)
         more = _MORE if len(mine) > 1 else max(_MORE, _MORE_SHARE * named)
         floor = named + (2 - k) * _price(laboratory) + more
         if best.gain > floor:

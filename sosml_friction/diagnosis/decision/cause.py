@@ -24,9 +24,9 @@ class Cause:
 
     ``joint``: its name, or '*' for all; ``evidence``: delta_bic, p_adjusted, cv_gain, cv_gain_se,
     folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
-    that explain as much. ``terms``: inner parameters and amplitudes of each harmonic; none where
-    what the data show is too rough for the model, or no part of it. ``tolerated``: it is a nominal
-    parameter that is off within its tolerance, refitted as all are, and no cause of what is wrong.
+    that the data cannot tell from it. ``terms``: inner parameters and amplitudes of each harmonic;
+    none where the extended model does not have it. ``tolerated``: it is a nominal parameter that
+    is off within its tolerance: it is refitted like all of them, and no cause of what is wrong.
     """
 
     effect: str

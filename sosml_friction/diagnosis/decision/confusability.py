@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.cause import joint_name
-from sosml_friction.diagnosis.decision.selection import Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.laboratory import Laboratory
 
 FloatArray = NDArray[np.float64]
 
-#: Directions of a cause with less than this share of its largest energy are no part of it.
+#: Directions of a cause with less than this share of its largest energy are rounding.
 _DIRECTION = 1e-6
-#: Added to the normalised energies of a cause's own columns.
+#: Ridge of a cause's own columns of norm 1: some are collinear.
 _REGULAR = 1e-9
-#: A cause of which the nominal deviations take more than all but this is wholly theirs.
+#: A cause of which the nominal deviations leave less than this share is wholly theirs: rounding.
 _ABSORBED = 1e-9
 #: Decimals of a share in the document.
 _DECIMALS = 4

@@ -13,15 +13,16 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import TERMS
-from sosml_friction.regression.bursts import Impacts
+from sosml_friction.regression.contacts import Impacts
 from sosml_friction.regression.laboratory import Laboratory
 
 #: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
 #: they leave nothing in the residual.
 FAULTS = ('velocity_lag', 'dropped_samples')
-#: Share of the residual's energy that a burst's episodes hold at least to be a cause.
-_BURST = 0.02
-#: Episodes whose begin and end are reported.
+#: Contacts are a cause if they hold at least this share of the residual's energy. Chosen, no
+#: measurement.
+_CONTACT = 0.02
+#: Contacts of a joint whose begin and end are reported.
 _MOST_EPISODES = 20
 _NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(
     ('delta_bic', 'p_adjusted', 'cv_gain', 'cv_gain_se', 'folds_improved')
@@ -35,7 +36,7 @@ def data_causes(
     selection: Selection,
 ) -> list[Cause]:
     """Return the causes that no column of a candidate shows, but for those of ``without``."""
-    impacts = () if 'backlash' in without else laboratory.bursts.impacts
+    impacts = () if 'backlash' in without else laboratory.contacts.impacts
     causes = [
         *_faults(checks),
         *(_backlash(laboratory, selection, x, without) for x in impacts),
@@ -80,7 +81,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     effect, first = TERMS['backlash'](), laboratory.signals[0]
     y, Z = laboratory.unwhitened()
     left = y - Z @ selection.after.x[: Z.shape[2]]
-    rows = laboratory.bursts.mask[:, joint]
+    rows = laboratory.contacts.mask[:, joint]
     size = np.maximum(np.std(left[~rows], axis=0), 1e-300)
     grid = effect.grid(first, joint)
     energies = [
@@ -98,10 +99,10 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
 def _contacts(laboratory: Laboratory) -> list[Cause]:
     causes = []
     for i, name in enumerate(laboratory.robot.names):
-        episodes = [e for e in laboratory.bursts.episodes if e.joint == i]
-        # Whitened noise has variance 1: as many samples are the energy of noise.
+        episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
+        # Whitened noise has variance 1: the energy of noise is the number of samples.
         share = sum(e.energy for e in episodes) / laboratory.known[i]
-        if not episodes or share < _BURST:
+        if not episodes or share < _CONTACT:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}
         for k, e in enumerate(episodes[:_MOST_EPISODES], 1):

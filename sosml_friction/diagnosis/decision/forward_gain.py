@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.decision.selection import Finding
+from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import known_terms, model_friction
@@ -33,10 +33,10 @@ from sosml_friction.simulation.recorded.resimulation import simulate_windows
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
-#: A simulation starts afresh from the measured state after so long [s].
+#: Length of a simulated window [s], from the measured state. Chosen, no measurement.
 HORIZON_S = 0.3
-#: Windows of each block of the folds, and of another recording, at most: they do not overlap, as
-#: their errors would not be independent.
+#: Most windows of a block, and of another recording. Chosen, no measurement: the standard error
+#: falls with their root. They do not overlap: their errors would not be independent.
 _PER_BLOCK, _PER_RECORDING = 10, 140
 #: Deviations of the nominal that are amplitudes of a friction law.
 LAW_PARAMETERS = ('coulomb', 'viscous', 'bias', 'stribeck')
@@ -117,8 +117,7 @@ class ForwardGain:
                 body.rotors[i] += value
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
-                # Before its state friction cannot turn around in a simulation; with and without
-                # the causes it does not.
+                # It would need the state of the future; left out with the causes and without.
                 if turn != LATE:
                     terms.append(
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
@@ -129,13 +128,8 @@ class ForwardGain:
                 raise ValueError(f'the simulation does not know the parameter {name!r}')
 
         terms.append(ChangedBody([body], [1.0]))
-        first = len(nominal.names)
-        for finding in findings:
-            last = first + finding.columns.C.shape[3]
-            terms.append(
-                finding.effect.simulated(robot, finding.joint, finding.inner, x[first:last])
-            )
-            first = last
+        for finding, own in with_amplitudes(findings, len(nominal.names)):
+            terms.append(finding.effect.simulated(robot, finding.joint, finding.inner, x[own]))
         return ForwardModel(robot, self._friction.changed(friction), displacement, terms, delay)
 
 
@@ -205,7 +199,7 @@ def _of_recording(others: Sequence[Signals]) -> list[WindowSet]:
 
 
 def _spread(first: int, last: int, samples: int, most: int) -> IndexArray:
-    """Return evenly spread begins of windows, ``first`` to ``last``, so many that none overlap."""
+    """Return evenly spread begins of windows that do not overlap, from ``first`` to ``last``."""
     count = min(most, (last - first) // samples + 1)
     if count < 2:
         return np.array([(first + last) // 2], dtype=np.int64)
@@ -221,7 +215,7 @@ def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
     Tell whether the errors of windows (W, n) got larger, beyond chance, in the joints ``rows``.
 
     Each joint counts alike; the mean of the differences between the same windows is put beside its
-    standard error: most of what both have is the noise of the measured effort.
+    standard error: most of the error of both is the noise of the measured effort.
     """
     before, after = before[:, rows], after[:, rows]
     if (np.isinf(after) & ~np.isinf(before)).any():

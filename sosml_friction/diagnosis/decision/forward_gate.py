@@ -9,14 +9,15 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
-from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.laboratory import Laboratory
 
 FloatArray = NDArray[np.float64]
 
-#: What is said of a cause that the forward simulation does not bear out.
+#: Why a cause is taken back.
 FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
 
@@ -35,16 +36,15 @@ def forward_gate(
     after = forward.squares(selection.accepted, selection.after.x, selection.after.fold_x)
     while selection.accepted:
         *fewer, last = selection.accepted
-        system = laboratory.system.extended([f.columns for f in fewer])
-        target = Target.make(system, laboratory.y)
-        refit = fit_baseline(system, target)
-        without = forward.squares(fewer, refit.x, refit.fold_x) if fewer else before
+        refit = Fit.make(laboratory.system.extended([f.columns for f in fewer]), laboratory.y)
+        x, fold_x = refit.baseline.x, refit.baseline.fold_x
+        without = forward.squares(fewer, x, fold_x) if fewer else before
         rows = last.columns.rows
         if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
             break
         selection.accepted = fewer
         selection.rejected = replace(last, failed=(FORWARD_WORSE,))
-        selection.system, selection.target, selection.after = system, target, refit
+        selection.fit = refit
         after = without
     return before, after
 

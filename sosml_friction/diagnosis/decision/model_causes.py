@@ -7,30 +7,22 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
-from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.laboratory import Laboratory
-
-FloatArray = NDArray[np.float64]
 
 
 def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     """Return accepted findings as causes; several of one effect and joint are its harmonics."""
     names = laboratory.robot.names
-    errors = standard_errors(laboratory, selection)
+    found = estimated(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
-    first = len(laboratory.nominal.bound)
-    for finding in selection.accepted:
-        k = finding.columns.C.shape[3]
-        amplitude = selection.after.x[first : first + k]
-        error = errors[first : first + k]
-        first += k
-        fit = Fitted(laboratory.signals[0], finding.joint, finding.inner, amplitude, error)
+    for finding, fit in zip(selection.accepted, found.fitted(laboratory), strict=True):
         parameters = finding.effect.reported(fit)
-        term = ((dict(finding.inner), np.array(amplitude)),)
+        term = ((dict(finding.inner), np.array(fit.amplitude)),)
         if finding.key in causes:
             old = causes[finding.key]
             number = len(old.terms) + 1
@@ -55,6 +47,11 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     return list(causes.values())
 
 
+def estimated(laboratory: Laboratory, selection: Selection) -> Estimate:
+    """Return the accepted causes with one covariance of all that was fitted, as a fit has it."""
+    return estimate(laboratory, [finding.placed for finding in selection.accepted])
+
+
 def _evidence(finding: Finding) -> dict[str, float | None]:
     return {
         'delta_bic': finding.delta_bic,
@@ -75,13 +72,3 @@ def _rivals(laboratory: Laboratory, finding: Finding) -> tuple[str, ...]:
         name, where = rival.reported(names)
         rivals.append(name if where == own else f'{name}@{where}')
     return tuple(dict.fromkeys(rivals))
-
-
-def standard_errors(laboratory: Laboratory, selection: Selection) -> FloatArray:
-    """Return standard errors (p,) from the whitened equations, scaled by what is left."""
-    system = selection.system
-    G = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
-    scale = 1.0 / np.sqrt(np.diag(G))
-    covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
-    left = max(selection.after.cost / float(laboratory.known.sum()), 1.0)
-    return np.asarray(np.sqrt(np.maximum(np.diag(covariance) * left, 0.0)))

@@ -9,16 +9,21 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.model.dahl import dahl_path
 from sosml_friction.regression.evidence import System
 from sosml_friction.regression.laboratory import Laboratory
 
 FloatArray = NDArray[np.float64]
 
-#: A nominal parameter is off by up to so much of its bound.
+#: Nominal parameters of null simulations are off by up to this share of their bound: one at its
+#: bound would be seen as wrong. Chosen, no measurement.
 _OFF = 0.9
-#: Friction that turns around in another way is so many times as large as the data show it, and at
-#: most so many times Coulomb friction of the nominal.
+#: Friction that turns around in another way is this many times as large as the data show it, and
+#: at most this many times Coulomb friction of the nominal. Chosen, no measurement.
 _MORE, _MOST = 1.2, 1.5
+#: Range of the displacement of such friction, as shares of what the nominal columns take, and the
+#: low-pass of its position, in bands. Chosen, no measurement.
+_SHARES, _SMOOTHED = (0.25, 1.5), (1.0, 1.5, 3.0)
 
 
 def null_recordings(
@@ -35,14 +40,40 @@ def null_recordings(
         with them, and not besides.
     """
     rng = np.random.default_rng(seed)
+    n, standstill = laboratory.robot.n, laboratory.whitening.standstill
     bound = laboratory.nominal.bound
     bounded = np.flatnonzero(np.isfinite(bound))
     x = np.array(x)
     while True:
         x[bounded] = rng.uniform(-_OFF, _OFF, len(bounded)) * bound[bounded]
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
-        y += _credible(laboratory, laboratory.friction_variants(rng), beside)
-        yield y + laboratory.white(rng)
+        y += _credible(laboratory, _friction_variant(laboratory, rng), beside)
+        noise = rng.standard_normal(y.shape)
+        yield y + (noise if standstill is None else standstill.take_out(noise, range(n)))
+
+
+def _friction_variant(laboratory: Laboratory, rng: np.random.Generator) -> FloatArray:
+    """
+    Return the whitened difference (rows, n) between friction of another build-up and s.
+
+    Coulomb friction along the same motion, with its position low-passed more or less and another
+    displacement: how friction turns around at a reversal is not known, and no cause.
+    """
+    share = rng.uniform(*_SHARES, laboratory.robot.n)
+    wider = float(rng.choice(_SMOOTHED))
+    parts = []
+    for signals in laboratory.signals:
+        if ('smooth', wider) not in signals.cache:
+            signals.cache[('smooth', wider)] = signals.band.smooth(signals.q, wider)
+        q = signals.cache[('smooth', wider)]
+        difference = np.empty_like(q)
+        for i in range(q.shape[1]):
+            scale = float(signals.scales.displacement[i] * share[i])
+            z = dahl_path(np.ascontiguousarray(q[:, i]), scale)
+            coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
+            difference[:, i] = coulomb * (z - signals.sign[:, i])
+        parts.append(signals.in_band(difference))
+    return laboratory.whitening.apply(parts)
 
 
 def _credible(laboratory: Laboratory, variant: FloatArray, system: System) -> FloatArray:

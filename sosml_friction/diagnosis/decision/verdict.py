@@ -8,14 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import SPEED, Leftover
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
+from sosml_friction.diagnosis.decision.leftover import SPEED, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
-#: Where axes without physics predict more than half of all that is predictable, the named causes
-#: are the smaller part.
+#: If free curves predict more than this share of what they and the causes predict together, the
+#: causes are the smaller part.
 _REST = 0.5
 
 
@@ -23,7 +23,7 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     """Return one of :data:`VERDICTS`; that data are bad is found before there is a selection."""
     if _causes_are_not_all(selection):
         return 'unknown_structure'
-    # What a fault of the data leaves nothing of cannot be what is left.
+    # A fault of the data leaves no residual: it does not explain one.
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     over = selection.structure_gain > selection.structure_floor

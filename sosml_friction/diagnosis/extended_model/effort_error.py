@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
-from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals
 
@@ -82,8 +83,8 @@ def stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]]
             effect, joint = done[-1].reported(names)
             wide = np.concatenate([wide, _columns(laboratory, done[-1])], axis=2)
         system = laboratory.system.extended([f.columns for f in done])
-        fit = fit_baseline(system, Target.make(system, laboratory.y))
-        left = _left(laboratory, y, wide, fit.fold_x)
+        fit = Fit.make(system, laboratory.y)
+        left = _left(laboratory, y, wide, fit.baseline.fold_x)
         error = 100.0 * np.linalg.norm(left, axis=0) / size
         result.append(
             {

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-#: So many standard errors are beyond chance: one side of a normal distribution, p = 0.01 as of the
-#: F test. Of a cause that is right and too fast to show in 0.3 s the change is chance alone.
+#: A change of more standard errors than this is beyond chance: one-sided p = 0.01 of a normal
+#: distribution, as for the F test. A right cause that is too fast to show in 0.3 s stays below it.
 BEYOND_CHANCE = 2.33
 
 
@@ -110,7 +110,7 @@ def _ratio_error(before: FloatArray, after: FloatArray) -> FloatArray:
     """
     Return the standard error (n,) of sqrt(mean after / mean before) over windows (W, n).
 
-    Each window is compared with itself: most of what both have is the noise of the measured
+    Each window is compared with itself: most of the error of both is the noise of the measured
     effort. To first order the ratio R moves by R / 2 (after / mean after - before / mean before).
     """
     result = np.full(before.shape[1], np.nan)

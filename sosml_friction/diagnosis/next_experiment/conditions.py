@@ -10,17 +10,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from sosml_friction.diagnosis.next_experiment.separation import Stretch
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.signals import Signals
 
-#: A hold lasts so long; a repetition that is warm comes so long after the cold one [s].
+#: Length of a hold, and time from the cold recording to its warm repetition [s]. Chosen: 20 s of
+#: rest average the noise of effort, gears warm up over minutes. No measurement.
 HOLD_S, WARM_S = 20.0, 1800.0
-#: The known payload has this share of the last body's first moment, at so many times its distance.
+#: First moment of the known payload as a share of the last body's, and its distance from the last
+#: joint as a multiple of that body's centre of mass. Chosen, no measurement.
 _MOMENT, _DISTANCE = 0.5, 1.5
-#: Less than this share of it is no payload.
+#: A payload that the actuators carry less than this share of is not proposed. Chosen, no
+#: measurement.
 _LEAST = 0.2
-#: A robot hangs free where gravity asks less than this share of the usual effort.
+#: A robot hangs free where gravity needs less than this share of the usual effort: above the
+#: gradient of the potential energy at which the search for its minimum stops, 1e-5 Nm.
 _LOAD = 1e-4
 
 
@@ -129,7 +133,7 @@ def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
     tensor = float(r @ r) * np.eye(3) - np.outer(r, r)
     entries = tensor[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     point = mass * np.concatenate([[1.0], r, entries])
-    # As much of it as the actuators carry: beyond what the motion takes without it.
+    # The share of it that the actuators carry beside what the motion needs without it.
     limit = np.array([x.effort if x.effort > 0.0 else np.inf for x in robot.limits])
     share = 1.0
     for s in signals:

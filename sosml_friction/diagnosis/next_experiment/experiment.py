@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.selection import Finding, Selection
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.next_experiment.conditions import conditions
 from sosml_friction.diagnosis.next_experiment.pair_conditions import PairCondition, pair_condition
 from sosml_friction.diagnosis.next_experiment.recommendation import Option, Recommendation
-from sosml_friction.diagnosis.next_experiment.separation import Stretch, Supposed, separation
+from sosml_friction.diagnosis.next_experiment.separation import separation
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
+from sosml_friction.diagnosis.next_experiment.supposed import Supposed
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.motion.building_blocks import begin_motion
@@ -24,17 +27,19 @@ from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, 
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
-from sosml_friction.regression.laboratory import Candidate, Laboratory
+from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals, make_signals
 
 FloatArray = NDArray[np.float64]
 
-#: Log-likelihood by which the right cause has to lead.
+#: Log-likelihood by which the right cause has to lead: odds of exp(10) = 22 000 to 1.
 NEEDED = 10.0
-#: What overlaps as much as this does not separate two causes, however large they are.
+#: A trajectory along which one cause explains this share of the other does not separate the two,
+#: whatever their size: columns are not known any better. Chosen, no measurement.
 _HOPELESS = 0.995
-#: Grids with more points than this are not tried over again along a planned motion.
+#: Largest grid [points] that is tried again along a planned motion. Chosen for its time.
 _MOST_POINTS = 12
 
 
@@ -66,7 +71,7 @@ def recommend(
     _, where = finding.reported(names)
     known, said = pair_condition(*pair) or PairCondition('', '')
     if closest is None or other in inseparable:
-        # Joint sensors cannot tell them apart at all: what the columns say is not to be believed.
+        # Joint sensors cannot tell them apart at all: their columns differ by numerics alone.
         return Recommendation(pair, where, 1.0, margin, NEEDED, condition=said)
     cause, rival = supposed(laboratory, finding), supposed(laboratory, closest)
     here, _ = separation(laboratory, cause, rival, ())
@@ -76,8 +81,8 @@ def recommend(
     best = next(
         (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
     )
-    twins = other in finding.effect.twins or own in closest.effect.twins
-    if best is not None and not twins:
+    aliases = other in finding.effect.twins or own in closest.effect.twins
+    if best is not None and not aliases:
         return Recommendation(
             pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,
             best.margin, options=options,
@@ -104,10 +109,10 @@ def _closest(finding: Finding) -> Finding | None:
 
 def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
     """Return what tells a gap from a spring, where impacts alone show one of them."""
-    if not laboratory.bursts.impacts:
+    if not laboratory.contacts.impacts:
         return None
     pair = ('backlash', 'joint_elasticity')
-    where = laboratory.robot.names[laboratory.bursts.impacts[0].joint]
+    where = laboratory.robot.names[laboratory.contacts.impacts[0].joint]
     said = pair_condition(*pair)
     instruction = said.instruction if said else ''
     return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=instruction)

@@ -5,58 +5,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.evidence import CandidateColumns, falls, whiten_all
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
+from sosml_friction.diagnosis.next_experiment.supposed import Supposed
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.regression.evidence import falls, whiten_all
 from sosml_friction.regression.laboratory import Laboratory
-from sosml_friction.regression.signals import Signals
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Supposed:
-    """
-    Hold a cause that is supposed: its columns where it was measured, and how large it is.
-
-    ``points``: inner parameters, those of ``columns``; ``amplitude`` (k,) at the first of them
-    with ``x`` (p,) the nominal deviations beside it.
-    """
-
-    effect: Term
-    joint: int
-    points: Sequence[Inner]
-    columns: CandidateColumns
-    amplitude: FloatArray
-    x: FloatArray
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """
-    Hold a motion that is planned, or supposed to be repeated, and what does not act there.
-
-    ``only``: the effects that act, None for all but ``absent``.
-    """
-
-    signals: Signals
-    absent: frozenset[str] = frozenset()
-    only: frozenset[str] | None = None
-
-    @property
-    def duration(self) -> float:
-        """Return how long it lasts [s]."""
-        return float(len(self.signals.q) * self.signals.band.step)
-
-    def acts(self, effect: Term) -> bool:
-        """Tell whether an effect acts here."""
-        if self.only is not None:
-            return effect.identifier in self.only
-        return effect.identifier not in self.absent
 
 
 def separation(
@@ -126,6 +85,6 @@ def _whitened(laboratory: Laboratory, stretch: Stretch, columns: FloatArray) -> 
     """Return columns (N, n, ...) along a stretch as the laboratory has its own (rows, n, ...)."""
     whitened = whiten_all([stretch.signals.band.apply(columns)], laboratory.noise)
     if stretch.signals.rests:
-        rests = laboratory.whitened_rests([stretch.signals])
+        rests = laboratory.whitening.rests([stretch.signals])
         rests.take_out(whitened, range(columns.shape[1]))
     return whitened

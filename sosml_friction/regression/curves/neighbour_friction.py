@@ -17,8 +17,8 @@ class NeighbourFriction(Curve):
     """
     Add s (a x_k + b x_k^2), x_k where the joint before and after is: friction that follows them.
 
-    x_k is q_k in halves of its range over all recordings; beside a free s its origin is any. A
-    free curve holds it too, among so many others that a little of it is lost in their chance.
+    x_k is q_k over half its range in all recordings; its origin does not matter beside a free s. A
+    free curve of 12 columns per neighbour holds it too, but its chance hides a little of it.
     """
 
     identifier: ClassVar[str] = 'friction_by_neighbours'

@@ -15,7 +15,8 @@ from sosml_friction.model.terms.kinds.term import FloatArray, Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.nominal import turn_columns
 
-#: Position is smoothed so much more where the sign turns around more smoothly.
+#: The smoother sign is made of position low-passed at this multiple of the band. Chosen, no
+#: measurement.
 _WIDER = 3.0
 
 

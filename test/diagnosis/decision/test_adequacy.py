@@ -11,7 +11,7 @@ import pytest
 from known_robots import slider_model, slider_recording
 from scipy.signal import lfilter
 
-from sosml_friction.diagnosis.decision.selection import Selector
+from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.terms.effort_bias import EffortBias

@@ -28,7 +28,7 @@ def laboratory():
     log = recording(('shoulder', 'elbow'), t, q, tau, v)
     settings = DiagnosisSettings(band=15.0)
     library = make_library(('cogging',))
-    return Laboratory(prepare([log], model, model.make_robot(), settings), library, settings)
+    return Laboratory.make(prepare([log], model, model.make_robot(), settings), library, settings)
 
 
 def columns(laboratory, effect, joint, joints=(0, 1)):

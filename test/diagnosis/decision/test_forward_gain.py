@@ -11,13 +11,14 @@ import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model
 
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse, reversal_term
-from sosml_friction.diagnosis.decision.selection import Selector
+from sosml_friction.diagnosis.decision.gates import candidate_floor, structure_floor
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.regression.evidence import Fit
 
 COULOMB, VISCOUS, SLIP = 20.0, 200.0, 5e-5
 #: Hidden: friction by direction [N s/m] and a force that repeats every 20 mm [N, rad/m].
@@ -51,19 +52,19 @@ def test_both_are_named_and_the_simulation_of_data_left_out_gets_better(found):
     assert found.gain.horizon_s == 0.3
 
 
-def test_no_floor_is_below_what_noise_of_position_feigns(found, monkeypatch):
+def test_no_floor_is_below_what_noise_of_position_feigns(found):
     """That share of a candidate, and 1.5 times it of free curves, as of what nulls show."""
-    laboratory, selection = found.laboratory, found.selection
-    selector = Selector(laboratory)
+    selection = found.selection
     best = selection.ranking[0]
+    fit = Fit(found.laboratory.system, None, selection.before)
 
     def floors(feigned):
-        signals = tuple(replace(s, feigned=feigned) for s in laboratory.signals)
-        monkeypatch.setattr(laboratory, 'signals', signals)
-        floor, structure = selector.floors(
-            laboratory.system, selection.before, laboratory.columns, best, 0
-        )
-        return floor[best.key], structure
+        signals = tuple(replace(s, feigned=feigned) for s in found.laboratory.signals)
+        rows = replace(found.laboratory.rows, signals=signals)
+        laboratory = replace(found.laboratory, rows=rows)
+        columns = dict(zip((c.key for c in rows.candidates), laboratory.columns, strict=True))
+        floor = candidate_floor(laboratory, fit, best, columns[best.key], 0)
+        return floor, structure_floor(laboratory, fit, 0)
 
     without, _ = floors(0.0)
     assert without < 0.2
@@ -143,7 +144,7 @@ def test_friction_that_turns_around_otherwise_is_what_the_state_says(turn, share
     path = 1e-3 * np.sin(np.linspace(0.0, 12.0, 400))
     s = dahl_path(path, 1e-4)
     wanted = s * (1.0 - s**2) if share is None else dahl_path(path, share * 1e-4) - s
-    term = reversal_term(0, turn, 0.7, 1e-4)
+    term = reversal_term(None, 0, turn, 0.7, 1e-4)
     at = np.arange(400)
     still = np.zeros((400, 1))
     motion = Motion(np.zeros(400), path[:, None], still, s[:, None], still, still)

@@ -27,9 +27,9 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
 ):
     """The diagnosis does not use a late velocity, and bridges short holes."""
     gain = np.array([0.5 if over else 0.0])
-    no_fit = (None,) * 4
     selection = Selection(
-        *no_fit,
+        None,
+        None,
         structure_gain=gain,
         structure_floor=np.array([0.1]),
         structure_energy=gain,
@@ -51,7 +51,7 @@ def unmoved(position_after=1.0):
 
 
 def told(causes, gain):
-    selection = Selection(*(None,) * 4, structure_gain=np.zeros(1), structure_floor=np.ones(1))
+    selection = Selection(None, None, structure_gain=np.zeros(1), structure_floor=np.ones(1))
     return sentence_of('named', causes, gain, selection, ('elbow',), ('Nm',))
 
 

@@ -21,7 +21,8 @@ from known_robots import arm_model
 from numba import njit
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.decision.selection import Selection, Selector
+from sosml_friction.diagnosis.decision.scorer import Scorer
+from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.diagnosis.next_experiment.conditions import WARM_S, conditions
 from sosml_friction.diagnosis.next_experiment.experiment import (
@@ -37,7 +38,7 @@ from sosml_friction.diagnosis.next_experiment.separation import separation
 from sosml_friction.motion.building_blocks import begin_motion
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
-from sosml_friction.regression.evidence import Target, fit_baseline
+from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -143,13 +144,12 @@ def recorded(q, v, a, effect, i, size, rng, *, begin=0.0, payload=None, worn=Tru
 
 def found(laboratory, *keys):
     """Return the refined findings of effects in joints."""
-    selector, system = Selector(laboratory), laboratory.system
-    target = Target.make(system, laboratory.y)
-    base = fit_baseline(system, target)
-    ranked = selector.ranked(system, target, base, laboratory.columns)
+    scorer = Scorer(laboratory)
+    fit = Fit.make(laboratory.system, laboratory.y)
+    ranked = scorer.ranked(fit, laboratory.columns)
     return [
-        selector.refine(
-            system, target, base,
+        scorer.refine(
+            fit,
             next(f for f in ranked if f.effect.identifier == name
                  and (f.joint == i or f.effect.of_robot)),
         )
@@ -175,7 +175,7 @@ def margins(case, seed):
     signals = prepare([log], model, robot, SETTINGS)
     # Without the widest grid: it takes no part here, and most of the time.
     library = make_library(('cogging',))
-    laboratory = Laboratory(signals, library, SETTINGS)
+    laboratory = Laboratory.make(signals, library, SETTINGS)
     one, other = found(laboratory, (effect, i), (rival, i))
     cause, against = supposed(laboratory, one), supposed(laboratory, other)
     here = separation(laboratory, cause, against, ())[1]
@@ -216,7 +216,7 @@ def margins(case, seed):
         acts = library['spring'].columns
         off = {id(s.q) for s in more}
         library['spring'].columns = lambda s, j, x: acts(s, j, x) * (id(s.q) not in off)
-    both = Laboratory([*signals, *more], library, SETTINGS)
+    both = Laboratory.make([*signals, *more], library, SETTINGS)
     after = found(both, (effect, i), (rival, i))
     return (
         (here, 0.5 * (one.score.gain - other.score.gain)),
@@ -248,10 +248,9 @@ def test_a_recommendation_says_the_pair_the_margin_and_what_to_do():
 def test_impacts_that_a_gap_or_a_spring_make_are_told_apart_at_the_link():
     """They are named without a finding of the selection; nothing is recommended without them."""
     robot = SimpleNamespace(names=('shoulder', 'elbow'))
-    no_fit = (None,) * 4
-    selection = Selection(*no_fit)
+    selection = Selection(None, None)
     for impacts in ((), (SimpleNamespace(joint=1),)):
-        laboratory = SimpleNamespace(robot=robot, bursts=SimpleNamespace(impacts=impacts))
+        laboratory = SimpleNamespace(robot=robot, contacts=SimpleNamespace(impacts=impacts))
         said = recommend(laboratory, selection, ())
         if not impacts:
             assert said is None

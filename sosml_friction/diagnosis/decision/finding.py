@@ -1,0 +1,67 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A candidate with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sosml_friction.diagnosis.decision.cause import joint_name
+from sosml_friction.model.terms.kinds.term import Inner, Term
+from sosml_friction.regression.estimate import Placed
+from sosml_friction.regression.evidence import CandidateColumns, Score
+
+#: Two candidates whose BIC differ by less than this are not told apart: a likelihood ratio of
+#: exp(10 / 2) = 148, "very strong" by R. E. Kass, A. E. Raftery, Bayes Factors, 1995.
+BIC_CLOSE = 10.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    Hold one candidate with its evidence.
+
+    ``delta_bic``: fall of the cost less the price of its parameters and of its grid;
+    ``p_adjusted``: of the F test, times the number of all candidates tried; ``floor``: what
+    ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
+    ``reduced``: the cause that it is where its own part is not seen, or ''. ``rivals``: what
+    explains as much; ``failed``: the gates that it did not pass.
+    """
+
+    effect: Term
+    joint: int
+    inner: Inner
+    score: Score
+    columns: CandidateColumns
+    delta_bic: float
+    p_adjusted: float
+    floor: float = np.nan
+    objection: str = ''
+    reduced: str = ''
+    rivals: tuple[Finding, ...] = ()
+    failed: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """Return effect and joint."""
+        return self.effect.identifier, self.joint
+
+    @property
+    def placed(self) -> Placed:
+        """Return the term where it was found."""
+        return Placed(self.effect, self.joint, self.inner, self.columns)
+
+    def reported(self, names: tuple[str, ...]) -> tuple[str, str]:
+        """Return effect and joint under which it is reported."""
+        return self.effect.identifier, joint_name(self.effect, self.joint, names)
+
+
+def with_amplitudes(findings: Sequence[Finding], first: int) -> Iterator[tuple[Finding, slice]]:
+    """Yield each finding with where its amplitudes are among the parameters, from ``first`` on."""
+    for finding in findings:
+        last = first + finding.columns.C.shape[3]
+        yield finding, slice(first, last)
+        first = last

@@ -1,0 +1,95 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a candidate has to exceed to be named, and its floor from null simulations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.null_recordings import null_recordings
+from sosml_friction.regression.evidence import CandidateColumns, Fit, System
+from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.settings import DiagnosisSettings
+
+FloatArray = NDArray[np.float64]
+
+
+def candidate_floor(
+    laboratory: Laboratory, fit: Fit, best: Finding, columns: CandidateColumns, generation: int
+) -> float:
+    """
+    Return the gain on data left out that a candidate has to exceed: the largest of three.
+
+    ``floor (1 + ln g)``: what may choose among the g points of a grid has to explain more;
+    ``floor_margin`` times its largest gain in null simulations; what noise of position feigns.
+
+    :param fit: of the causes accepted so far, which the null simulations hold.
+    :param columns: of the candidate over its grid.
+    :param generation: how many causes are accepted, for the seed.
+    """
+    settings = laboratory.settings
+    # What the candidate explains is not held for friction that turns around in another way.
+    beside = fit.system.extended([best.columns])
+    (most,) = _largest_gains(laboratory, fit, beside, [columns], generation)
+    choice = 1.0 + float(np.log(columns.C.shape[2]))
+    return max(settings.floor * choice, settings.floor_margin * float(most), laboratory.feigned)
+
+
+def structure_floor(laboratory: Laboratory, fit: Fit, generation: int) -> FloatArray:
+    """Return the gain on data left out (n,) that free curves of each joint have to exceed."""
+    settings = laboratory.settings
+    curves = [its.beside(fit.system) for its in laboratory.structure_columns]
+    most = _largest_gains(laboratory, fit, fit.system, curves, generation)
+    chance = settings.floor_margin * np.maximum(most, laboratory.feigned)
+    return np.maximum(settings.structure_floor, chance)
+
+
+def _largest_gains(
+    laboratory: Laboratory,
+    fit: Fit,
+    beside: System,
+    columns: Sequence[CandidateColumns],
+    generation: int,
+) -> FloatArray:
+    """Return the largest gain of each candidate over all null simulations, 0 at least."""
+    largest = np.zeros(len(columns))
+    seed = [laboratory.settings.seed, generation]
+    nulls = null_recordings(laboratory, fit.system, fit.baseline.x, beside, seed)
+    for y in islice(nulls, laboratory.settings.nulls):
+        null = Fit.make(fit.system, y)
+        largest = np.fmax(largest, [null.score(its).cv_gain for its in columns])
+    return largest
+
+
+def failed_gates(
+    finding: Finding, settings: DiagnosisSettings, known: bool = False
+) -> tuple[str, ...]:
+    """
+    Return what speaks against naming a finding.
+
+    :param known: its effect is named in this joint already, and this is another harmonic: it has
+        to gain over all folds, but one may lack the part of the turn that shows it.
+    """
+    s = finding.score
+    failed = []
+    if finding.objection:
+        failed.append(finding.objection)
+    if not finding.delta_bic > settings.least_bic:
+        failed.append(f'delta BIC is {finding.delta_bic:.1f}')
+    if not finding.p_adjusted < settings.largest_p:
+        failed.append(f'p is {finding.p_adjusted:.2g}')
+    if not s.cv_gain > finding.floor:
+        failed.append(
+            f'it removes {100 * s.cv_gain:.1f} % of what is unexplained on data left out, '
+            f'within the floor of {100 * finding.floor:.1f} %'
+        )
+    if s.improved < settings.folds_improved and not known:
+        failed.append(f'{100 * s.improved:.0f} % of the folds improve')
+    if s.cv_gain < s.cv_se and not known:
+        failed.append('the gain is within its standard error over the folds')
+    return tuple(failed)

@@ -1,0 +1,152 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which candidates of one round of the search explain the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.laboratory import Laboratory
+
+FloatArray = NDArray[np.float64]
+
+#: An impossible candidate masks a possible one if it explains more than this many times as much,
+#: and leaves less than this share of the possible one's gain beside it. Chosen, no measurement.
+_MASKED, _INDEPENDENT = 1.25, 0.5
+#: A rival explains what the best explains: beside the best, less than this share of the rival's
+#: gain is left. Chosen, no measurement.
+_OVERLAP = 0.5
+#: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
+#: beyond noise that the best leaves: what neither explains could have decided between them.
+#: Chosen, no measurement.
+_RIVAL = 0.05
+#: An alias has at least this share of the best's evidence. It needs none where the joint never
+#: stands still: then only reversals tell the two apart, and how friction turns around there is
+#: not known. Chosen, no measurement.
+_ALIAS = 0.8
+#: A joint stands still below this share of its top speed. Recordings that stand still for less
+#: than the second share of their samples never do. Chosen, no measurement.
+_AT_REST, _REST_SHARE = 2e-3, 0.02
+#: A cause is a constant if each form of its grid, those without speed too, explains this share of
+#: what the best form explains. Chosen, no measurement.
+_CONSTANT = 0.9
+
+
+class Rivals:
+    """
+    Compare the candidates of one round.
+
+    :param system: of the causes accepted before.
+    :param top: the best candidates, refined, best first.
+    :param found: all candidates, best first.
+    """
+
+    def __init__(
+        self,
+        laboratory: Laboratory,
+        system: System,
+        top: Sequence[Finding],
+        found: Sequence[Finding],
+    ) -> None:
+        self.top = top
+        self._laboratory = laboratory
+        self._system = system
+        self._found = found
+
+    def masked_by(self, finding: Finding) -> Finding | None:
+        """Return the impossible candidate that explains the same as a finding, and more."""
+        laboratory = self._laboratory
+        for other in self.top:
+            if not other.objection:
+                continue
+            # Noise of position, twice differentiated, looks like a gear: of any sign, also alone.
+            rows = float(laboratory.known[other.columns.rows].sum())
+            feigned = laboratory.feigned * rows
+            if other.score.gain - feigned <= _MASKED * finding.score.gain:
+                continue
+            beside = Fit.make(self._system.extended([other.columns]), laboratory.y)
+            if beside.score(finding.columns).gain < _INDEPENDENT * finding.score.gain:
+                return other
+        return None
+
+    def with_rivals(self, best: Finding) -> Finding:
+        """
+        Return a candidate with those that explain as much, and the aliases of each.
+
+        As much: in evidence, or where nominal parameters within their tolerance cost nothing, or
+        but for what neither explains.
+        """
+        beside = Fit.make(self._system.extended([best.columns]), self._laboratory.y)
+        excess = max(beside.baseline.cost - float(self._laboratory.known.sum()), 0.0)
+        free = self._free_evidence()
+        most = free(best)
+
+        def as_much(other: Finding) -> bool:
+            behind = best.delta_bic - other.delta_bic
+            if min(behind, most - free(other)) < BIC_CLOSE:
+                return True
+            if behind >= _RIVAL * excess:
+                return False
+            return bool(beside.score(other.columns).gain < _OVERLAP * other.score.gain)
+
+        # A candidate that reduces to the best is no rival of it; of any other one it is.
+        rivals = [
+            other
+            for other in self.top
+            if other is not best
+            and (other.reduced not in ('', best.effect.identifier) or not other.objection)
+            and as_much(other)
+        ]
+        rivals.sort(key=lambda other: bool(other.objection))
+        unique: dict[tuple[str, int], Finding] = {}
+        for finding in (best, *rivals):
+            for other in (finding, *self._aliases(finding)):
+                unique.setdefault(other.key, other)
+        del unique[best.key]
+        return replace(best, rivals=tuple(unique.values()))
+
+    def _aliases(self, best: Finding) -> list[Finding]:
+        """Return the aliases of a candidate that have evidence of their own, where needed."""
+        # Where a dependence on speed is seen too, a constant alone is no alias.
+        constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
+        least = max(_ALIAS * best.delta_bic, BIC_CLOSE)
+        if constant and not self._stands_still(best.joint):
+            least = -np.inf
+        return [
+            other
+            for other in self._found
+            if other.joint == best.joint
+            and other.effect.identifier in best.effect.twins
+            and not other.objection
+            and other.delta_bic > least
+        ]
+
+    def _free_evidence(self) -> Callable[[Finding], float]:
+        """
+        Return the evidence of candidates where deviations of the nominal cost nothing.
+
+        Within its bounds a nominal parameter is as likely here as there: that a candidate needs
+        more of them to be off speaks against it only as far as it needs more than the tolerance.
+        """
+        prior = np.full(self._system.prior.shape, np.inf)
+        fit = Fit.make(replace(self._system, prior=prior), self._laboratory.y)
+
+        def evidence(finding: Finding) -> float:
+            return finding.delta_bic - finding.score.gain + fit.score(finding.columns).gain
+
+        return evidence
+
+    def _stands_still(self, joint: int) -> bool:
+        """Tell whether a joint stands for some of the time, so that its friction is known."""
+        slow = [
+            np.abs(signals.v[:, joint]) < _AT_REST * signals.scales.speed[joint]
+            for signals in self._laboratory.signals
+            if not any(rest.joint == joint for rest in signals.rests)
+        ]
+        return bool(slow) and bool(np.concatenate(slow).mean() > _REST_SHARE)

@@ -1,0 +1,79 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The evidence for every candidate, at the point of its grid that explains most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import Inner, Term
+from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
+from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.laboratory import Laboratory
+
+
+class Scorer:
+    """
+    Score candidates beside a fit.
+
+    ``refused``: effect and joint of candidates that are impossible whatever their amplitude, and
+    why.
+    """
+
+    def __init__(self, laboratory: Laboratory) -> None:
+        self.laboratory = laboratory
+        self.refused: dict[tuple[str, int], str] = {}
+        self._trials = sum(len(c.grid) for c in laboratory.candidates)
+
+    def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
+        """Return every candidate at the best point of its grid, best first."""
+        found = []
+        for candidate, its in zip(self.laboratory.candidates, columns, strict=True):
+            s = fit.score(its)
+            inner, grid = candidate.grid[s.best], its.C.shape[2]
+            found.append(self._finding(candidate.effect, candidate.joint, inner, s, its, grid))
+        return sorted(found, key=lambda finding: -finding.delta_bic)
+
+    def _finding(
+        self,
+        effect: Term,
+        joint: int,
+        inner: Inner,
+        s: Score,
+        columns: CandidateColumns,
+        grid: int,
+    ) -> Finding:
+        """
+        Return a candidate with BIC and F test.
+
+        Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points), and
+        F = (G / k) / ((N - G) / N) with k and N degrees of freedom.
+        """
+        rows = float(self.laboratory.known[columns.rows].sum())
+        k = max(int((s.amplitude != 0.0).sum()) + len(effect.refined), 1)
+        bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
+        residual = max(rows - s.gain, 1.0)
+        statistic = max(s.gain, 0.0) / k / (residual / rows)
+        p = float(f_distribution.sf(statistic, k, rows)) * self._trials
+        fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
+        return Finding(
+            effect, joint, inner, s, columns, float(bic), min(p, 1.0),
+            objection=effect.implausible(fit) or self.refused.get((effect.identifier, joint), ''),
+            reduced=effect.reduces_to(fit),
+        )  # fmt: skip
+
+    def refine(self, fit: Fit, finding: Finding) -> Finding:
+        """Return a finding with its continuous inner parameters where the cost is least."""
+        effect, joint = finding.effect, finding.joint
+        known = effect.inner_bounds(self.laboratory.signals[0], joint)
+        inner, s, columns = refine(self.laboratory, fit, effect, joint, finding.inner)
+        if not any(name in known for name in effect.refined):
+            return replace(finding, columns=columns)
+        grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)
+        return self._finding(effect, joint, inner, s, columns, grid)

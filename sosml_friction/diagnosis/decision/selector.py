@@ -1,0 +1,234 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Forward selection of causes, with backward elimination."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from sosml_friction.diagnosis.decision.adequacy import leftovers
+from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates, structure_floor
+from sosml_friction.diagnosis.decision.rivals import Rivals
+from sosml_friction.diagnosis.decision.scorer import Scorer
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.regression.estimate import settle
+from sosml_friction.regression.evidence import CandidateColumns, Fit
+from sosml_friction.regression.laboratory import Laboratory
+
+#: Candidates of a round whose inner parameters are refined before the best is chosen. Chosen, no
+#: measurement: each costs 25 fits per parameter.
+_REFINED = 4
+#: Candidates that the report lists.
+_LISTED = 30
+#: A cause explains at least this share of what the best impossible candidate explains: that much
+#: is what a wrong model looks like. Chosen, no measurement.
+_BELOW_IMPOSSIBLE = 0.5
+
+
+class Selector:
+    """Select causes in a laboratory."""
+
+    def __init__(
+        self, laboratory: Laboratory, step: Callable[[str], None] = lambda text: None
+    ) -> None:
+        self.laboratory = laboratory
+        self.settings = laboratory.settings
+        self.step = step
+        self.scorer = Scorer(laboratory)
+        self._impossible = 0.0
+
+    def run(self) -> Selection:
+        """Return the causes that passed all gates, after backward elimination."""
+        lab = self.laboratory
+        fit = Fit.make(lab.system, lab.y)
+        result = Selection(fit.baseline, fit)
+        while True:
+            self._search(result)
+            # What an impossible one stood for may be named then.
+            if not self._eliminate(result):
+                break
+        self._settle(result)
+        self.judge_structure(result)
+        self.step('looking for more along the axes of the causes')
+        result.leftovers = leftovers(lab, result.accepted)
+        return result
+
+    def _settle(self, result: Selection) -> None:
+        """Search the inner parameters of all causes beside one another, as a fit of them does."""
+        placed = settle(self.laboratory, [f.placed for f in result.accepted], self.step)
+        result.accepted = [
+            replace(finding, inner=each.inner, columns=each.columns)
+            for finding, each in zip(result.accepted, placed, strict=True)
+        ]
+        result.refit(self.laboratory)
+
+    def _search(self, result: Selection) -> None:
+        """Accept one cause after the other."""
+        lab = self.laboratory
+        result.masked = None
+        while True:
+            columns = [its.beside(result.system) for its in lab.columns]
+            found = self.scorer.ranked(result.fit, columns)
+            if not result.ranking:
+                result.ranking = found[:_LISTED]
+            self._impossible = impossible_energy(found)
+            if self._enough(result.accepted):
+                break
+            top = self._refined(result.fit, found)
+            if not top:
+                break
+            self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
+            of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
+            rivals = Rivals(lab, result.system, top, found)
+            best, result.masked = chosen(rivals, partial(self._judged, result, of_grid))
+            if best.failed:
+                result.rejected = best
+                break
+            result.accepted.append(best)
+            result.refit(lab)
+            self.step(f'found {best.effect.identifier}')
+
+    def _enough(self, accepted: Sequence[Finding]) -> bool:
+        """Tell whether no more causes are named."""
+        distinct = len({finding.key for finding in accepted})
+        return distinct >= self.settings.most_causes or len(accepted) >= self.settings.most_terms
+
+    def _refined(self, fit: Fit, found: Sequence[Finding]) -> list[Finding]:
+        """Return the best candidates refined, best first; none if there is no evidence."""
+        if found[0].delta_bic < BIC_CLOSE:
+            return []
+        self.step('refining the best candidates')
+        top: list[Finding] = []
+        plausible = 0
+        for finding in found:
+            if finding.delta_bic < BIC_CLOSE:
+                break
+            if plausible and finding.delta_bic < 0.5 * found[0].delta_bic:
+                break
+            refined = self.scorer.refine(fit, finding)
+            top.append(refined)
+            plausible += not refined.objection
+            if plausible >= _REFINED or (plausible and len(top) >= 2 * _REFINED):
+                break
+        return sorted(top, key=lambda finding: -finding.delta_bic)
+
+    def _judged(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        finding: Finding,
+    ) -> Finding:
+        """Return a candidate with its floor, and the gates that it fails beside the accepted."""
+        accepted, columns = result.accepted, of_grid[finding.key]
+        floor = candidate_floor(self.laboratory, result.fit, finding, columns, len(accepted))
+        finding = replace(finding, floor=max(floor, self._misfit(finding)))
+        known = any(other.key == finding.key for other in accepted)
+        return replace(finding, failed=failed_gates(finding, self.settings, known))
+
+    def _misfit(self, finding: Finding) -> float:
+        """Return the floor that impossible candidates set, as a share of the held-out energy."""
+        if finding.score.energy <= 0.0:
+            return 0.0
+        share = finding.score.cv_gain / finding.score.energy
+        return _BELOW_IMPOSSIBLE * self._impossible * share
+
+    def judge_structure(self, result: Selection) -> None:
+        """Measure what free curves without physics still predict on data left out."""
+        lab = self.laboratory
+        floor = structure_floor(lab, result.fit, 100 + len(result.accepted))
+        scores = [result.fit.score(its) for its in lab.structure_columns]
+        left = np.maximum(result.after.held_out.sum(axis=1), 1e-300)
+        result.structure_gain = np.array([s.cv_gain for s in scores])
+        result.structure_floor = np.maximum(floor, _BELOW_IMPOSSIBLE * self._impossible / left)
+        result.structure_energy = np.array([s.energy for s in scores])
+        result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
+
+    def _eliminate(self, result: Selection) -> bool:
+        """
+        Take out causes that the others, accepted later, have made unnecessary, or impossible.
+
+        Returns whether there were any of the latter.
+        """
+        lab = self.laboratory
+        nominal = len(lab.nominal.bound)
+        while len(result.accepted) > 1:
+            margins = []
+            for k, finding in enumerate(result.accepted):
+                others = [f.columns for j, f in enumerate(result.accepted) if j != k]
+                fit = Fit.make(lab.system.extended(others), lab.y)
+                # Its products are with causes accepted before it, which others may be no more.
+                s = fit.score(finding.columns.beside_first(nominal))
+                margins.append(s.cv_gain - finding.floor)
+            if min(margins) > 0.0:
+                break
+            del result.accepted[int(np.argmin(margins))]
+            result.refit(lab)
+        return self._drop_impossible(result)
+
+    def _drop_impossible(self, result: Selection) -> bool:
+        """Take out causes whose amplitude, fitted with all others, is impossible, if any."""
+        refused = self.scorer.refused
+        before = len(refused)
+        while (found := self._impossible_one(result)) is not None:
+            k, reason = found
+            finding = result.accepted.pop(k)
+            result.rejected = replace(finding, objection=reason, failed=(reason,))
+            refused[finding.key] = reason
+            result.refit(self.laboratory)
+        return len(refused) > before
+
+    def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
+        """Return which of the accepted has an impossible amplitude, and why; or None."""
+        first, nominal = self.laboratory.signals[0], len(self.laboratory.nominal.bound)
+        for k, (finding, own) in enumerate(with_amplitudes(result.accepted, nominal)):
+            amplitude, error = result.after.x[own], finding.score.error
+            fit = Fitted(first, finding.joint, finding.inner, amplitude, error)
+            if reason := finding.effect.implausible(fit):
+                return k, reason
+        return None
+
+
+def impossible_energy(found: Sequence[Finding]) -> float:
+    """
+    Return the largest held-out energy that an impossible candidate removes.
+
+    It shows how wrong the model is in ways that are in no catalogue.
+    """
+    energies = [f.score.energy for f in found if f.objection and f.delta_bic > BIC_CLOSE]
+    return max(energies, default=0.0)
+
+
+def chosen(rivals: Rivals, judged: Callable[[Finding], Finding]) -> tuple[Finding, Finding | None]:
+    """
+    Return the candidate of a round to be accepted or rejected, and the impossible one masking it.
+
+    The best possible one that no impossible one masks. Where it fails a gate, one that evidence
+    cannot tell from it and that passes: what is there may be resembled by what is not, by chance
+    a little better. The best, failed, where all possible ones are masked.
+
+    :param judged: returns a candidate with the gates that it fails.
+    """
+    possible = [finding for finding in rivals.top if not finding.objection]
+    unmasked = (finding for finding in possible if rivals.masked_by(finding) is None)
+    first = next(unmasked, None)
+    if first is None:
+        best = rivals.with_rivals(possible[0]) if possible else rivals.top[0]
+        mask = (rivals.masked_by(best) if possible else None) or best
+        best = judged(best)
+        reason = f'{mask.effect.identifier} explains more but is impossible: {mask.objection}'
+        return replace(best, failed=(*best.failed, reason)), mask
+    best = judged(rivals.with_rivals(first))
+    if best.failed:
+        for finding in unmasked:
+            if best.delta_bic - finding.delta_bic >= BIC_CLOSE:
+                break
+            other = judged(rivals.with_rivals(finding))
+            if not other.failed:
+                return other, None
+    return best, None

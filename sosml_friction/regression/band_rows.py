@@ -1,0 +1,135 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The recordings as rows of a regression: low-passed, decimated, not yet whitened."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.regression.candidate import Candidate, make_candidates
+from sosml_friction.regression.kernels import acts
+from sosml_friction.regression.nominal import Nominal, make_nominal
+from sosml_friction.regression.rests import without_rests
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.structure import Structure
+
+FloatArray = NDArray[np.float64]
+#: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
+JointColumns = tuple[NDArray[np.int64], list[FloatArray]]
+
+#: Points of a grid that are low-passed at a time. Chosen, no measurement: it bounds the memory of
+#: the unfiltered columns, N rows each.
+_AT_ONCE = 16
+
+
+@dataclass(frozen=True)
+class BandRows:
+    """
+    Hold both sides of the regression in the band, one array per stretch of K rows [Nm or N].
+
+    ``residual`` (K, n): measured effort minus that of the nominal model. ``nominal_columns``
+    (K, n, p): effort per unit of each nominal parameter. ``columns``: those of the candidates, at
+    all points of their grids; ``structure_columns``: those of the free curves of each joint.
+    """
+
+    signals: tuple[Signals, ...]
+    nominal: Nominal
+    candidates: tuple[Candidate, ...]
+    residual: list[FloatArray]
+    nominal_columns: list[FloatArray]
+    columns: list[JointColumns]
+    structure_columns: list[JointColumns]
+
+    @classmethod
+    def make(
+        cls, signals: Sequence[Signals], library: dict[str, Term], settings: DiagnosisSettings
+    ) -> BandRows:
+        """
+        Return the rows of some stretches, with a candidate for each effect of the library.
+
+        :raises ConfigurationError: if no effect can act.
+        """
+        first = signals[0]
+        nominal = make_nominal(first, settings.tolerance)
+        candidates = make_candidates(library, first)
+        free = Structure(signals)
+        structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]
+        return cls(
+            tuple(signals),
+            nominal,
+            candidates,
+            [s.in_band(s.tau - s.torque) for s in signals],
+            [s.in_band(nominal.columns(s)) for s in signals],
+            [columns_in_band(signals, candidate) for candidate in candidates],
+            [columns_in_band(signals, candidate) for candidate in structures],
+        )
+
+    def without_standstill(self, resting: tuple[Signals, ...]) -> BandRows:
+        """
+        Return the same without any effort that joints may take at standstill.
+
+        The arrays of ``self`` are overwritten: all grids together are the largest of a diagnosis.
+
+        :param resting: the same stretches, with their rests.
+        """
+        joints = range(resting[0].robot.n)
+        for k, signals in enumerate(resting):
+            without_rests(self.residual[k], joints, signals.rests)
+            without_rests(self.nominal_columns[k], joints, signals.rests)
+            for rows, parts in (*self.columns, *self.structure_columns):
+                without_rests(parts[k], rows.tolist(), signals.rests)
+        return replace(self, signals=resting)
+
+
+def columns_in_band(signals: Sequence[Signals], candidate: Candidate) -> JointColumns:
+    """Return the columns of a candidate in the joints that it acts in, in any stretch."""
+    found = [_own_joint(s, candidate) or _all_joints(s, candidate) for s in signals]
+    first = found[0][0]
+    if all(np.array_equal(joints, first) for joints, _ in found):
+        return first, [part for _, part in found]
+    # A stretch in which a joint does not move has no column of its own there.
+    joints = np.unique(np.concatenate([own for own, _ in found]))
+    parts = []
+    for own, part in found:
+        wide = np.zeros((len(part), len(joints), *part.shape[2:]))
+        wide[:, np.searchsorted(joints, own)] = part
+        parts.append(wide)
+    return joints, parts
+
+
+def _own_joint(
+    signals: Signals, candidate: Candidate
+) -> tuple[NDArray[np.int64], FloatArray] | None:
+    """Return joint and columns (K, 1, g, k), if the effect gives many grid points at once."""
+    joint, grid = candidate.joint, candidate.grid
+    part: FloatArray | None = None
+    for begin in range(0, len(grid), _AT_ONCE):
+        points = slice(begin, begin + _AT_ONCE)
+        own = candidate.effect.own_columns(signals, joint, grid[points])
+        if own is None:
+            return None
+        if part is None:
+            part = np.empty((signals.band.count(len(own)), 1, len(grid), own.shape[2]))
+        part[:, 0, points] = signals.in_band(own[:, None], [joint])[:, 0]
+    return None if part is None else (np.array([joint]), part)
+
+
+def _all_joints(signals: Signals, candidate: Candidate) -> tuple[NDArray[np.int64], FloatArray]:
+    """Return joints and columns (K, m, g, k), one grid point after the other."""
+    joint, grid = candidate.joint, candidate.grid
+    columns = candidate.effect.columns(signals, joint, grid[0])
+    rows = np.array([i for i in range(columns.shape[1]) if acts(columns[:, i])])
+    if not len(rows):
+        rows = np.array([max(joint, 0)])
+    part = np.empty((signals.band.count(len(columns)), len(rows), len(grid), columns.shape[2]))
+    for g, inner in enumerate(grid):
+        if g:
+            columns = candidate.effect.columns(signals, joint, inner)
+        part[:, :, g] = signals.in_band(columns[:, rows], rows.tolist())
+    return rows, part

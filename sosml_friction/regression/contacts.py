@@ -1,0 +1,223 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Short stretches that nothing explains: a touch of the robot, or teeth that change flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label, maximum_filter1d, uniform_filter1d
+
+from sosml_friction.regression.kernels import runs
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+#: A contact is looked for in the mean of the residual over this time [s]. Chosen, no measurement.
+_WINDOW_S = 0.24
+#: A mean that is off by more than the first number of robust standard deviations belongs to a
+#: contact, if the largest of its neighbours is off by the second. Chosen, no measurement.
+_OVER, _CLEAR = 7.0, 14.0
+#: Contacts over more than this share of the time, or more contacts than this, are none, but a
+#: model that is wrong throughout. Chosen, no measurement.
+_MOST, _MANY = 0.15, 12
+#: Recordings of fewer windows than this have no usual size of a mean. Chosen, no measurement.
+_FEWEST_WINDOWS = 20
+#: Standard deviation of a normal distribution over its median absolute deviation.
+_ROBUST = 1.4826
+
+#: The load that teeth pass on is low-passed at this share of the band: it is asked where it
+#: changes its sign, not how fast. Chosen, no measurement.
+LOAD_SMOOTHER = 0.6
+#: Impacts are looked for within this time before and after the load changes its sign [s]. Chosen,
+#: no measurement.
+_FLANKS_S = 0.15
+#: The load has changed its sign when it is beyond this share of its root mean square. Chosen, no
+#: measurement.
+_SIDE = 0.02
+#: A gear has backlash if the mean square around these changes is more than the first number of
+#: times that of the rest, at the second number of changes or more, and if more than the third, a
+#: share of the changes, have an impact. Measured for the first: the largest ratio of 10 simulated
+#: gears without backlash was 3, the smallest of 6 with backlash was 6.6.
+_IMPACT, _FEWEST, _REGULAR = 4.5, 4, 0.6
+#: A change of the load has an impact if the mean square around it is this many times that of the
+#: rest. Chosen, no measurement.
+_HIT = 3.0
+#: An impact lasts while the mean square over this time [s] is this many times that of the rest.
+#: Chosen, no measurement.
+_RINGING_S, _RINGING = 0.1, 4.0
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Hold one contact of ``joint``, from ``start_s`` to ``end_s``; ``energy`` [variances]."""
+
+    joint: int
+    start_s: float
+    end_s: float
+    energy: float
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """
+    Hold the impacts of a gear with a gap.
+
+    ``changes``: how often the load of ``joint`` changed its sign; ``share`` of those with an
+    impact; ``ratio``: mean square of what nothing explains around them and elsewhere.
+    """
+
+    joint: int
+    changes: int
+    share: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Hold contacts, impacts, and the whitened rows (rows, n) that they spoil."""
+
+    contacts: tuple[Contact, ...]
+    mask: BoolArray
+    impacts: tuple[Impacts, ...] = ()
+
+
+def find_impacts(
+    residual: FloatArray, load: FloatArray, step: float, moving: BoolArray
+) -> tuple[tuple[Impacts, ...], BoolArray]:
+    """
+    Return the gears whose teeth hit the other flank, and the rows (rows,) that they spoil.
+
+    A gear with a gap is free of load where what its body needs changes its sign: its motor then
+    runs ahead and hits, and nowhere else. Some folds have no such moment at all: that is why the
+    energy is compared, and no waveform is predicted on data left out.
+
+    :param residual: what the whole library leaves (rows, n) [Nm or N].
+    :param load: what the body behind each gear needs (rows, n) [Nm or N].
+    :param step: time between rows [s].
+    :param moving: rows (rows, n) that say something of a joint.
+    """
+    energy = residual**2
+    spoiled = np.zeros(len(residual), dtype=bool)
+    found: list[Impacts] = []
+    joints = [(i, _sign_changes(x)) for i, x in enumerate(load.T)]
+    width = max(2, round(_RINGING_S / step))
+    while True:
+        done = {impacts.joint for impacts in found}
+        seen = [
+            _impacts(i, energy[:, i], changes, step, moving[:, i], spoiled)
+            for i, changes in joints
+            if i not in done
+        ]
+        hit = max((x for x in seen if x is not None), key=lambda x: x[0].ratio, default=None)
+        if hit is None:
+            return tuple(found), spoiled
+        impacts, inside = hit
+        found.append(impacts)
+        ring = inside.copy()
+        for j, own in enumerate(energy.T):
+            calm = moving[:, j] & ~inside & ~spoiled
+            level = _mean(own[calm]) if calm.any() else np.inf
+            over, count = label(uniform_filter1d(own, width) > _RINGING * level)
+            touching = np.unique(over[inside])
+            ring |= np.isin(over, touching[touching > 0]) if count else False
+        spoiled |= ring
+
+
+def _impacts(
+    joint: int,
+    energy: FloatArray,
+    changes: NDArray[np.int64],
+    step: float,
+    moving: BoolArray,
+    spoiled: BoolArray,
+) -> tuple[Impacts, BoolArray] | None:
+    """Return the impacts of one joint and the rows (rows,) around them; None for no backlash."""
+    around = max(2, round(_FLANKS_S / step))
+    windows = [slice(max(0, k - around), k + around) for k in changes]
+    each = np.array(
+        [
+            float(np.mean(energy[w]))
+            for k, w in zip(changes, windows, strict=True)
+            if not spoiled[k]
+        ]
+    )
+    inside = np.zeros(len(energy), dtype=bool)
+    for window in windows:
+        inside[window] = True
+    known = moving & ~spoiled
+    here, rest = inside & known, ~inside & known
+    if len(each) < _FEWEST or not here.any() or not rest.any():
+        return None
+    level = _mean(energy[rest])
+    share = float(np.mean(each > _HIT * level))
+    ratio = float(energy[here].mean()) / level
+    if ratio > _IMPACT and share > _REGULAR:
+        return Impacts(joint, len(changes), share, ratio), inside
+    return None
+
+
+def _mean(x: FloatArray) -> float:
+    """Return the mean of what is divided by."""
+    return max(float(x.mean()), 1e-300)
+
+
+def _sign_changes(load: FloatArray) -> NDArray[np.int64]:
+    """Return the rows at which a load has come to the other side of zero."""
+    least = _SIDE * float(np.sqrt(np.mean(load**2)))
+    sided = np.flatnonzero(np.abs(load) > least)
+    return sided[1:][np.diff(np.sign(load[sided])) != 0.0]
+
+
+def find_contacts(
+    residual: FloatArray,
+    times: FloatArray,
+    step: float,
+    load: FloatArray | None = None,
+    moving: BoolArray | None = None,
+) -> Contacts:
+    """
+    Return the stretches in which a residual is pushed to one side far beyond its usual size.
+
+    By its mean over 0.24 s, against the median size of such means: a push has a mean, where a
+    resonance swings to both sides.
+
+    :param residual: what the whole library leaves (rows, n) [Nm or N].
+    :param times: of the rows (rows,) [s].
+    :param step: time between rows [s].
+    :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
+    :param moving: rows (rows, n) that say something of a joint; None for all.
+    """
+    rows = len(residual)
+    moving = np.ones(residual.shape, dtype=np.bool_) if moving is None else moving
+    m = max(2, round(_WINDOW_S / step))
+    mask = np.zeros(residual.shape, dtype=bool)
+    if rows < _FEWEST_WINDOWS * m:
+        return Contacts((), mask)
+    contacts: list[Contact] = []
+    impacts: tuple[Impacts, ...] = ()
+    if load is not None:
+        impacts, spoiled = find_impacts(residual, load, step, moving)
+        mask |= spoiled[:, None]
+        # An impact is no contact.
+        residual = np.where(spoiled[:, None], 0.0, residual)
+    for i in np.flatnonzero(moving.any(axis=0)).tolist():
+        mean = np.abs(np.convolve(residual[:, i], np.full(m, 1.0 / m), mode='same'))
+        relative = mean / _usual(mean[moving[:, i]])
+        over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
+        kept = [(a, b) for a, b in runs(over) if relative[a:b].max() > _CLEAR]
+        if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
+            continue
+        size = _usual(np.abs(residual[moving[:, i], i]))
+        for a, b in kept:
+            mask[a:b, i] = True
+            total = float((residual[a:b, i] ** 2).sum()) / size**2
+            contacts.append(Contact(i, float(times[a]), float(times[b - 1]), total))
+    return Contacts(tuple(contacts), mask, impacts)
+
+
+def _usual(sizes: FloatArray) -> float:
+    """Return the robust standard deviation of what has these absolute values."""
+    return max(_ROBUST * float(np.median(sizes)), 1e-300)

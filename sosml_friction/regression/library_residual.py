@@ -1,0 +1,124 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.regression.band_rows import BandRows
+from sosml_friction.regression.kernels import squares
+from sosml_friction.regression.signals import Signals
+
+FloatArray = NDArray[np.float64]
+
+#: Largest grid [points] that is fitted jointly with all others; points of a larger one are fitted
+#: one after the other. Chosen, no measurement.
+_SMALL_GRID = 12
+#: Added to the normal equations of columns of norm 1, of which many are collinear.
+_RIDGE = 1e-8
+#: At most this many points of a large grid are taken off, each of at least this share of the
+#: residual's energy. Chosen, no measurement.
+_LINES, _LINE = 16, 0.02
+#: A point must also explain this many times the variance of a row. From chance alone one of 300
+#: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
+_CHANCE = 15.0
+#: The friction at standstill is unknown if the library leaves this many times the mean square of
+#: motion there. Measured: 8 to 12 for joints that creep (the emulator's), 5 beside late bus
+#: cycles; less for joints that stick, but up to 5 if a push holds one of them at standstill.
+_MORE_AT_REST = 5.0
+
+
+def library_residual(rows: BandRows) -> list[list[FloatArray]]:
+    """Return what all candidates together leave of each joint, by stretch (K,) [Nm or N]."""
+    left = []
+    ends = np.cumsum([len(part) for part in rows.residual])[:-1]
+    for i in range(rows.signals[0].robot.n):
+        X = _design_matrix(rows, i)
+        y = np.concatenate([part[:, i] for part in rows.residual])
+        size = np.linalg.norm(X, axis=0)
+        X = X[:, size > 0.0] / size[size > 0.0]
+        G = X.T @ X
+        G += np.diag(np.full(len(G), _RIDGE))
+        residual = y - X @ np.linalg.solve(G, X.T @ y)
+        left.append(np.split(_without_lines(rows, i, residual), ends))
+    return left
+
+
+def _design_matrix(rows: BandRows, joint: int) -> FloatArray:
+    """Return the columns of the nominal, of all small grids and of the free curves in a joint."""
+    parts = []
+    for s, nominal in enumerate(rows.nominal_columns):
+        stack = [nominal[:, joint]]
+        for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
+            at = np.flatnonzero(joints == joint)
+            if len(at) and len(candidate.grid) <= _SMALL_GRID:
+                stack.append(columns[s][:, at[0]].reshape(len(nominal), -1))
+        joints, columns = rows.structure_columns[joint]
+        at = np.flatnonzero(joints == joint)
+        stack.append(columns[s][:, at[0]].reshape(len(nominal), -1))
+        parts.append(np.concatenate(stack, axis=1))
+    return np.concatenate(parts)
+
+
+def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArray:
+    """
+    Return a residual without the strongest points of the large grids.
+
+    They are sinusoids of position; left in, the noise model would whiten them away. The strongest
+    is fitted and taken off, again and again, while it takes more than chance would.
+    """
+    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
+        at = np.flatnonzero(joints == joint)
+        if not len(at) or len(candidate.grid) <= _SMALL_GRID:
+            continue
+        parts = [part[:, at[0]] for part in columns]
+        C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
+        inverse = np.linalg.pinv(squares(C[:, None]))
+        kept: list[FloatArray] = []
+        left = residual
+        for _ in range(_LINES):
+            d = (left @ C.reshape(len(C), -1)).reshape(C.shape[1:])
+            gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
+            best = int(np.argmax(gain))
+            energy = float(left @ left)
+            if gain[best] < _LINE * energy + _CHANCE * energy / len(left):
+                break
+            kept.append(C[:, best])
+            X = np.concatenate(kept, axis=1)
+            left = residual - X @ np.linalg.lstsq(X, residual, rcond=1e-9)[0]
+        residual = left
+    return residual
+
+
+def standstill_is_unknown(
+    left: Sequence[Sequence[FloatArray]], resting: Sequence[Signals]
+) -> bool:
+    """
+    Tell whether the library leaves notably more of a joint at standstill than in motion.
+
+    There the sign of the last motion is not what friction is at standstill. One joint is enough:
+    others creep as it does, though more noise in their motion may hide it.
+
+    :param left: what is left of each joint, by stretch (K,).
+    """
+    for i, stretches in enumerate(left):
+        moves = np.concatenate(
+            [in_motion(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
+        )
+        if moves.any() and not moves.all():
+            square = np.concatenate(stretches) ** 2
+            if np.mean(square[~moves]) > _MORE_AT_REST * np.mean(square[moves]):
+                return True
+    return False
+
+
+def in_motion(signals: Signals, rows: int) -> NDArray[np.bool_]:
+    """Return where no rest of a joint is seen, (rows, n) of the band."""
+    result = np.ones((rows, signals.robot.n), dtype=np.bool_)
+    for rest in signals.rests:
+        result[rest.rows, rest.joint] = False
+    return result

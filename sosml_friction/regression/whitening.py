@@ -1,0 +1,133 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How rows in the band become white: the noise of each joint, and the rows that say nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.regression.band_rows import BandRows
+from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
+from sosml_friction.regression.evidence import whiten_all
+from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.library_residual import in_motion
+from sosml_friction.regression.noise_model import ORDER, NoiseModel, fit_noise
+from sosml_friction.regression.rests import WhitenedRests
+from sosml_friction.regression.signals import Signals
+
+FloatArray = NDArray[np.float64]
+
+#: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
+#: less than it has. Chosen, no measurement.
+_PIECE = 4
+#: Smallest standard deviation of noise, as a share of the effort's root mean square.
+_LEAST_NOISE = 1e-6
+
+
+@dataclass(frozen=True)
+class Whitening:
+    """
+    Hold the noise of each joint, and where whitened rows say nothing.
+
+    ``contacts``: contacts and impacts; ``standstill``: None where friction at standstill is known.
+    """
+
+    noise: tuple[NoiseModel, ...]
+    contacts: Contacts
+    standstill: WhitenedRests | None = None
+
+    @classmethod
+    def fit(
+        cls, rows: BandRows, left: Sequence[Sequence[FloatArray]], leave_out: bool
+    ) -> Whitening:
+        """
+        Return the whitening of the noise in a residual.
+
+        :param left: what the library leaves of each joint, by stretch (K,).
+        :param leave_out: leave out standstill.
+        """
+        models = []
+        for i, stretches in enumerate(left):
+            least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
+            calm = _calm(rows.signals, i, stretches) if leave_out else stretches
+            models.append(fit_noise(calm or stretches, least))
+        contacts = _contacts(rows, left)
+        if contacts.mask.any():
+            for i, stretches in enumerate(left):
+                calm = _calm(rows.signals, i, stretches, contacts.mask[:, i])
+                if calm:
+                    models[i] = fit_noise(calm, 1e-12)
+        result = cls(tuple(models), contacts)
+        return replace(result, standstill=result.rests(rows.signals)) if leave_out else result
+
+    def rests(self, stretches: Sequence[Signals]) -> WhitenedRests:
+        """Return what joints at standstill may take, as whitened rows of stretches have it."""
+        return WhitenedRests(
+            [s.rests for s in stretches],
+            [s.band.count(len(s.q)) for s in stretches],
+            [model.whitening for model in self.noise],
+        )
+
+    def apply(
+        self, parts: Sequence[FloatArray], joints: NDArray[np.int64] | None = None
+    ) -> FloatArray:
+        """
+        Return rows of all stretches whitened and joined, zero where they say nothing.
+
+        :param parts: of each stretch (K, m, ...), in the band.
+        :param joints: which joint each of the m is; None for all n.
+        """
+        joints = np.arange(len(self.noise)) if joints is None else joints
+        x = whiten_all(parts, [self.noise[i] for i in joints])
+        if self.standstill is not None:
+            self.standstill.take_out(x, joints.tolist())
+        if self.contacts.mask.any():
+            x[self.contacts.mask[:, joints]] = 0.0
+        return x
+
+
+def _calm(
+    signals: Sequence[Signals],
+    joint: int,
+    stretches: Sequence[FloatArray],
+    contact: NDArray[np.bool_] | None = None,
+) -> list[FloatArray]:
+    """
+    Return the pieces of a residual in which a joint moves and no contact is.
+
+    :param contact: by whitened row.
+    """
+    pieces = []
+    first = 0
+    for s, x in zip(signals, stretches, strict=True):
+        spoiled = ~in_motion(s, len(x))[:, joint]
+        if contact is not None:
+            spoiled[ORDER:] |= contact[first : first + len(x) - ORDER]
+            first += len(x) - ORDER
+        pieces += [x[a:b] for a, b in runs(~spoiled) if b - a > _PIECE * ORDER]
+    return pieces
+
+
+def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
+    """Return where the residual of the library is far beyond noise."""
+    parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(rows.signals))]
+    residual, moving, times, load = [], [], [], []
+    for s, part in zip(rows.signals, parts, strict=True):
+        kept = slice(s.band.first, None, s.band.factor)
+        # What the body behind each gear needs, without the motor's own rotor.
+        body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
+        residual.append(part[ORDER:])
+        moving.append(in_motion(s, len(part))[ORDER:])
+        times.append(s.time[kept][: len(part)][ORDER:])
+        load.append(body[kept][: len(part)][ORDER:])
+    return find_contacts(
+        np.concatenate(residual),
+        np.concatenate(times),
+        rows.signals[0].band.output_step,
+        np.concatenate(load),
+        np.concatenate(moving),
+    )
