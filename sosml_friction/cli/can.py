@@ -79,33 +79,25 @@ def scan(
 
     Example: sosml can scan --interface slcan --channel socket://127.0.0.1:29536
     """
-    from sosml_friction.actuators.bus.can_scan import CanScan
+    from sosml_friction.actuators.bus.can_scan import scan_bus
     from sosml_friction.actuators.bus.clock import MonotonicClock
+    from sosml_friction.actuators.bus.inquiry import Inquiry
     from sosml_friction.actuators.bus.open_bus import open_bus
-    from sosml_friction.actuators.driver.configuration import SERVO_DBC
-    from sosml_friction.actuators.servo.dbc import ServoDbc
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
     from sosml_friction.report.common.tables import print_table
     from sosml_friction.report.plan.can_view import scan_document, scan_table
-    from sosml_friction.share import share_directory
 
     values = _parameters(config)
     bus_of = _bus_of(values, interface, channel, bitrate)
     motors = _motor_ids(ids)
     if not 0.001 <= wait <= 60.0:
         raise ConfigurationError(f'the wait is {wait:g} s: give 0.001 to 60')
-    joints = values.get('joints') or []
-    servos = [joint for joint in joints if values.get(f'{joint}.driver') == SERVO_DBC]
-    path = dbc
-    if path is None and servos:
-        own = values.get(f'{servos[0]}.dbc')
-        path = Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
-    bridge = None if path is None else ServoDbc(str(path))
+    bridge = str(dbc or _bridge(values) or '')
     with progress('listening and asking'):
         bus = open_bus(*bus_of)
         try:
-            found = CanScan(bus, MonotonicClock(), wait).run(motors, bridge)
+            found = scan_bus(Inquiry(bus, MonotonicClock(), motors, bridge, wait))
         finally:
             _close(bus)
     if json:
@@ -164,6 +156,20 @@ def _parameters(config: Path | None) -> dict[str, Any]:
     from sosml_friction.actuators.driver.configuration import read_parameters
 
     return {} if config is None else read_parameters(config, _NODE)
+
+
+def _bridge(values: dict[str, Any]) -> Path | None:
+    """Return the DBC of the first joint of the file that has one, None if none has."""
+    from sosml_friction.actuators.actuator import Actuator
+    from sosml_friction.actuators.parameter import parameters_of
+    from sosml_friction.share import share_directory
+
+    for joint in values.get('joints') or []:
+        kind = Actuator.kind(values.get(f'{joint}.driver'), f'{joint}.driver')
+        if 'dbc' in parameters_of(kind.configuration_type):
+            own = values.get(f'{joint}.dbc')
+            return Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
+    return None
 
 
 def _bus_of(

@@ -9,10 +9,12 @@ import math
 import pytest
 
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.driver import DriverState, make_actuators
+from sosml_friction.actuators.driver.checks import make_actuators
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request, StartUp, Step
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.emulator.lockstep import nominal_robot
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import ActuatorError
@@ -74,8 +76,8 @@ def test_only_the_first_attempt_waits_for_the_pause():
 def start(lockstep, *, read_only=True):
     """Run the start-up as ``sosml can check`` does, and return its checks by joint and step."""
     driver = lockstep.driver
-    cycle, clock = driver._cycle, lockstep.clock
-    actuators = make_actuators(driver.configuration, driver._limits)
+    cycle, clock = driver._bus.cycle, lockstep.clock
+    actuators = make_actuators(driver.configuration, nominal_robot().limits)
     cycle._actuators = {own.reply_id: own for own in actuators}
     checks = run_start_ups(cycle, clock, actuators, read_only=read_only)
     return {(check.joint, check.step): check for check in checks}

@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import pytest
 
-from sosml_friction.actuators.actuator import Setpoint
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.actuator import RmdXActuator
+from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
 LIMITS = JointLimits(-1.7, 0.7, 3.0, 8.0)
-JOINT = JointConfiguration(
-    'shoulder', 'rmd_x', -1, 0.3, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
+JOINT = RmdXConfiguration(
+    'shoulder', -1, 0.3, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
     kp=250.0, kd=12.0,
 )  # fmt: skip
 DEGREE = math.radians(1.0)
@@ -181,7 +181,7 @@ def test_the_motors_watchdog_is_heard_in_both_forms():
 @pytest.mark.parametrize('name', ['ReadAngle', 'ReadEncoder', 'ReadUptime', 'Shutdown', 'Stop'])
 def test_an_answer_that_may_look_like_its_question_is_no_echo(name):
     own = actuator()
-    request = own._request(getattr(rmd_x, name)())
+    request = own.request(getattr(rmd_x, name)())
     assert not own.is_echo(request, Frame(0x241, request.frame.data))
 
 
@@ -198,7 +198,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
     """0x92 says one turn more than 0x60: to stay where it is, 0xA4 must say so too."""
     own = actuator(mode='position', counts_per_turn=2**20)
     told(own, rmd_x.Angle(2 * math.pi + 0.5), rmd_x.Encoder(round(2**20 * 0.5 / (2 * math.pi))))
-    assert own._check_position().problem == ''
+    assert own._start_up.check_position().problem == ''
     here = Setpoint(0.0, own.measurement.q, 0.0)
     assert sent(own.command(here, 1))[0].angle == pytest.approx(2 * math.pi + 0.5, abs=2e-4)
 
@@ -206,7 +206,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
 def test_at_zero_any_scale_of_counts_fits_but_not_where_the_joint_goes():
     own = actuator(counts_per_turn=2**20)
     told(own, rmd_x.Angle(0.0), rmd_x.Encoder(0))
-    assert own._check_position().problem == ''
+    assert own._start_up.check_position().problem == ''
     told(own, rmd_x.Encoder(2**18), rmd_x.Motion(25, 0.0, 0.0, math.pi / 2))
     assert own.doubt() == ''
     # The true scale is half of it: the joint is twice as far as the counts say.
