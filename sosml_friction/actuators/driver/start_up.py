@@ -94,11 +94,6 @@ class StartUp:
         return next((check.problem for check in self.checks if check.problem), '')
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Return what the user should know."""
-        return tuple(check.warning for check in self.checks if check.warning)
-
-    @property
     def step(self) -> str:
         """Return the name of the present step, '' when done."""
         return '' if self.done else self._steps[0].name
