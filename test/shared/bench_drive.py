@@ -128,10 +128,7 @@ class BenchActuator(Actuator):
         def check():
             return Check(self.name, 'position', '', self.fault() or self.out_of_band())
 
-        def silent():
-            return Check(self.name, 'position', 'no answer', self.silence())
-
-        return [Step('position', self.probe, check, silent)]
+        return [Step('position', self.probe, check)]
 
     def probe(self):
         return self._request(READ)

@@ -294,7 +294,7 @@ class RmdXActuator(Actuator):
                 self.blocks[1] = name
             case rmd_x.ModelBlock(block=block, text=text):
                 self.blocks[block] = text
-            case rmd_x.ReleaseBrake():
+            case _ if isinstance(reply, rmd_x.ReleaseBrake):
                 self._brake_waits = False
 
     def _take_motion(self, reply: rmd_x.Motion) -> None:

@@ -183,7 +183,7 @@ class EmulatedRmdX(EmulatedActuator):
             self._switch_off()
             self.shutdowns += 1
             return request
-        elif isinstance(request, rmd_x.ReleaseBrake | rmd_x.LockBrake):
+        elif isinstance(request, (rmd_x.ReleaseBrake, rmd_x.LockBrake)):
             self._released = isinstance(request, rmd_x.ReleaseBrake)
             if not self._released:
                 self._switch_off()
@@ -200,35 +200,36 @@ class EmulatedRmdX(EmulatedActuator):
     def _answer(self, request: rmd_x.Request, t_ns: int, q: float, v: float) -> rmd_x.Reply | None:
         """Return the reply to a question, None if the motor has none."""
         options, angle = self._options, self._angle(q)
-        match request:
-            case rmd_x.ReadAngle():
+        if isinstance(request, rmd_x.ReadModel):
+            if self._protocol is not Protocol.V4_4:
+                return rmd_x.Model(options.rmd_model[:7])
+            first = 5 * (request.block - 1)
+            return rmd_x.ModelBlock(request.block, options.rmd_model[first : first + 5])
+        match request.command:
+            case rmd_x.Command.ANGLE:
                 return rmd_x.Angle(self._sensed_angle(q))
-            case rmd_x.ReadEncoder():
+            case rmd_x.Command.ENCODER:
                 turns = self._sensed_angle(q) / math.tau
                 return rmd_x.Encoder(round(turns * options.rmd_encoder_counts))
-            case rmd_x.ReadSingleTurnAngle():
+            case rmd_x.Command.SINGLE_TURN_ANGLE:
                 return rmd_x.SingleTurnAngle(-angle % math.tau)
-            case rmd_x.ReadStatus():
+            case rmd_x.Command.STATUS:
                 errors = self.reported_errors
                 return rmd_x.Status(round(self.temperature), self._released, SUPPLY, errors)
-            case rmd_x.ReadMotion():
+            case rmd_x.Command.MOTION:
                 return self._motion(rmd_x.Command.MOTION, q, v)
-            case rmd_x.ReadPhaseCurrents():
+            case rmd_x.Command.PHASE_CURRENTS:
                 phases = (self.current * math.cos(k * math.tau / 3.0) for k in range(3))
                 return rmd_x.PhaseCurrents(round(self.temperature), *phases)
-            case rmd_x.ReadMode():
+            case rmd_x.Command.MODE:
                 return rmd_x.Mode(self._mode)
-            case rmd_x.ReadPower():
+            case rmd_x.Command.POWER:
                 return rmd_x.Power(abs(self.effort * v))
-            case rmd_x.ReadUptime():
+            case rmd_x.Command.UPTIME:
                 on_ns = t_ns + self.clock_ahead_ns - self._start_ns
                 return rmd_x.Uptime(on_ns // 1_000_000)
-            case rmd_x.ReadVersion():
+            case rmd_x.Command.VERSION:
                 return rmd_x.Version(options.rmd_firmware)
-            case rmd_x.ReadModel(block=block):
-                if self._protocol is not Protocol.V4_4:
-                    return rmd_x.Model(options.rmd_model[:7])
-                return rmd_x.ModelBlock(block, options.rmd_model[5 * (block - 1) : 5 * block])
         return None
 
     def _motion(self, of: rmd_x.Command, q: float, v: float) -> rmd_x.Motion:

@@ -17,6 +17,7 @@ Not coded: 0x9B (gone since V3), 0xA3 and 0xA5 (V3.4 to V3.6 only), 0xC0 and 0xC
 
 from __future__ import annotations
 
+import types
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, dataclass_transform, get_type_hints
 
@@ -66,6 +67,11 @@ class Message:
         :raises CanProtocolError: if they say nothing the protocol allows.
         """
         return cls(**cls.layout.unpack(data))
+
+
+def bare(name: str, command: Command) -> type[Message]:
+    """Return the message ``name`` that says nothing but its command."""
+    return types.new_class(name, (Message,), {'command': command})
 
 
 def by_command(*kinds: type[Message]) -> dict[int, type[Message]]:

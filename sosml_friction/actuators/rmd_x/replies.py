@@ -14,7 +14,7 @@ from sosml_friction.actuators.rmd_x.commands import (
     ControlMode,
     ErrorFlag,
 )
-from sosml_friction.actuators.rmd_x.message import Message, by_command, by_protocol
+from sosml_friction.actuators.rmd_x.message import Message, bare, by_command, by_protocol
 from sosml_friction.actuators.rmd_x.requests import (
     ECHOED,
     Acceleration,
@@ -160,8 +160,8 @@ class ModelBlock(Message, command=Command.MODEL, places='BxB5s'):
         return bytes(data)
 
 
-class TimeoutExpired(Message, command=Command.TIMEOUT_EXPIRED):
-    """0xF1, unasked, about once a second: the motor's watchdog has switched its output off."""
+TimeoutExpired = bare('TimeoutExpired', Command.TIMEOUT_EXPIRED)
+"""0xF1, unasked, about once a second: the motor's watchdog has switched its output off."""
 
 
 REPLIES = by_protocol(

@@ -9,86 +9,51 @@ from typing import Annotated
 
 from sosml_friction.actuators.rmd_x import layout as wire
 from sosml_friction.actuators.rmd_x.commands import Command
-from sosml_friction.actuators.rmd_x.message import Message, by_command, by_protocol
+from sosml_friction.actuators.rmd_x.message import Message, bare, by_command, by_protocol
 from sosml_friction.exceptions import CanProtocolError
 
 # ---- commands without a payload; those the motor echoes are also its replies
 
-
-class Shutdown(Message, command=Command.SHUTDOWN):
-    """0x80: output off, the joint is free; the motor echoes it."""
-
-
-class Stop(Message, command=Command.STOP):
-    """0x81: speed to zero, the motor's own loop holds; the motor echoes it."""
-
-
-class ReleaseBrake(Message, command=Command.BRAKE_RELEASE):
-    """0x77: open the brake; echoed, which can take 150 ms."""
-
-
-class LockBrake(Message, command=Command.BRAKE_LOCK):
-    """0x78: close the brake; echoed, which can take 150 ms."""
-
-
-class Reset(Message, command=Command.RESET):
-    """0x76: reboot. Not answered; the motor is away for about 1.1 s."""
-
-
-class ReadAngle(Message, command=Command.ANGLE):
-    """0x92: ask for the multi-turn angle."""
-
-
-class ReadSingleTurnAngle(Message, command=Command.SINGLE_TURN_ANGLE):
-    """0x94: ask for the angle within one turn."""
-
-
-class ReadEncoder(Message, command=Command.ENCODER):
-    """0x60: ask for the encoder's position minus its zero."""
-
-
-class ReadEncoderRaw(Message, command=Command.ENCODER_RAW):
-    """0x61: ask for the encoder's raw position."""
-
-
-class ReadEncoderOffset(Message, command=Command.ENCODER_OFFSET):
-    """0x62: ask for the encoder's zero."""
-
-
-class SetZeroHere(Message, command=Command.ENCODER_ZERO_TO_ROM):
-    """0x64: write the present position to ROM as zero; effective after :class:`Reset`."""
-
-
-class ReadSingleTurnEncoder(Message, command=Command.SINGLE_TURN_ENCODER):
-    """0x90: ask a direct-drive motor for its encoder."""
-
-
-class ReadStatus(Message, command=Command.STATUS):
-    """0x9A: ask for temperature, voltage and errors."""
-
-
-class ReadMotion(Message, command=Command.MOTION):
-    """0x9C: ask for current, speed and angle without changing the mode."""
-
-
-class ReadPhaseCurrents(Message, command=Command.PHASE_CURRENTS):
-    """0x9D: ask for the currents of the phases."""
-
-
-class ReadMode(Message, command=Command.MODE):
-    """0x70: ask which loop runs."""
-
-
-class ReadPower(Message, command=Command.POWER):
-    """0x71: ask for the electrical power (V3; gone from V4.2)."""
-
-
-class ReadUptime(Message, command=Command.UPTIME):
-    """0xB1: ask how long the motor has been on."""
-
-
-class ReadVersion(Message, command=Command.VERSION):
-    """0xB2: ask for the firmware's date."""
+Shutdown = bare('Shutdown', Command.SHUTDOWN)
+"""0x80: output off, the joint is free; the motor echoes it."""
+Stop = bare('Stop', Command.STOP)
+"""0x81: speed to zero, the motor's own loop holds; the motor echoes it."""
+ReleaseBrake = bare('ReleaseBrake', Command.BRAKE_RELEASE)
+"""0x77: open the brake; echoed, which can take 150 ms."""
+LockBrake = bare('LockBrake', Command.BRAKE_LOCK)
+"""0x78: close the brake; echoed, which can take 150 ms."""
+Reset = bare('Reset', Command.RESET)
+"""0x76: reboot. Not answered; the motor is away for about 1.1 s."""
+ReadAngle = bare('ReadAngle', Command.ANGLE)
+"""0x92: ask for the multi-turn angle."""
+ReadSingleTurnAngle = bare('ReadSingleTurnAngle', Command.SINGLE_TURN_ANGLE)
+"""0x94: ask for the angle within one turn."""
+ReadEncoder = bare('ReadEncoder', Command.ENCODER)
+"""0x60: ask for the encoder's position minus its zero."""
+ReadEncoderRaw = bare('ReadEncoderRaw', Command.ENCODER_RAW)
+"""0x61: ask for the encoder's raw position."""
+ReadEncoderOffset = bare('ReadEncoderOffset', Command.ENCODER_OFFSET)
+"""0x62: ask for the encoder's zero."""
+SetZeroHere = bare('SetZeroHere', Command.ENCODER_ZERO_TO_ROM)
+"""0x64: write the present position to ROM as zero; effective after :class:`Reset`."""
+ReadSingleTurnEncoder = bare('ReadSingleTurnEncoder', Command.SINGLE_TURN_ENCODER)
+"""0x90: ask a direct-drive motor for its encoder."""
+ReadStatus = bare('ReadStatus', Command.STATUS)
+"""0x9A: ask for temperature, voltage and errors."""
+ReadMotion = bare('ReadMotion', Command.MOTION)
+"""0x9C: ask for current, speed and angle without changing the mode."""
+ReadPhaseCurrents = bare('ReadPhaseCurrents', Command.PHASE_CURRENTS)
+"""0x9D: ask for the currents of the phases."""
+ReadMode = bare('ReadMode', Command.MODE)
+"""0x70: ask which loop runs."""
+ReadPower = bare('ReadPower', Command.POWER)
+"""0x71: ask for the electrical power (V3; gone from V4.2)."""
+ReadUptime = bare('ReadUptime', Command.UPTIME)
+"""0xB1: ask how long the motor has been on."""
+ReadVersion = bare('ReadVersion', Command.VERSION)
+"""0xB2: ask for the firmware's date."""
+ReadGains = bare('ReadGains', Command.READ_GAINS)
+"""0x30 up to V4.1: ask for the gains of all loops; answered by :class:`Gains`."""
 
 
 class ReadModel(Message, command=Command.MODEL, places='BxB5x'):
@@ -214,10 +179,6 @@ class Acceleration(Message, command=Command.READ_ACCELERATION, places='BB2xI'):
 
 class SetAcceleration(Acceleration, command=Command.ACCELERATION_TO_ROM):
     """0x43: write an acceleration to ROM; echoed."""
-
-
-class ReadGains(Message, command=Command.READ_GAINS):
-    """0x30 up to V4.1: ask for the gains of all loops; answered by :class:`Gains`."""
 
 
 class Gains(Message, command=Command.READ_GAINS, places='Bx6B'):

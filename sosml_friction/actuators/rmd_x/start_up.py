@@ -46,27 +46,25 @@ class RmdXStartUp:
     def _check(self, step: str, result: str, problem: str = '', warning: str = '') -> Check:
         return Check(self._name, step, result, problem, warning)
 
-    def _silent(self, step: str) -> Check:
-        return self._check(step, 'no answer', self._own.silence())
+    def _silent(self) -> Check:
+        return self._check('watchdog', 'no answer', self._own.silence())
 
     def steps(self, *, read_only: bool, watchdog: bool) -> list[Step]:
         """Return the steps; see :meth:`Actuator.start_up`."""
         steps = [
-            Step('version', self._ask_version, self._check_version,
-                 lambda: self._silent('version')),
+            Step('version', self._ask_version, self._check_version),
             *(self._model_step(block) for block in range(1, _MODEL_BLOCKS + 1)),
-            Step('status', lambda: [self._own.ask_status, self._own.ask_uptime],
-                 self._check_status, lambda: self._silent('status')),
-            Step('position', self._ask_position, self.check_position,
-                 lambda: self._silent('position')),
-        ]  # fmt: skip
+            Step(
+                'status', lambda: [self._own.ask_status, self._own.ask_uptime], self._check_status
+            ),
+            Step('position', self._ask_position, self.check_position),
+        ]
         if not watchdog:
             return steps
         self._written = False
         if not self._wanted_ns or read_only:
             return [*steps, self._watchdog_step(last=True)]
-        written = 'watchdog written'
-        write = Step(written, self._write_watchdog, lambda: None, lambda: self._silent(written))
+        write = Step('watchdog written', self._write_watchdog, lambda: None)
         return [*steps, self._watchdog_step(last=False), write, self._watchdog_step(last=True)]
 
     def _ask_version(self) -> list[Request]:
@@ -91,7 +89,7 @@ class RmdXStartUp:
         def check() -> Check | None:
             return self._check_model() if block == _MODEL_BLOCKS else None
 
-        return Step('model', ask, check, check, attempts=2)
+        return Step('model', ask, check, attempts=2, unanswered=check)
 
     def _check_model(self) -> Check:
         blocks = self._own.blocks
@@ -201,9 +199,9 @@ class RmdXStartUp:
             'watchdog',
             lambda: [self._own.ask_status],
             check,
-            lambda: check() if heard() else self._silent('watchdog'),
             self._pause_ns,
             heard,
+            unanswered=lambda: check() if heard() else self._silent(),
         )
 
     def _check_watchdog(self) -> Check:

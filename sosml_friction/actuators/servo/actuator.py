@@ -97,12 +97,9 @@ class ServoActuator(Actuator):
     def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
         """Return state and position; the question is a command off."""
         return [
-            Step('status', self.probe, self._check_status, lambda: self._silent('status')),
-            Step('position', list, self._check_position, lambda: self._silent('position')),
+            Step('status', self.probe, self._check_status),
+            Step('position', list, self._check_position),
         ]
-
-    def _silent(self, step: str) -> Check:
-        return Check(self.name, step, 'no answer', problem=self.silence())
 
     def _check_status(self) -> Check:
         current = self.measurement.current
