@@ -260,6 +260,20 @@ def test_a_lost_adapter_is_opened_again_and_no_old_command_follows(
     lockstep.driver.bus.shutdown()
 
 
+def test_a_lost_bus_is_tried_again_ten_times_a_second(lockstep, monkeypatch):
+    tried = []
+
+    def gone():
+        tried.append(lockstep.clock.now_ns())
+        raise ActuatorError('no such device')
+
+    Lost(lockstep).lose(monkeypatch)
+    monkeypatch.setattr(lockstep.driver._bus.cycle, '_reopen', gone)
+    lockstep.run(1.01)
+    assert 9 <= len(tried) <= 10
+    assert np.diff(tried) == pytest.approx(1e8, abs=3e6)
+
+
 def test_without_a_way_to_open_it_the_same_bus_is_tried_again(
     lockstep, there_and_back, monkeypatch
 ):
