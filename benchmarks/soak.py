@@ -29,14 +29,16 @@ from sosml_friction.actuators.bus.clock import MonotonicClock
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
-from sosml_friction.actuators.driver.driver import DriverState, JointDriver, JointSample
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.driver.driver import JointDriver
+from sosml_friction.actuators.driver.joint_sample import JointSample
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
 from sosml_friction.actuators.emulator.lockstep import (
     default_configuration,
     emulated_exoskeleton,
     nominal_robot,
 )
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.motion.trajectory import Trajectory
 

@@ -1,79 +1,121 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""One actuator as the driver sees it: what it asks, what it expects, what it measured."""
+"""One type of actuator as the driver sees it, and all types there are."""
 
 from __future__ import annotations
 
+import functools
+import importlib
+import importlib.util
+import inspect
 import math
+import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar
 
+from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.bus.inquiry import Inquiry
 from sosml_friction.actuators.driver.start_up import Request, Step
+from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.joint_configuration import JointConfiguration
+from sosml_friction.actuators.measurement import Measurement, Setpoint
+from sosml_friction.actuators.plausibility import Plausibility
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import JointLimits
 
+# A joint that comes back from a restart may be this far from where it was [rad or m].
+RESTART_DISTANCE = 0.3
+# Noise of a position, as a share of the tracking limit.
+STEP_SHARE = 0.1
 
-class Setpoint(NamedTuple):
-    """
-    Say what a joint is to do in this cycle.
-
-    ``effort`` [Nm or N] is for an actuator that takes torque; ``position`` [rad or m] and
-    ``velocity`` [rad/s or m/s] are the reference, for one that takes those.
-    """
-
-    effort: float
-    position: float
-    velocity: float
-
-
-@dataclass
-class Measurement:
-    """
-    Hold the last that is known of a joint; NaN is not known.
-
-    ``q`` [rad or m], ``tau`` [Nm or N] by the measured current, ``temperature`` [degC],
-    ``voltage`` [V], ``current`` [A] in the actuator's own direction; ``stamp_ns``: when ``q`` was
-    received. Raw: ``position_raw`` as the actuator counts it, ``speed`` [rad/s or m/s] as it
-    reports it, in the joint's direction. ``uptime`` [s].
-    """
-
-    q: float = math.nan
-    tau: float = math.nan
-    current: float = math.nan
-    temperature: float = math.nan
-    voltage: float = math.nan
-    stamp_ns: int = 0
-    firmware: str = ''
-    model: str = ''
-    position_raw: float = math.nan
-    speed: float = math.nan
-    uptime: float = math.nan
+_KINDS: dict[str, type[Actuator]] = {}
 
 
 class Actuator(ABC):
     """
     Turn commands for one joint into requests, and replies into a :class:`Measurement`.
 
+    A subclass is a type of actuator: it states its ``configuration_type``, whose ``driver`` is its
+    name in parameter files, and its ``emulated_type``, and is thereby known to driver, emulator,
+    nodes and ``sosml can``. A file in this folder, or a folder with a file ``actuator.py``, is
+    found without being named anywhere; a class elsewhere once it is defined.
+
     No input or output: the bus cycle sends and receives. Limits are applied here, the last place
     before the wire. ``timeouts`` counts how often the actuator said that it got no command for
     the time of its own watchdog, ``restarts`` how often it was switched on anew.
+
+    :param rate: of the cycle [Hz].
+    :param margin: how far outside its limits the joint may be [rad or m].
+    :param stop_deceleration: [rad/s^2 or m/s^2].
+    :raises TypeError: for a class that does not say what it must, or takes another's name.
     """
 
-    def __init__(self, configuration: JointConfiguration, limits: JointLimits) -> None:
+    configuration_type: ClassVar[type[JointConfiguration]]
+    emulated_type: ClassVar[type[EmulatedActuator]]
+
+    def __init_subclass__(cls, **kwargs: object) -> None:
+        super().__init_subclass__(**kwargs)
+        if inspect.isabstract(cls):
+            return
+        for said in ('configuration_type', 'emulated_type'):
+            if not hasattr(cls, said):
+                raise TypeError(f'actuator {cls.__name__} does not state its {said}')
+        # One that only refines another type is no type of its own.
+        if 'configuration_type' not in vars(cls):
+            return
+        driver = cls.configuration_type.driver
+        other = _KINDS.setdefault(driver, cls)
+        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise TypeError(f'driver {driver} of {cls.__name__} exists: {other.__name__}')
+        _KINDS[driver] = cls
+
+    @staticmethod
+    def kinds() -> dict[str, type[Actuator]]:
+        """Return every type of actuator by its driver's name."""
+        _import_folder()
+        return dict(sorted(_KINDS.items()))
+
+    @staticmethod
+    def kind(driver: object, key: str = 'driver') -> type[Actuator]:
+        """
+        Return the type called ``driver``.
+
+        :param key: the parameter that names it.
+        :raises ConfigurationError: if there is none, with those there are.
+        """
+        kinds = Actuator.kinds()
+        if not isinstance(driver, str) or driver not in kinds:
+            raise ConfigurationError(f'{key} is {driver!r}: use one of {", ".join(kinds)}')
+        return kinds[driver]
+
+    def __init__(
+        self,
+        configuration: JointConfiguration,
+        limits: JointLimits,
+        rate: float,
+        *,
+        margin: float = 0.0,
+        stop_deceleration: float = math.inf,
+    ) -> None:
         self.configuration = configuration
         self.limits = limits
+        self.rate = rate
+        self.margin = margin
+        self.stop_deceleration = stop_deceleration
         self.measurement = Measurement()
         self.timeouts = 0
         self.restarts = 0
         self.overdue_replies = 0
+        self._plausibility = self.plausibility()
 
     @property
     def name(self) -> str:
         """Return the joint's name."""
         return self.configuration.name
+
+    # ---- on the bus
 
     @property
     @abstractmethod
@@ -121,7 +163,7 @@ class Actuator(ABC):
 
     @abstractmethod
     def shut_down(self) -> list[Request]:
-        """Return the requests that end the drive, as the configuration's ``at_end`` says."""
+        """Return the requests that end the drive, as the configuration says."""
 
     @abstractmethod
     def key(self, frame: Frame) -> Hashable:
@@ -152,31 +194,82 @@ class Actuator(ABC):
         """Take note that a reply did not come within its request's patience."""
         self.overdue_replies += 1
 
-    def waiting(self) -> str:
-        """Return what the joint must wait for before it may move, '' if for nothing."""
-        return ''
+    @classmethod
+    def speaks_unasked(cls, frame: Frame) -> bool:
+        """Tell whether ``frame`` may be one that an actuator sends by itself."""
+        return False
+
+    @classmethod
+    def scan(cls, inquiry: Inquiry) -> list[FoundActuator]:
+        """
+        Ask, on a bus where nobody drives, who of this type is there; command none.
+
+        By default nobody is asked: a type may have no question that changes nothing.
+        """
+        return []
+
+    # ---- what it says of itself
 
     @abstractmethod
     def flags(self) -> str:
         """Return the actuator's status bits as words, 'none' if none is set."""
 
     @abstractmethod
-    def fault(self) -> str:
+    def error(self) -> str:
         """Return what is wrong with the actuator by its own account, '' if nothing."""
 
-    def doubt(self) -> str:
-        """Return why its position cannot be true if that lasts, '' if nothing speaks against."""
+    def waiting(self) -> str:
+        """Return what the joint must wait for before it may move, '' if for nothing."""
         return ''
 
     def warning(self) -> str:
         """Return what its user should know although it works, '' if nothing."""
         return ''
 
-    def out_of_band(self, margin: float) -> str:
-        """Return by how much the joint is outside its limits plus ``margin``, '' if inside."""
+    def silence(self) -> str:
+        """Return the sentence for an actuator that does not answer."""
+        return (
+            f'joint {self.name}: no answer from {self.reply_id:#05x}: check its power, the '
+            'wiring, the bit rate and its identifier'
+        )
+
+    # ---- what is judged of it, whatever its type
+
+    def fault(self) -> str:
+        """Return its own error, or an excess of temperature, as a sentence; '' if neither."""
+        temperature, limit = self.measurement.temperature, self.configuration.temperature_limit
+        if error := self.error():
+            return error
+        if temperature > limit:
+            return f'joint {self.name}: {temperature:.0f} degC is above {limit:g}'
+        return ''
+
+    def plausibility(self) -> Plausibility:
+        """Return what it may measure: by default the current of the joint's greatest effort."""
+        return Plausibility(
+            self.limits.effort / self.configuration.torque_constant,
+            self.limits.velocity,
+            STEP_SHARE * self.configuration.tracking_limit,
+        )
+
+    def doubt(self, v: float = math.nan, step: float = 0.0, seconds: float = 0.0) -> str:
+        """
+        Return why its measurement cannot be true if that lasts, '' if nothing speaks against.
+
+        The arguments are those of :meth:`Plausibility.doubt`.
+        """
+        doubt = self._plausibility.doubt(self.measurement, v, step, seconds)
+        return f'joint {self.name} {doubt}' if doubt else ''
+
+    def restart_distance(self) -> float:
+        """Return how far from where it was it may come back from a restart [rad or m]."""
+        return RESTART_DISTANCE
+
+    def out_of_band(self) -> str:
+        """Return by how much the joint is outside its limits plus margin, '' if inside."""
         q, limits = self.measurement.q, self.limits
         # Written so that NaN is outside.
-        if limits.lower - margin <= q <= limits.upper + margin:
+        if limits.lower - self.margin <= q <= limits.upper + self.margin:
             return ''
         excess = max(limits.lower - q, q - limits.upper)
         return (
@@ -185,9 +278,14 @@ class Actuator(ABC):
             'zero_offset'
         )
 
-    def silence(self) -> str:
-        """Return the sentence for an actuator that does not answer."""
-        return (
-            f'joint {self.name}: no answer from {self.reply_id:#05x}: check its power, the '
-            'wiring, the bit rate and its identifier'
-        )
+
+@functools.cache
+def _import_folder() -> None:
+    """Import the files of this folder, and ``actuator.py`` of the folders in it."""
+    package = importlib.import_module(__package__)
+    for found in pkgutil.iter_modules(package.__path__):
+        name = f'{__package__}.{found.name}'
+        if not found.ispkg:
+            importlib.import_module(name)
+        elif importlib.util.find_spec(f'{name}.actuator') is not None:
+            importlib.import_module(f'{name}.actuator')

@@ -16,7 +16,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.share import share_directory
 
 if TYPE_CHECKING:
-    from sosml_friction.actuators.servo.dbc import ServoDbc
+    pass
 
 _NODE = 'driver_node'
 
@@ -87,8 +87,9 @@ def scan(
     """
     import can
 
-    from sosml_friction.actuators.bus.can_scan import CanScan
+    from sosml_friction.actuators.bus.can_scan import scan_bus
     from sosml_friction.actuators.bus.clock import MonotonicClock
+    from sosml_friction.actuators.bus.inquiry import Inquiry
     from sosml_friction.actuators.bus.open_bus import open_bus
     from sosml_friction.report.plan.can_view import scan_document, scan_table
 
@@ -97,11 +98,11 @@ def scan(
     motors = _motor_ids(ids)
     if not 0.001 <= wait <= 60.0:
         raise ConfigurationError(f'the wait is {wait:g} s: give 0.001 to 60')
-    bridge = _bridge(values, dbc)
+    bridge = str(dbc or _bridge(values) or '')
     with progress('listening and asking'):
         bus = open_bus(*name)
         try:
-            found = CanScan(bus, MonotonicClock(), wait).run(motors, bridge)
+            found = scan_bus(Inquiry(bus, MonotonicClock(), motors, bridge, wait))
         finally:
             # What was found stands, whether the adapter says goodbye or not.
             with suppress(can.CanError, OSError):
@@ -158,6 +159,20 @@ def _parameters(config: Path | None) -> dict[str, Any]:
     return {} if config is None else read_parameters(config, _NODE)
 
 
+def _bridge(values: dict[str, Any]) -> Path | None:
+    """Return the DBC of the first joint of the file that has one, None if none has."""
+    from sosml_friction.actuators.actuator import Actuator
+    from sosml_friction.actuators.parameter import parameters_of
+    from sosml_friction.share import share_directory
+
+    for joint in values.get('joints') or []:
+        kind = Actuator.kind(values.get(f'{joint}.driver'), f'{joint}.driver')
+        if 'dbc' in parameters_of(kind.configuration_type):
+            own = values.get(f'{joint}.dbc')
+            return Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
+    return None
+
+
 def _bus_name(
     values: dict[str, Any], interface: str | None, channel: str | None, bitrate: int | None
 ) -> _BusName:
@@ -188,16 +203,3 @@ def _motor_ids(text: str) -> range:
     if not ids or ids[0] < 1 or ids[-1] > 32:
         raise ConfigurationError(f'the ids {text!r} are no range from 1 to 32, as 1-32 is')
     return ids
-
-
-def _bridge(values: dict[str, Any], dbc: Path | None) -> ServoDbc | None:
-    """Return the servo bridge of the option, else that of the file's first servo, if any."""
-    from sosml_friction.actuators.driver.configuration import SERVO_DBC
-    from sosml_friction.actuators.servo.dbc import ServoDbc
-
-    joints = values.get('joints') or []
-    servo = next((own for own in joints if values.get(f'{own}.driver') == SERVO_DBC), None)
-    if dbc is None and servo is not None:
-        own = values.get(f'{servo}.dbc')
-        dbc = Path(own) if own else share_directory() / 'config' / 'elbow_servo.dbc'
-    return None if dbc is None else ServoDbc(str(dbc))

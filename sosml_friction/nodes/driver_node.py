@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import can
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.time import Time
@@ -24,43 +23,29 @@ from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from sosml_friction.actuators.bus.clock import MonotonicClock
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.configuration import (
-    AT_END,
-    LOST_TURNS,
-    MODES,
-    NO_TURN,
-    SHUT_DOWN_AT_END,
-    TORQUE_MODE,
-    DriverConfiguration,
-)
+from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.controller_entries import controller_entries
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
-from sosml_friction.actuators.driver.driver import (
-    DriverReport,
-    DriverState,
-    JointDriver,
-    JointSample,
-)
+from sosml_friction.actuators.driver.driver import JointDriver
+from sosml_friction.actuators.driver.joint_sample import JointSample
+from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.sample_relay import SampleRelay
+from sosml_friction.actuators.parameter import parameters_of
 from sosml_friction.bags.controllers import CONTROLLER_TOPIC
-from sosml_friction.exceptions import (
-    ConfigurationError,
-    SosmlFrictionError,
-    TrajectoryError,
-)
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError, TrajectoryError
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.trajectory import Trajectory
-from sosml_friction.motion.velocity import lag
+from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
-from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
+from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
 from sosml_friction.nodes.stamps import StampConverter
+from sosml_friction.nodes.trajectory_message import trajectory_from_message
 from sosml_friction.share import share_directory
 
-PARAMETERS = (
+_OWN_PARAMETERS = (
     ParameterSpec(
         'joints', 'string_array', None, 'the joints to drive, in the order of the model'
     ),
@@ -79,167 +64,10 @@ PARAMETERS = (
         None,
         'its channel: can0, /dev/ttyACM0, socket://127.0.0.1:29536, ...',
     ),
-    ParameterSpec(
-        'can_bitrate', 'integer', 1000000, 'the bit rate', unit='bit/s', range=(10000, 1000000)
-    ),
-    ParameterSpec('rate', 'double', 500.0, 'cycles per second', unit='Hz', range=(10.0, 1000.0)),
-    ParameterSpec(
-        'velocity_window',
-        'integer',
-        11,
-        'positions whose least-squares slope is the velocity; it lags by (N - 1) / 2 periods',
-        range=(2, 101),
-    ),
-    ParameterSpec(
-        'reply_timeout',
-        'double',
-        0.02,
-        'how long a cycle waits for replies before the next one begins',
-        unit='s',
-        range=(0.0005, 1.0),
-    ),
-    ParameterSpec(
-        'missed_limit',
-        'integer',
-        40,
-        'an actuator that has not answered for so many periods is a fault',
-        unit='periods',
-        range=(1, 1000),
-    ),
-    ParameterSpec(
-        'start_tolerance',
-        'double',
-        0.05,
-        'how far from the present position a trajectory may start',
-        unit='rad or m',
-        range=(0.0, 1.0),
-    ),
-    ParameterSpec(
-        'limit_margin',
-        'double',
-        0.1,
-        "how far outside the URDF's limits a joint may be before it is a fault; on the way there "
-        'the torque outward fades',
-        unit='rad or m',
-        range=(0.0, 1.0),
-    ),
-    ParameterSpec(
-        'stop_deceleration',
-        'double',
-        5.0,
-        'deceleration of a stop, and of the catch when a moving joint is enabled',
-        unit='rad/s^2 or m/s^2',
-        range=(0.01, 1000.0),
-    ),
-    ParameterSpec(
-        'host_timeout',
-        'double',
-        1.0,
-        'callbacks of this node that hang for so long end in zero torque',
-        unit='s',
-        range=(0.2, 10.0),
-    ),
+    *specs_of(parameters_of(DriverConfiguration)),
     ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
-    *MOUNT_PARAMETERS,
-    ParameterSpec(
-        '{joint}.current_limit',
-        'double',
-        math.nan,
-        'most current to command (rmd_x: required)',
-        unit='A',
-    ),
-    ParameterSpec(
-        '{joint}.current_rate_limit',
-        'double',
-        math.nan,
-        'fastest change of the commanded current (rmd_x: required)',
-        unit='A/s',
-    ),
-    ParameterSpec(
-        '{joint}.kp',
-        'double',
-        math.nan,
-        'proportional gain on the host (rmd_x: required)',
-        unit='Nm/rad or N/m',
-    ),
-    ParameterSpec(
-        '{joint}.kd',
-        'double',
-        math.nan,
-        'derivative gain on the host (rmd_x: required)',
-        unit='Nm s/rad or N s/m',
-    ),
-    ParameterSpec(
-        '{joint}.temperature_limit',
-        'double',
-        75.0,
-        'temperature above which it is a fault',
-        unit='degC',
-    ),
-    ParameterSpec(
-        '{joint}.tracking_limit',
-        'double',
-        0.2,
-        'distance from the reference beyond which it is a fault',
-        unit='rad or m',
-        range=(1e-4, 10.0),
-    ),
-    ParameterSpec(
-        '{joint}.mode',
-        'string',
-        TORQUE_MODE,
-        "what executes a trajectory (rmd_x): torque by the host's loop, or the motor's own speed "
-        'or position loop',
-        choices=MODES,
-    ),
-    ParameterSpec(
-        '{joint}.position_gain',
-        'double',
-        math.nan,
-        'speed per position error in mode speed (required there)',
-        unit='1/s',
-    ),
-    ParameterSpec(
-        '{joint}.counts_per_turn',
-        'integer',
-        0,
-        'encoder counts per turn of the output (rmd_x): measure by 0x60; 0: by 0x92, 0.01 degree',
-        range=(0, 2**30),
-    ),
-    ParameterSpec(
-        '{joint}.lost_turns',
-        'string',
-        NO_TURN,
-        'how a position outside the limits may be corrected at the start (rmd_x): by no turn, by '
-        'turns of the output or of the motor',
-        choices=LOST_TURNS,
-    ),
-    ParameterSpec(
-        '{joint}.gear_ratio',
-        'double',
-        math.nan,
-        'turns of the motor per turn of the output (required for lost_turns: motor)',
-    ),
-    ParameterSpec(
-        '{joint}.brake', 'bool', False, 'it has a brake, opened by ~/enable, closed at the end'
-    ),
-    ParameterSpec(
-        '{joint}.motor_watchdog_ms',
-        'integer',
-        0,
-        "time of the motor's own watchdog (0xB3), written to its ROM unless it trips in time "
-        'already; 0: left as it is',
-        unit='ms',
-        range=(0, 10000),
-    ),
-    ParameterSpec(
-        '{joint}.at_end',
-        'string',
-        SHUT_DOWN_AT_END,
-        'after zero current: shutdown (0x80, free) or stop (0x81, the motor holds)',
-        choices=AT_END,
-    ),
 )
+PARAMETERS = (*_OWN_PARAMETERS, *all_joint_specs())
 
 # How often the node says that its callbacks run [s].
 HEARTBEAT_PERIOD = 0.05
@@ -261,7 +89,7 @@ class DriverNode(LifecycleNode):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('driver_node', **kwargs)
-        autostart = [spec for spec in PARAMETERS if spec.name == 'autostart']
+        autostart = [spec for spec in _OWN_PARAMETERS if spec.name == 'autostart']
         self._autostart = bool(declare(self, autostart)['autostart'])
         self._starting = False
         self._failure: Exception | None = None
@@ -298,12 +126,8 @@ class DriverNode(LifecycleNode):
         try:
             self._configure()
         except SosmlFrictionError as error:
-            self._failure = error
             self._release()
-            # At autostart the program's one line on stderr says it.
-            if not self._starting:
-                self.get_logger().error(str(error))
-            return TransitionCallbackReturn.FAILURE
+            return self._refuse(error)
         except Exception as error:  # rclpy would swallow it
             self._failure = error
             self.get_logger().fatal(f'configuration failed by a defect: {error!r}')
@@ -311,20 +135,24 @@ class DriverNode(LifecycleNode):
         self._failure = None
         return super().on_configure(state)
 
+    def _refuse(self, error: SosmlFrictionError) -> TransitionCallbackReturn:
+        self._failure = error
+        # At autostart the program's one line on stderr says it.
+        if not self._starting:
+            self.get_logger().error(str(error))
+        return TransitionCallbackReturn.FAILURE
+
     def _configure(self) -> None:
         self._refuse_after_hang()
-        values = declare(self, PARAMETERS)
+        values = declare(self, _OWN_PARAMETERS)
         if self.get_parameter('use_sim_time').value:
             raise ConfigurationError(
                 'use_sim_time is set for driver_node: hardware runs in real time, unset it'
             )
-        for joint in values['joints']:
-            own = declare(self, PARAMETERS, joint)
-            values.update({f'{joint}.{key}': value for key, value in own.items()})
-        config = share_directory() / 'config'
-        model_path = Path(values['model'] or config / 'exoskeleton')
+        values |= declare_joints(self, values['joints'])
+        model_path = Path(values['model'] or share_directory() / 'config' / 'exoskeleton')
         model = read_model(model_path)
-        configuration = DriverConfiguration.from_parameters(values, config / 'elbow_servo.dbc')
+        configuration = DriverConfiguration.from_parameters(values)
         robot = model.make_robot()
         self._channel = f'{values["can_interface"]} {values["can_channel"]}'
 
@@ -405,11 +233,8 @@ class DriverNode(LifecycleNode):
                 self._driver.configure()
                 self._tell_checks(self._driver)
         except SosmlFrictionError as error:
-            self._failure = error
             super().on_deactivate(state)
-            if not self._starting:
-                self.get_logger().error(str(error))
-            return TransitionCallbackReturn.FAILURE
+            return self._refuse(error)
         self._stamps = StampConverter(
             self._cycle_clock.now_ns, lambda: int(self.get_clock().now().nanoseconds)
         )
@@ -529,11 +354,12 @@ class DriverNode(LifecycleNode):
             self._driver.heartbeat()
 
     def _on_timer(self) -> None:
-        if self._driver is None:
+        driver = self._driver
+        if driver is None:
             return
         if self._stamps is not None:
             self._stamps.refresh()
-        report = self._driver.report()
+        report = driver.report()
         thread = self._thread
         if report.reason and report.reason != self._reported_fault:
             self.get_logger().error(f'fault, no torque: {report.reason}')
@@ -545,7 +371,7 @@ class DriverNode(LifecycleNode):
                 temperature.header.stamp = stamp
                 temperature.header.frame_id = joint.name
                 self._temperatures.publish(temperature)
-        self._diagnostics.publish(make_array(stamp, self._statuses(report, thread)))
+        self._diagnostics.publish(make_array(stamp, self._statuses(driver, report, thread)))
         if thread is not None and thread.error is not None:
             self._ended = f'the cycle ended, no torque: {thread.error!r}'
             self.get_logger().fatal(self._ended)
@@ -555,10 +381,8 @@ class DriverNode(LifecycleNode):
         return self._cycle_clock.now_ns() - thread.last_cycle_ns > HANG_NS
 
     def _statuses(
-        self, report: DriverReport, thread: CycleThread | None
+        self, driver: JointDriver, report: DriverReport, thread: CycleThread | None
     ) -> list[DiagnosticStatus]:
-        assert self._driver is not None
-        configuration = self._driver.configuration
         if self._ended:
             level, text = ERROR, self._ended
         elif report.state is DriverState.FAULT:
@@ -571,109 +395,16 @@ class DriverNode(LifecycleNode):
             level, text = OK, 'following a trajectory'
         else:
             level, text = OK, report.state.value
-        name = self.get_name()
-        cycle = {
-            'state': report.state.value,
-            'fault': report.reason,
-            'trajectory running': report.trajectory_running,
-            'refused trajectory': self._refused_trajectory,
-            'cycles': report.cycles,
-            'incomplete cycles': report.incomplete_cycles,
-            'cycle overruns': thread.overruns if thread else 0,
-            'cycle overruns by lateness': thread.late.text() if thread else 'none',
-            'greatest lateness [ms]': thread.late.greatest_ns * 1e-6 if thread else 0.0,
-            'cycles skipped': thread.skipped if thread else 0,
-            'samples not published': self._relay.dropped if self._relay else 0,
-            'position skew [ms]': report.skew_ns * 1e-6,
-            'velocity lag [ms]': 1e3
-            * lag(configuration.velocity_window, 1.0 / configuration.rate),
-            'velocity window [samples]': configuration.velocity_window,
-        }
-        bus = {
-            'frames sent': report.bus.sent,
-            'frames received': report.bus.received,
-            'replies missed': report.bus.missed,
-            'frames stale': report.bus.stale,
-            'frames unsolicited': report.bus.unsolicited,
-            'requests echoed': report.bus.echoes,
-            'frames foreign': report.bus.foreign,
-            'commands by another program': report.bus.intruders,
-            'frames undecodable': report.bus.undecodable,
-            'frames not sent': report.bus.not_sent,
-            'error frames': report.bus.error_frames,
-            'last error frame': report.bus_trouble,
-            'bus failures': report.bus.failures,
-            'bus opened again': report.bus.reopened,
-            'load': self._driver.bus_load(),
-        }
-        statuses = [
-            make_status(f'{name}: driver', level, text, cycle, self._channel),
-            make_status(f'{name}: bus', OK, self._channel, bus, self._channel),
-        ]
-        for joint in report.joints:
-            values = {
-                'position': joint.q,
-                'velocity': joint.v,
-                'effort': joint.tau if math.isfinite(joint.tau) else 'not measured',
-                'current [A]': joint.current,
-                'speed by the actuator': joint.speed,
-                'position raw [counts]': joint.position_raw,
-                'latency [ms]': joint.latency * 1e3,
-                'tracking error': joint.tracking_error,
-                'temperature [degC]': joint.temperature,
-                'voltage [V]': joint.voltage,
-                'flags': joint.flags,
-                'firmware': joint.firmware or 'not told',
-                'model': joint.model or 'not told',
-                'uptime [s]': joint.uptime,
-                'replies missed': joint.missed,
-                'watchdog of the motor tripped': joint.timeouts,
-                'restarts': joint.restarts,
-            }
-            statuses.append(
-                make_status(
-                    f'{name}: {joint.name}',
-                    ERROR if joint.problem else WARN if joint.warning else OK,
-                    joint.problem or joint.warning or 'no fault',
-                    values,
-                    self._channel,
-                )
-            )
-        return statuses
-
-
-def trajectory_from_message(message: JointTrajectoryMessage) -> Trajectory:
-    """
-    Return the message's trajectory; its accelerations, efforts and start time are not used.
-
-    :raises TrajectoryError: if points have positions or velocities of differing numbers.
-    """
-    names = tuple(message.joint_names)
-    points = message.points
-    times = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in points]
-    if not names or not points:
-        raise TrajectoryError(
-            f'the trajectory has {len(points)} points of {len(names)} joints: give at least one '
-            'point, or call ~/stop to end the motion'
+        name, channel = self.get_name(), self._channel
+        cycle = cycle_values(
+            report, driver.configuration, self._refused_trajectory, thread, self._relay
         )
-    with_velocity = any(len(p.velocities) for p in points)
-    for i, point in enumerate(points):
-        lengths = [len(point.positions)] + ([len(point.velocities)] if with_velocity else [])
-        if any(length != len(names) for length in lengths):
-            raise TrajectoryError(
-                f'point {i} of the trajectory has {len(point.positions)} positions and '
-                f'{len(point.velocities)} velocities for {len(names)} joints: give each joint a '
-                'position, and velocities at all points or at none'
-            )
-    n = len(names)
-    return Trajectory(
-        names,
-        np.array(times),
-        np.array([p.positions for p in points], dtype=float).reshape(-1, n),
-        np.array([p.velocities for p in points], dtype=float).reshape(-1, n)
-        if with_velocity
-        else None,
-    )
+        bus = bus_values(report, driver.bus_load())
+        return [
+            make_status(f'{name}: driver', level, text, cycle, channel),
+            make_status(f'{name}: bus', OK, channel, bus, channel),
+            *(joint_status(name, joint, channel) for joint in report.joints),
+        ]
 
 
 def make_driver_node() -> DriverNode:

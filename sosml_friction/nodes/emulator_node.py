@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,55 +16,24 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter
 
 from sosml_friction.actuators.bus.open_bus import SLCAN_SERVER, open_bus
-from sosml_friction.actuators.driver.configuration import mounts_from_parameters
-from sosml_friction.actuators.emulator.emulator import (
-    EmulatorOptions,
-    ExoskeletonEmulator,
-    hanging_position,
-)
+from sosml_friction.actuators.driver.configuration import joints_from_parameters
+from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator, hanging_position
 from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
 from sosml_friction.actuators.emulator.fault import FAULTS, parse_faults
-from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
 from sosml_friction.nodes.diagnostics import OK, make_array, make_status
-from sosml_friction.nodes.mount_parameters import MOUNT_PARAMETERS
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.run import run_node
 from sosml_friction.share import share_directory
 
-_OPTIONS = {
-    'rmd_current_noise': ("noise of an RMD-X's reported current", 'A'),
-    'rmd_encoder_noise': ("noise of an RMD-X's angle before it is rounded to 0.01 degree", 'rad'),
-    'rmd_current_limit': ("an RMD-X's own current limit", 'A'),
-    'servo_current_noise': ("noise of the servo's current sensor", 'A'),
-    'servo_encoder_noise': ("noise of the servo's position sensor", 'rad'),
-    'servo_current_limit': ("the servo's own current limit", 'A'),
-    'servo_current_available': ('whether the servo measures its current', ''),
-    'servo_kp': ("proportional gain of the servo's position loop", 'A/rad'),
-    'servo_kd': ("derivative gain of the servo's position loop", 'A s/rad'),
-    'servo_watchdog': ('the bridge turns the servo off after so long without a command', 's'),
-    'comm_timeout': ('a motor turns off after so long without a frame; 0: never', 's'),
-    'timeout_echo': ('whether a motor that has turned off so only echoes the next request', ''),
-    'rmd_gear_ratio': ("an RMD-X's motor turns per turn of its output", ''),
-    'rmd_firmware': ('the version 0xB2 gives; it decides on the layout of frames', ''),
-    'rmd_model': ('the model 0xB5 gives', ''),
-    'rmd_encoder_counts': ('counts of 0x60 per turn of the output', ''),
-    'latency': ('from a request to its reply', 's'),
-    'latency_jitter': ('standard deviation of the half-normal time added to it', 's'),
-}
+_RANGES = {'double': (0.0, 1e6), 'integer': (1, 2**31 - 1)}
 
-_TYPES: dict[type, str] = {bool: 'bool', float: 'double', int: 'integer', str: 'string'}
-_RANGES: dict[type, tuple[float, float] | None] = {
-    bool: None,
-    float: (0.0, 1e6),
-    int: (1, 2**31 - 1),
-    str: None,
-}
-
-PARAMETERS = (
+_OWN_PARAMETERS = (
     ParameterSpec('joints', 'string_array', None, 'the joints, in the order of the model'),
     ParameterSpec(
         'model',
@@ -104,19 +73,18 @@ PARAMETERS = (
         + ', '.join(fault.name for fault in FAULTS),
         read_only=False,
     ),
-    *(
-        ParameterSpec(
-            option.name,
-            _TYPES[type(option.default)],
-            option.default,
-            _OPTIONS[option.name][0],
-            unit=_OPTIONS[option.name][1],
-            range=_RANGES[type(option.default)],
-        )
-        for option in fields(EmulatorOptions)
-    ),
-    *MOUNT_PARAMETERS,
 )
+
+
+def _option_specs() -> tuple[ParameterSpec, ...]:
+    """Return the rows of the hardware's options, all types of actuator."""
+    return tuple(
+        replace(spec, range=_RANGES.get(spec.type))
+        for spec in specs_of(EmulatorOptions.parameters())
+    )
+
+
+PARAMETERS = (*_OWN_PARAMETERS, *_option_specs(), *all_joint_specs(mount=True))
 
 
 class EmulatorNode(ProgramNode):
@@ -133,14 +101,11 @@ class EmulatorNode(ProgramNode):
         super().__init__('emulator_node', **kwargs)
         self._thread: EmulatorThread | None = None
         self._bus: can.BusABC | None = None
-        values = declare(self, PARAMETERS)
-        for joint in values['joints']:
-            own = declare(self, PARAMETERS, joint)
-            values.update({f'{joint}.{key}': value for key, value in own.items()})
-        config = share_directory() / 'config'
-        model_path = Path(values['model'] or config / 'emulated_exoskeleton')
-        options = EmulatorOptions(**{name: values[name] for name in _OPTIONS})
-        mounts = mounts_from_parameters(values, config / 'elbow_servo.dbc')
+        values = declare(self, _OWN_PARAMETERS)
+        values |= declare_joints(self, values['joints'], mount=True)
+        options = EmulatorOptions(**declare(self, _option_specs()))
+        model_path = Path(values['model'] or share_directory() / 'config' / 'emulated_exoskeleton')
+        mounts = joints_from_parameters(values)
         self._emulator = ExoskeletonEmulator(
             read_model(model_path),
             mounts,
@@ -196,12 +161,8 @@ class EmulatorNode(ProgramNode):
                 'true velocity': float(v[i]),
                 'true effort': float(effort[i]),
                 'commanded current [A]': actuator.commanded_current,
-                'frames': actuator.frames,
-                'frames undecodable': actuator.undecodable,
-                'watchdog trips': actuator.watchdog_trips,
+                **actuator.counters(),
             }
-            if isinstance(actuator, EmulatedRmdX):
-                values['shutdowns'] = actuator.shutdowns
             statuses.append(make_status(f'{name}: {actuator.name}', OK, 'running', values))
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
 

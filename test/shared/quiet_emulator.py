@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.actuators.driver.driver import DriverState
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.driver.report import DriverState
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.servo.dbc import ServoDbc
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory

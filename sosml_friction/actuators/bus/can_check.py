@@ -14,11 +14,11 @@ import can
 from sosml_friction.actuators.bus.clock import MonotonicClock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.open_bus import open_bus
+from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
-from sosml_friction.actuators.driver.driver import bus_load, check_limits, make_actuators
 from sosml_friction.actuators.driver.start_up import Check
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
-from sosml_friction.exceptions import ActuatorError, ConfigurationError
+from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
@@ -39,17 +39,10 @@ def check_bus(
     :raises ConfigurationError: if they do not fit each other or the model.
     :raises ActuatorError: if the bus cannot be opened or fails, or another host is driving.
     """
-    config = share_directory() / 'config'
-    configuration = DriverConfiguration.from_parameters(
-        {**values, 'can_bitrate': bitrate}, config / 'elbow_servo.dbc'
-    )
-    robot = read_model(Path(values.get('model') or config / 'exoskeleton')).make_robot()
-    if robot.names != configuration.names:
-        raise ConfigurationError(
-            f'the model has the joints {", ".join(robot.names)}, the parameters '
-            f'{", ".join(configuration.names)}: name the same, in the same order'
-        )
-    check_limits(robot)
+    configuration = DriverConfiguration.from_parameters({**values, 'can_bitrate': bitrate})
+    model = values.get('model') or share_directory() / 'config' / 'exoskeleton'
+    robot = read_model(Path(model)).make_robot()
+    check_robot(robot, configuration.names, 'parameters')
     actuators = make_actuators(configuration, robot.limits)
     worst, load = bus_load(actuators, configuration)
     fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')

@@ -8,8 +8,9 @@ import threading
 from collections.abc import Callable
 
 from sosml_friction.actuators.bus.clock import Clock
-from sosml_friction.actuators.driver.driver import JointDriver, JointSample
+from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.histogram import Histogram
+from sosml_friction.actuators.driver.joint_sample import JointSample
 
 
 class CycleThread(threading.Thread):

@@ -8,7 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from sosml_friction.actuators.driver.driver import JointSample
+from sosml_friction.actuators.driver.joint_sample import JointSample
 
 
 class SampleRelay(threading.Thread):

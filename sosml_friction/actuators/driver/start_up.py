@@ -56,17 +56,18 @@ class Step:
 
     ``requests`` are made when the step begins; where it returns none, nothing is asked. Before,
     the bus is only listened to for ``pause_ns``, or until ``heard`` is true. ``check`` is called
-    when all replies are in; ``unanswered`` instead when they are not after all attempts.
+    when all replies are in; ``unanswered`` instead when they are not after all attempts: by
+    default the actuator's silence is then a problem.
     """
 
     name: str
     requests: Callable[[], list[Request]]
     check: Callable[[], Check | None]
-    unanswered: Callable[[], Check | None]
     pause_ns: int = 0
     heard: Callable[[], bool] = lambda: False
     attempts: int = ATTEMPTS
     timeout_ns: int = ANSWER_TIMEOUT_NS
+    unanswered: Callable[[], Check | None] | None = None
 
 
 class StartUp:
@@ -75,10 +76,13 @@ class StartUp:
 
     Per round: listen for :attr:`pause_ns` (stop when :meth:`heard`), send :meth:`requests`,
     collect replies for :attr:`timeout_ns`, then tell :meth:`take` which keys are missing.
+
+    :param silence: the sentence for an actuator that does not answer.
     """
 
-    def __init__(self, joint: str, steps: Sequence[Step]) -> None:
+    def __init__(self, joint: str, steps: Sequence[Step], silence: str = '') -> None:
         self.joint = joint
+        self._silence = silence
         self.checks: list[Check] = []
         self._steps = list(steps)
         self._attempt = 0
@@ -92,11 +96,6 @@ class StartUp:
     def problem(self) -> str:
         """Return why the joint must not be enabled, '' if nothing was found yet."""
         return next((check.problem for check in self.checks if check.problem), '')
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Return what the user should know."""
-        return tuple(check.warning for check in self.checks if check.warning)
 
     @property
     def step(self) -> str:
@@ -135,10 +134,15 @@ class StartUp:
             self._attempt += 1
             if self._attempt < step.attempts:
                 return
-            check = step.unanswered()
+            check = self._unanswered(step)
         else:
             check = step.check()
         self._attempt = 0
         del self._steps[0]
         if check is not None:
             self.checks.append(check)
+
+    def _unanswered(self, step: Step) -> Check | None:
+        if step.unanswered is not None:
+            return step.unanswered()
+        return Check(self.joint, step.name, 'no answer', problem=self._silence)

@@ -30,7 +30,7 @@ def run_start_ups(
     :raises ActuatorError: if the bus fails.
     """
     start_ups = [
-        StartUp(own.name, own.start_up(read_only=read_only, watchdog=watchdog))
+        StartUp(own.name, own.start_up(read_only=read_only, watchdog=watchdog), own.silence())
         for own in actuators
     ]
     while not all(own.done for own in start_ups):

@@ -4,12 +4,17 @@
 
 from __future__ import annotations
 
+import functools
+import math
+import operator
 from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.fault import Fault
+from sosml_friction.actuators.joint_configuration import JointConfiguration
 
 # The time constant of the inner current loops [s]: field-oriented control of some 800 Hz. A lag
 # of d between current and its report shows as viscous friction of d times the slope of gravity.
@@ -24,23 +29,32 @@ class EmulatedActuator(ABC):
     current the effort on the joint. The current follows its command with a first-order lag,
     CURRENT_LOOP.
 
+    ``options_type`` is a dataclass of :func:`~sosml_friction.actuators.parameter.parameter`: how
+    good hardware of this type is, each with a default. Its fields are parameters of the emulator.
+
+    :param mount: of the joint; only what says how the actuator is mounted counts.
+    :param options: an object of the type's ``options_type``.
+    :param torque_constant: of the hardware that is really there [Nm/A or N/A].
+    :param current_limit: the hardware's own [A].
     :param seed: of this actuator's own noise, so that one actuator's traffic does not change
         another's.
     """
 
+    options_type: ClassVar[type]
+
     def __init__(
         self,
-        name: str,
+        mount: JointConfiguration,
+        options: Any,
         torque_constant: float,
-        direction: int,
-        zero_offset: float,
-        current_limit: float,
         seed: np.random.SeedSequence,
+        *,
+        current_limit: float = math.inf,
     ) -> None:
-        self.name = name
+        self.name = mount.name
+        self.direction = mount.direction
+        self.zero_offset = mount.zero_offset
         self.torque_constant = torque_constant
-        self.direction = direction
-        self.zero_offset = zero_offset
         self.current_limit = current_limit
         self.current = 0.0
         self.frames = 0
@@ -59,6 +73,14 @@ class EmulatedActuator(ABC):
     @abstractmethod
     def request_id(self) -> int:
         """Return the identifier it listens to."""
+
+    def counters(self) -> dict[str, int]:
+        """Return what has happened to it, by name, as diagnostics show it."""
+        return {
+            'frames': self.frames,
+            'frames undecodable': self.undecodable,
+            'watchdog trips': self.watchdog_trips,
+        }
 
     @property
     def commanded_current(self) -> float:
@@ -118,11 +140,8 @@ class EmulatedActuator(ABC):
             self.trip(t_ns)
 
     def _fault_bits(self) -> int:
-        bits = 0
-        for fault in self._faults:
-            if fault.name == 'error_bits':
-                bits |= int(fault.number('bits'))
-        return bits
+        own = (int(f.number('bits')) for f in self._faults if f.name == 'error_bits')
+        return functools.reduce(operator.or_, own, 0)
 
     def _sensed(self, q: float, v: float) -> tuple[float, float]:
         return (q, v) if self._stuck_at is None else (self._stuck_at, 0.0)

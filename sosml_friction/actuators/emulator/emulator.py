@@ -7,19 +7,17 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import RMD_X, ActuatorMount
 from sosml_friction.actuators.emulator.emulated_actuator import CURRENT_LOOP, EmulatedActuator
 from sosml_friction.actuators.emulator.fault import Fault, FaultPlace, parse_faults
 from sosml_friction.actuators.emulator.frame_faults import FRAME_NS, FrameFaults, TimedFrame
-from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
-from sosml_friction.actuators.servo.dbc import ServoDbc
-from sosml_friction.actuators.servo.emulated import EmulatedServo
+from sosml_friction.actuators.emulator.options import EmulatorOptions
+from sosml_friction.actuators.joint_configuration import JointConfiguration
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.simulation.plant import Plant
@@ -28,41 +26,6 @@ FloatArray = NDArray[np.float64]
 
 # Friction as steep as 1.3 Nm over 5 mrad/s on a light forearm needs steps below 0.3 ms.
 STEP_NS = 250_000
-
-
-@dataclass(frozen=True)
-class EmulatorOptions:
-    """
-    Say how good the emulated hardware is; noises are standard deviations of white noise.
-
-    ``rmd_current_noise`` and ``servo_current_noise`` [A], ``rmd_encoder_noise`` [rad] before the
-    0.01 degree rounding, ``servo_encoder_noise`` [rad], ``latency`` from request to reply [s] plus
-    half-normal ``latency_jitter`` [s], ``comm_timeout`` of the motors and ``servo_watchdog`` [s],
-    0 for none in the motor, ``timeout_echo``: whether a motor that timed out only echoes the next
-    request; ``rmd_current_limit`` and ``servo_current_limit`` [A] are the hardware's own;
-    ``servo_kp`` [A/rad] and ``servo_kd`` [A s/rad] of the servo's position loop;
-    ``rmd_gear_ratio``: motor turns per turn of the output, ``rmd_encoder_counts`` of 0x60 per turn
-    of the output, ``rmd_firmware`` of 0xB2 and ``rmd_model`` of 0xB5.
-    """
-
-    rmd_current_noise: float = 0.03
-    rmd_encoder_noise: float = 2e-5
-    rmd_current_limit: float = 7.2
-    servo_current_noise: float = 0.005
-    servo_encoder_noise: float = 5e-5
-    servo_current_limit: float = 5.0
-    servo_current_available: bool = True
-    servo_kp: float = 240.0
-    servo_kd: float = 6.0
-    servo_watchdog: float = 0.05
-    comm_timeout: float = 0.05
-    timeout_echo: bool = True
-    rmd_gear_ratio: float = 8.0
-    rmd_firmware: int = 20220206
-    rmd_model: str = 'X6-8'
-    rmd_encoder_counts: int = 131072
-    latency: float = 3e-4
-    latency_jitter: float = 5e-5
 
 
 class ExoskeletonEmulator:
@@ -80,7 +43,7 @@ class ExoskeletonEmulator:
 
     Not modelled: bus arbitration, error counters and load; joint end stops, sticking (a static
     smooth friction creeps), backlash, joint elasticity, the wearer, temperature-dependent
-    friction; and what :class:`EmulatedRmdX` and :class:`EmulatedServo` say of themselves.
+    friction; and what the emulated actuators say of themselves.
 
     :param model: the truth: rigid body, armature and friction of each joint.
     :param mounts: the actuator of each joint: type, identifier, direction, zero offset and, where
@@ -93,7 +56,7 @@ class ExoskeletonEmulator:
     def __init__(
         self,
         model: RobotModelFile,
-        mounts: Sequence[ActuatorMount],
+        mounts: Sequence[JointConfiguration],
         position: Sequence[float],
         *,
         options: EmulatorOptions | None = None,
@@ -116,11 +79,16 @@ class ExoskeletonEmulator:
             np.zeros(len(position)),
         )
         seeds = np.random.SeedSequence(seed).spawn(len(self.names) + 1)
+        constants = dict(torque_constants or {})
         self.actuators = tuple(
-            self._make(mount, dict(torque_constants or {}), own_seed)
+            self._make(mount, constants.get(mount.name, mount.torque_constant), own_seed)
             for mount, own_seed in zip(mounts, seeds[:-1], strict=True)
         )
         self._by_id = {actuator.request_id: i for i, actuator in enumerate(self.actuators)}
+        if len(self._by_id) != len(self.actuators):
+            raise ConfigurationError(
+                'two emulated actuators listen to one identifier: give each its own'
+            )
         self._latency_rng = np.random.default_rng(seeds[-1])
         self._last_reply_ns = [0] * len(self.actuators)
         self._grid_ns = 0
@@ -134,46 +102,10 @@ class ExoskeletonEmulator:
         self._count = 0
 
     def _make(
-        self,
-        joint: ActuatorMount,
-        torque_constants: Mapping[str, float],
-        seed: np.random.SeedSequence,
+        self, mount: JointConfiguration, constant: float, seed: np.random.SeedSequence
     ) -> EmulatedActuator:
-        options = self.options
-        constant = torque_constants.get(joint.name, joint.torque_constant)
-        if joint.driver == RMD_X:
-            return EmulatedRmdX(
-                joint.name,
-                can_id=joint.can_id,
-                torque_constant=constant,
-                direction=joint.direction,
-                zero_offset=joint.zero_offset,
-                current_limit=options.rmd_current_limit,
-                current_noise=options.rmd_current_noise,
-                encoder_noise=options.rmd_encoder_noise,
-                comm_timeout_ns=round(options.comm_timeout * 1e9),
-                timeout_echo=options.timeout_echo,
-                gear_ratio=options.rmd_gear_ratio,
-                firmware=options.rmd_firmware,
-                model=options.rmd_model,
-                encoder_counts=options.rmd_encoder_counts,
-                seed=seed,
-            )
-        return EmulatedServo(
-            joint.name,
-            dbc=ServoDbc(joint.dbc, joint.dbc_map),
-            torque_constant=constant,
-            direction=joint.direction,
-            zero_offset=joint.zero_offset,
-            current_limit=options.servo_current_limit,
-            kp=options.servo_kp,
-            kd=options.servo_kd,
-            current_noise=options.servo_current_noise,
-            current_available=options.servo_current_available,
-            encoder_noise=options.servo_encoder_noise,
-            watchdog_ns=round(options.servo_watchdog * 1e9),
-            seed=seed,
-        )
+        kind = Actuator.kind(mount.driver).emulated_type
+        return kind(mount, self.options.of(kind), constant, seed)
 
     @property
     def time_ns(self) -> int:

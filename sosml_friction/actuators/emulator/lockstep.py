@@ -10,13 +10,12 @@ import numpy as np
 
 from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
-from sosml_friction.actuators.driver.driver import DriverState, JointDriver, JointSample
-from sosml_friction.actuators.emulator.emulator import (
-    EmulatorOptions,
-    ExoskeletonEmulator,
-    hanging_position,
-)
+from sosml_friction.actuators.driver.driver import JointDriver
+from sosml_friction.actuators.driver.joint_sample import JointSample
+from sosml_friction.actuators.driver.report import DriverState
+from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator, hanging_position
 from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
@@ -27,10 +26,8 @@ from sosml_friction.share import share_directory
 
 def default_configuration() -> DriverConfiguration:
     """Return the driver's configuration in ``config/exoskeleton.yaml``."""
-    config = share_directory() / 'config'
-    return DriverConfiguration.from_parameters(
-        read_parameters(config / 'exoskeleton.yaml', 'driver_node'), config / 'elbow_servo.dbc'
-    )
+    file = share_directory() / 'config' / 'exoskeleton.yaml'
+    return DriverConfiguration.from_parameters(read_parameters(file, 'driver_node'))
 
 
 def emulated_exoskeleton(
@@ -107,16 +104,9 @@ class Lockstep:
         if late_ns > 0:
             self._next_ns += late_ns // period_ns * period_ns
 
-    def _skip_the_past(self) -> None:
-        period_ns = self.driver.configuration.period_ns
-        late_ns = self.clock.now_ns() - self._next_ns
-        if late_ns > 0:
-            self._next_ns += late_ns // period_ns * period_ns
-
     def run(self, seconds: float) -> None:
         """Run the cycles of ``seconds`` of emulated time, from now on."""
         self._align()
-        self._skip_the_past()
         end_ns = self._next_ns + round(seconds * 1e9)
         while self._next_ns < end_ns:
             self.step()

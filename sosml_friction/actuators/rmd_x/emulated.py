@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.parameter import parameter
 from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
@@ -33,6 +35,29 @@ SPEED_KI = 180.0
 POSITION_KP = 15.0
 
 
+@dataclass(frozen=True)
+class RmdXOptions:
+    """Say how good an emulated RMD-X is; noises are standard deviations of white noise."""
+
+    rmd_current_noise: float = parameter("noise of an RMD-X's reported current", 0.03, unit='A')
+    rmd_encoder_noise: float = parameter(
+        "noise of an RMD-X's angle before it is rounded to 0.01 degree", 2e-5, unit='rad'
+    )
+    rmd_current_limit: float = parameter("an RMD-X's own current limit", 7.2, unit='A')
+    comm_timeout: float = parameter(
+        'a motor turns off after so long without a frame; 0: never', 0.05, unit='s'
+    )
+    timeout_echo: bool = parameter(
+        'whether a motor that has turned off so only echoes the next request', True
+    )
+    rmd_gear_ratio: float = parameter("an RMD-X's motor turns per turn of its output", 8.0)
+    rmd_firmware: int = parameter(
+        'the version 0xB2 gives; it decides on the layout of frames', 20220206
+    )
+    rmd_model: str = parameter('the model 0xB5 gives', 'X6-8')
+    rmd_encoder_counts: int = parameter('counts of 0x60 per turn of the output', 131072)
+
+
 class EmulatedRmdX(EmulatedActuator):
     """
     Answer the motor's commands as the manual says.
@@ -40,7 +65,7 @@ class EmulatedRmdX(EmulatedActuator):
     Current, speed and position mode; stop, shutdown, brake, reset; status, motion, angles,
     encoder, phase currents, mode, uptime, version, model; timeout (0xB3). iq is reported with
     noise and rounded to 0.01 A, the angle with encoder noise and rounded to 0.01 degree, speed and
-    coarse angle rounded to whole degrees. Without a frame for ``comm_timeout_ns`` the output goes
+    coarse angle rounded to whole degrees. Without a frame for ``comm_timeout`` the output goes
     off, the motor says 0xF1 then and every second, and the next request is only echoed
     (``timeout_echo``); 0 leaves the last command running for ever, as the factory setting does.
     ``errors`` and ``temperature`` may be set from outside; while an error bit is set the output is
@@ -48,42 +73,24 @@ class EmulatedRmdX(EmulatedActuator):
 
     Not modelled: motion mode (0x400), gains, accelerations and limits set over CAN, active replies
     (0xB6), a brake that holds, torque ripple, backlash, voltage sag and saturation.
-
-    :param firmware: the number 0xB2 gives; it decides on the layouts.
-    :param model: what 0xB5 gives.
-    :param encoder_counts: of 0x60, per turn of the output.
     """
+
+    options_type = RmdXOptions
 
     def __init__(
         self,
-        name: str,
-        *,
-        can_id: int,
+        mount: RmdXConfiguration,
+        options: RmdXOptions,
         torque_constant: float,
-        direction: int,
-        zero_offset: float,
-        current_limit: float,
-        current_noise: float,
-        encoder_noise: float,
-        comm_timeout_ns: int,
-        timeout_echo: bool,
-        gear_ratio: float,
-        firmware: int,
-        model: str,
-        encoder_counts: int,
         seed: np.random.SeedSequence,
     ) -> None:
-        super().__init__(name, torque_constant, direction, zero_offset, current_limit, seed)
-        self._id = can_id
-        self._current_noise = current_noise
-        self._encoder_noise = encoder_noise
-        self._timeout_ns = comm_timeout_ns
-        self._timeout_echo = timeout_echo
-        self._gear_ratio = gear_ratio
-        self._firmware = firmware
-        self._protocol = Protocol.of_version(firmware)
-        self._model = model
-        self._encoder_counts = encoder_counts
+        super().__init__(
+            mount, options, torque_constant, seed, current_limit=options.rmd_current_limit
+        )
+        self._id = mount.can_id
+        self._options = options
+        self._timeout_ns = round(options.comm_timeout * 1e9)
+        self._protocol = Protocol.of_version(options.rmd_firmware)
         self._last_frame_ns: int | None = None
         self._tripped = False
         self._told_ns = 0
@@ -109,6 +116,10 @@ class EmulatedRmdX(EmulatedActuator):
     def reported_errors(self) -> rmd_x.ErrorFlag:
         """Return the bits of 0x9A: set from outside, or by a fault."""
         return self.errors | rmd_x.ErrorFlag(self._fault_bits())
+
+    def counters(self) -> dict[str, int]:
+        """Return what has happened to it, shutdowns (0x80) as well."""
+        return super().counters() | {'shutdowns': self.shutdowns}
 
     def restart(self, t_ns: int) -> None:
         """Start anew: output off, uptime from 0, nothing heard yet."""
@@ -136,7 +147,7 @@ class EmulatedRmdX(EmulatedActuator):
         self.frames += 1
         self._last_frame_ns = t_ns
         tripped, self._tripped = self._tripped, False
-        if tripped and self._timeout_echo:
+        if tripped and self._options.timeout_echo:
             return Frame(rmd_x.REPLY_BASE + self._id, frame.data)
         try:
             _, request = rmd_x.decode_request(frame, self._protocol)
@@ -172,7 +183,7 @@ class EmulatedRmdX(EmulatedActuator):
             self._switch_off()
             self.shutdowns += 1
             return request
-        elif isinstance(request, rmd_x.ReleaseBrake | rmd_x.LockBrake):
+        elif isinstance(request, (rmd_x.ReleaseBrake, rmd_x.LockBrake)):
             self._released = isinstance(request, rmd_x.ReleaseBrake)
             if not self._released:
                 self._switch_off()
@@ -188,40 +199,43 @@ class EmulatedRmdX(EmulatedActuator):
 
     def _answer(self, request: rmd_x.Request, t_ns: int, q: float, v: float) -> rmd_x.Reply | None:
         """Return the reply to a question, None if the motor has none."""
-        angle = self._angle(q)
-        answers: dict[type, Callable[[], rmd_x.Reply]] = {
-            rmd_x.ReadAngle: lambda: rmd_x.Angle(self._sensed_angle(q)),
-            rmd_x.ReadEncoder: lambda: rmd_x.Encoder(
-                round(self._sensed_angle(q) / math.tau * self._encoder_counts)
-            ),
-            rmd_x.ReadSingleTurnAngle: lambda: rmd_x.SingleTurnAngle(-angle % math.tau),
-            rmd_x.ReadStatus: lambda: rmd_x.Status(
-                round(self.temperature), self._released, SUPPLY, self.reported_errors
-            ),
-            rmd_x.ReadMotion: lambda: self._motion(rmd_x.Command.MOTION, q, v),
-            rmd_x.ReadPhaseCurrents: lambda: rmd_x.PhaseCurrents(
-                round(self.temperature),
-                *(self.current * math.cos(k * math.tau / 3.0) for k in range(3)),
-            ),
-            rmd_x.ReadMode: lambda: rmd_x.Mode(self._mode),
-            rmd_x.ReadPower: lambda: rmd_x.Power(abs(self.effort * v)),
-            rmd_x.ReadUptime: lambda: rmd_x.Uptime(
-                (t_ns + self.clock_ahead_ns - self._start_ns) // 1_000_000
-            ),
-            rmd_x.ReadVersion: lambda: rmd_x.Version(self._firmware),
-        }
+        options, angle = self._options, self._angle(q)
         if isinstance(request, rmd_x.ReadModel):
             if self._protocol is not Protocol.V4_4:
-                return rmd_x.Model(self._model[:7])
-            part = self._model[5 * (request.block - 1) : 5 * request.block]
-            return rmd_x.ModelBlock(request.block, part)
-        answer = answers.get(type(request))
-        return None if answer is None else answer()
+                return rmd_x.Model(options.rmd_model[:7])
+            first = 5 * (request.block - 1)
+            return rmd_x.ModelBlock(request.block, options.rmd_model[first : first + 5])
+        match request.command:
+            case rmd_x.Command.ANGLE:
+                return rmd_x.Angle(self._sensed_angle(q))
+            case rmd_x.Command.ENCODER:
+                turns = self._sensed_angle(q) / math.tau
+                return rmd_x.Encoder(round(turns * options.rmd_encoder_counts))
+            case rmd_x.Command.SINGLE_TURN_ANGLE:
+                return rmd_x.SingleTurnAngle(-angle % math.tau)
+            case rmd_x.Command.STATUS:
+                errors = self.reported_errors
+                return rmd_x.Status(round(self.temperature), self._released, SUPPLY, errors)
+            case rmd_x.Command.MOTION:
+                return self._motion(rmd_x.Command.MOTION, q, v)
+            case rmd_x.Command.PHASE_CURRENTS:
+                phases = (self.current * math.cos(k * math.tau / 3.0) for k in range(3))
+                return rmd_x.PhaseCurrents(round(self.temperature), *phases)
+            case rmd_x.Command.MODE:
+                return rmd_x.Mode(self._mode)
+            case rmd_x.Command.POWER:
+                return rmd_x.Power(abs(self.effort * v))
+            case rmd_x.Command.UPTIME:
+                on_ns = t_ns + self.clock_ahead_ns - self._start_ns
+                return rmd_x.Uptime(on_ns // 1_000_000)
+            case rmd_x.Command.VERSION:
+                return rmd_x.Version(options.rmd_firmware)
+        return None
 
     def _motion(self, of: rmd_x.Command, q: float, v: float) -> rmd_x.Motion:
         return rmd_x.Motion(
             round(self.temperature),
-            self.current + self._normal(self._current_noise),
+            self.current + self._normal(self._options.rmd_current_noise),
             self.direction * v,
             self._angle(q),
             of,
@@ -247,10 +261,10 @@ class EmulatedRmdX(EmulatedActuator):
     def _angle(self, q: float) -> float:
         """Return where the motor takes itself to be: wrong by whole motor turns after some."""
         turns = sum(fault.number('turns') for fault in self._faults if fault.name == 'power_cycle')
-        return self._position(q) + turns * math.tau / self._gear_ratio
+        return self._position(q) + turns * math.tau / self._options.rmd_gear_ratio
 
     def _sensed_angle(self, q: float) -> float:
-        return self._angle(q) + self._encoder_noise_of(self._encoder_noise)
+        return self._angle(q) + self._encoder_noise_of(self._options.rmd_encoder_noise)
 
     def control(self, t_ns: int, q: float, v: float) -> None:
         """Run speed and position loop, watch errors and timeout, and warm the winding."""

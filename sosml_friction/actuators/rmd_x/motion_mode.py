@@ -13,7 +13,9 @@ the side of the gear the velocity is on.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.rmd_x.codec import MOTOR_IDS, checked_id
@@ -57,8 +59,7 @@ class MotionRanges:
         return cls(position=12.566, kd=50.0, torque=max_torque)
 
 
-@dataclass(frozen=True)
-class MotionCommand:
+class MotionCommand(NamedTuple):
     """tau = kp (position - q) + kd (velocity - q') + torque, in the motor's own direction."""
 
     position: float
@@ -68,8 +69,7 @@ class MotionCommand:
     torque: float
 
 
-@dataclass(frozen=True)
-class MotionState:
+class MotionState(NamedTuple):
     """The reply: position [rad], velocity [rad/s], torque [Nm], in the motor's own direction."""
 
     position: float
@@ -83,14 +83,7 @@ def encode_motion_command(motor_id: int, command: MotionCommand, ranges: MotionR
 
     :raises CanProtocolError: if the id is not 1..32 or a value is not finite.
     """
-    word = _raw(command.position, -ranges.position, ranges.position, 16)
-    for value, low, high in (
-        (command.velocity, -ranges.velocity, ranges.velocity),
-        (command.kp, 0.0, ranges.kp),
-        (command.kd, 0.0, ranges.kd),
-        (command.torque, -ranges.torque, ranges.torque),
-    ):
-        word = word << 12 | _raw(value, low, high, 12)
+    word = _pack(0, command, _places(ranges, MotionCommand))
     return Frame(MOTION_REQUEST_BASE + checked_id(motor_id), word.to_bytes(8, 'big'))
 
 
@@ -102,13 +95,7 @@ def decode_motion_command(frame: Frame, ranges: MotionRanges) -> tuple[int, Moti
     """
     motor_id = _id_of(frame, MOTION_REQUEST_BASE)
     word = int.from_bytes(frame.data, 'big')
-    return motor_id, MotionCommand(
-        _value(word >> 48, -ranges.position, ranges.position, 16),
-        _value(word >> 36, -ranges.velocity, ranges.velocity, 12),
-        _value(word >> 24, 0.0, ranges.kp, 12),
-        _value(word >> 12, 0.0, ranges.kd, 12),
-        _value(word, -ranges.torque, ranges.torque, 12),
-    )
+    return motor_id, MotionCommand(*_unpack(word, _places(ranges, MotionCommand)))
 
 
 def encode_motion_state(motor_id: int, state: MotionState, ranges: MotionRanges) -> Frame:
@@ -117,10 +104,7 @@ def encode_motion_state(motor_id: int, state: MotionState, ranges: MotionRanges)
 
     :raises CanProtocolError: if the id is not 1..32 or a value is not finite.
     """
-    word = checked_id(motor_id)
-    word = word << 16 | _raw(state.position, -ranges.position, ranges.position, 16)
-    word = word << 12 | _raw(state.velocity, -ranges.velocity, ranges.velocity, 12)
-    word = word << 12 | _raw(state.torque, -ranges.torque, ranges.torque, 12)
+    word = _pack(checked_id(motor_id), state, _places(ranges, MotionState))
     return Frame(MOTION_REPLY_BASE + motor_id, (word << 16).to_bytes(8, 'big'))
 
 
@@ -134,11 +118,7 @@ def decode_motion_state(frame: Frame, ranges: MotionRanges) -> tuple[int, Motion
     if frame.data[0] != motor_id:
         raise CanProtocolError(f'frame {frame} names motor {frame.data[0]}, not {motor_id}')
     word = int.from_bytes(frame.data, 'big') >> 16
-    return motor_id, MotionState(
-        _value(word >> 24, -ranges.position, ranges.position, 16),
-        _value(word >> 12, -ranges.velocity, ranges.velocity, 12),
-        _value(word, -ranges.torque, ranges.torque, 12),
-    )
+    return motor_id, MotionState(*_unpack(word, _places(ranges, MotionState)))
 
 
 def _id_of(frame: Frame, base: int) -> int:
@@ -150,13 +130,33 @@ def _id_of(frame: Frame, base: int) -> int:
     return motor_id
 
 
-def _raw(value: float, low: float, high: float, bits: int) -> int:
-    if not math.isfinite(value):
-        raise CanProtocolError(f'the value {value} cannot be sent: it is not finite')
-    top = (1 << bits) - 1
-    return round((min(max(value, low), high) - low) / (high - low) * top)
+def _places(
+    ranges: MotionRanges, kind: type[MotionCommand] | type[MotionState]
+) -> list[tuple[int, float, float]]:
+    """Return bits, lowest and highest value of each of its places, in their order."""
+    spans = {
+        'position': (16, -ranges.position, ranges.position),
+        'velocity': (12, -ranges.velocity, ranges.velocity),
+        'kp': (12, 0.0, ranges.kp),
+        'kd': (12, 0.0, ranges.kd),
+        'torque': (12, -ranges.torque, ranges.torque),
+    }
+    return [spans[name] for name in kind._fields]
 
 
-def _value(word: int, low: float, high: float, bits: int) -> float:
-    top = (1 << bits) - 1
-    return low + (word & top) / top * (high - low)
+def _pack(word: int, values: Iterable[float], places: list[tuple[int, float, float]]) -> int:
+    for value, (bits, low, high) in zip(values, places, strict=True):
+        if not math.isfinite(value):
+            raise CanProtocolError(f'the value {value} cannot be sent: it is not finite')
+        share = (min(max(value, low), high) - low) / (high - low)
+        word = word << bits | round(share * ((1 << bits) - 1))
+    return word
+
+
+def _unpack(word: int, places: list[tuple[int, float, float]]) -> list[float]:
+    values = []
+    for bits, low, high in reversed(places):
+        top = (1 << bits) - 1
+        values.append(low + (word & top) / top * (high - low))
+        word >>= bits
+    return values[::-1]

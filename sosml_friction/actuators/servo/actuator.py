@@ -6,18 +6,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from typing import Any
 
-from sosml_friction.actuators.actuator import Actuator, Setpoint
+from sosml_friction.actuators.actuator import Actuator
+from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.bus.inquiry import Inquiry
 from sosml_friction.actuators.driver.start_up import Check, Request, Step
+from sosml_friction.actuators.measurement import Setpoint
+from sosml_friction.actuators.servo.configuration import ServoConfiguration
 from sosml_friction.actuators.servo.dbc import (
     SERVO_FAULTS,
     Mode,
     ServoCommand,
     ServoDbc,
     ServoFlag,
+    flag_names,
 )
+from sosml_friction.actuators.servo.emulated import EmulatedServo
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
@@ -31,21 +37,42 @@ class ServoActuator(Actuator):
     where the bridge measures none. The servo limits its own current.
     """
 
+    configuration_type = ServoConfiguration
+    emulated_type = EmulatedServo
+    configuration: ServoConfiguration
+
     def __init__(
-        self,
-        configuration: JointConfiguration,
-        limits: JointLimits,
-        rate: float,
-        *,
-        margin: float = 0.0,
+        self, configuration: ServoConfiguration, limits: JointLimits, rate: float, **rest: Any
     ) -> None:
-        super().__init__(configuration, limits)
+        super().__init__(configuration, limits, rate, **rest)
         self._dbc = ServoDbc(configuration.dbc, configuration.dbc_map)
-        self._margin = margin
         self._step = limits.velocity / rate
         self._sequence = 0
         self._target: float | None = None
         self._status = ServoFlag(0)
+
+    @classmethod
+    def scan(cls, inquiry: Inquiry) -> list[FoundActuator]:
+        """Tell the bridge of ``inquiry.dbc`` "off": it answers nothing else."""
+        if not inquiry.dbc:
+            return []
+        dbc = ServoDbc(inquiry.dbc)
+        command = dbc.encode_command(ServoCommand(Mode.OFF, 1))
+        for _ in range(2):
+            for frame in inquiry.ask({dbc.state_id: command})[:1]:
+                found = FoundActuator(dbc.command_id, cls.configuration_type.driver)
+                try:
+                    state = dbc.decode_state(frame)
+                except CanProtocolError as error:
+                    found.remarks.append(str(error))
+                    return [found]
+                found.errors = flag_names(state.status)
+                if math.isnan(state.current):
+                    found.remarks.append(
+                        'it measures no current: effort and friction stay unknown'
+                    )
+                return [found]
+        return []
 
     @property
     def reply_id(self) -> int:
@@ -53,14 +80,9 @@ class ServoActuator(Actuator):
         return self._dbc.state_id
 
     @property
-    def command_id(self) -> int:
-        """Return the identifier of ``servo_command``."""
-        return self._dbc.command_id
-
-    @property
     def request_ids(self) -> frozenset[int]:
         """Return the identifier of ``servo_command``."""
-        return frozenset({self.command_id})
+        return frozenset({self._dbc.command_id})
 
     @property
     def frames_per_cycle(self) -> float:
@@ -75,12 +97,9 @@ class ServoActuator(Actuator):
     def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
         """Return state and position; the question is a command off."""
         return [
-            Step('status', self.probe, self._check_status, lambda: self._silent('status')),
-            Step('position', list, self._check_position, lambda: self._silent('position')),
+            Step('status', self.probe, self._check_status),
+            Step('position', list, self._check_position),
         ]
-
-    def _silent(self, step: str) -> Check:
-        return Check(self.name, step, 'no answer', problem=self.silence())
 
     def _check_status(self) -> Check:
         current = self.measurement.current
@@ -98,7 +117,7 @@ class ServoActuator(Actuator):
         )
 
     def _check_position(self) -> Check:
-        problem = self.out_of_band(self._margin)
+        problem = self.out_of_band()
         where = 'outside' if problem else 'inside its limits'
         return Check(self.name, 'position', f'{self.measurement.q:.4f}, {where}', problem)
 
@@ -156,9 +175,9 @@ class ServoActuator(Actuator):
 
     def flags(self) -> str:
         """Return the bridge's status bits as words."""
-        return _names(self._status)
+        return flag_names(self._status)
 
-    def fault(self) -> str:
+    def error(self) -> str:
         """Return the bridge's fault bits as a sentence."""
         faults = self._status & SERVO_FAULTS
         # The watchdog's bit counts while a target is out: then the bridge has dropped the joint.
@@ -166,9 +185,4 @@ class ServoActuator(Actuator):
             faults |= self._status & ServoFlag.WATCHDOG
         if not faults:
             return ''
-        return f'joint {self.name}: the servo bridge reports {_names(faults)}'
-
-
-def _names(status: ServoFlag) -> str:
-    names = [flag.name.lower() for flag in ServoFlag if status & flag and flag.name]
-    return ', '.join(names) or 'none'
+        return f'joint {self.name}: the servo bridge reports {flag_names(faults)}'

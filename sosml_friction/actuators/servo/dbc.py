@@ -51,6 +51,12 @@ class ServoFlag(IntFlag):
     POSITION_SENSOR = 16
 
 
+def flag_names(status: ServoFlag) -> str:
+    """Return the bits of a bridge's status as words, 'none' for none."""
+    names = [flag.name.lower() for flag in ServoFlag if status & flag and flag.name]
+    return ', '.join(names) or 'none'
+
+
 SERVO_FAULTS = ServoFlag.UNDER_VOLTAGE | ServoFlag.OVER_TEMPERATURE | ServoFlag.POSITION_SENSOR
 
 

@@ -5,17 +5,41 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
+from sosml_friction.actuators.parameter import parameter
+from sosml_friction.actuators.servo.configuration import ServoConfiguration
 from sosml_friction.actuators.servo.dbc import Mode, ServoDbc, ServoFlag, ServoState
 from sosml_friction.exceptions import CanProtocolError
 
 LOOP_PERIOD_NS = 1_000_000
 # The filter of the servo's own velocity [s].
 VELOCITY_FILTER = 5e-3
+
+
+@dataclass(frozen=True)
+class ServoOptions:
+    """Say how good an emulated servo is; noises are standard deviations of white noise."""
+
+    servo_current_noise: float = parameter("noise of the servo's current sensor", 0.005, unit='A')
+    servo_encoder_noise: float = parameter(
+        "noise of the servo's position sensor", 5e-5, unit='rad'
+    )
+    servo_current_limit: float = parameter("the servo's own current limit", 5.0, unit='A')
+    servo_current_available: bool = parameter('whether the servo measures its current', True)
+    servo_kp: float = parameter(
+        "proportional gain of the servo's position loop", 240.0, unit='A/rad'
+    )
+    servo_kd: float = parameter(
+        "derivative gain of the servo's position loop", 6.0, unit='A s/rad'
+    )
+    servo_watchdog: float = parameter(
+        'the bridge turns the servo off after so long without a command', 0.05, unit='s'
+    )
 
 
 class EmulatedServo(EmulatedActuator):
@@ -26,40 +50,29 @@ class EmulatedServo(EmulatedActuator):
     DBC's resolution, the current with sensor noise or as "not available". The current is the mean
     since the last state, as the ADC of a bridge averages: a single sample would always meet the
     same phase of the target's staircase, an error proportional to speed that looks like viscous
-    friction. Without a command for
-    ``watchdog_ns`` the output goes off, which the status says until the next command.
+    friction. Without a command for ``servo_watchdog`` the output goes off, which the status says
+    until the next command.
 
     While a bit of ``status`` is set from outside the output stays off.
 
     Not modelled: hobby-servo dead band, PWM resolution, gear backlash, potentiometer nonlinearity.
     """
 
+    options_type = ServoOptions
+
     def __init__(
         self,
-        name: str,
-        *,
-        dbc: ServoDbc,
+        mount: ServoConfiguration,
+        options: ServoOptions,
         torque_constant: float,
-        direction: int,
-        zero_offset: float,
-        current_limit: float,
-        kp: float,
-        kd: float,
-        current_noise: float,
-        current_available: bool,
-        encoder_noise: float,
-        watchdog_ns: int,
         seed: np.random.SeedSequence,
     ) -> None:
-        """Make the servo; ``kp`` [A/rad], ``kd`` [A s/rad]."""
-        super().__init__(name, torque_constant, direction, zero_offset, current_limit, seed)
-        self._dbc = dbc
-        self._kp = kp
-        self._kd = kd
-        self._current_noise = current_noise
-        self._current_available = current_available
-        self._encoder_noise = encoder_noise
-        self._watchdog_ns = watchdog_ns
+        super().__init__(
+            mount, options, torque_constant, seed, current_limit=options.servo_current_limit
+        )
+        self._dbc = ServoDbc(mount.dbc, mount.dbc_map)
+        self._options = options
+        self._watchdog_ns = round(options.servo_watchdog * 1e9)
         self._last_frame_ns = 0
         self._loop_due_ns = 0
         self._mode = Mode.OFF
@@ -123,22 +136,29 @@ class EmulatedServo(EmulatedActuator):
             status |= ServoFlag.OUTPUT_ON
         if tripped:
             status |= ServoFlag.WATCHDOG
-        current = math.nan
-        if self._current_available:
-            # The part of a step since the grid's last point counts now and not again later.
-            part = max(0.0, (t_ns - self._step_from_ns) / self._step_ns - 1.0)
-            steps = self._steps + part
-            mean = (self._current_sum + part * self.current) / steps if steps else self.current
-            current = mean + self._normal(self._current_noise)
-            self._current_sum, self._steps = -part * self.current, -part
+        current = self._measured_current(t_ns)
         state = ServoState(
-            position=self._position(q) + self._encoder_noise_of(self._encoder_noise),
+            position=self._sensed_position(q),
             velocity=self._velocity,
             current=current,
             status=status,
             sequence_echo=command.sequence,
         )
         return self._dbc.encode_state(state)
+
+    def _sensed_position(self, q: float) -> float:
+        return self._position(q) + self._encoder_noise_of(self._options.servo_encoder_noise)
+
+    def _measured_current(self, t_ns: int) -> float:
+        """Return the mean since the last state, with noise; NaN where it is not measured."""
+        if not self._options.servo_current_available:
+            return math.nan
+        # The part of a step since the grid's last point counts now and not again later.
+        part = max(0.0, (t_ns - self._step_from_ns) / self._step_ns - 1.0)
+        steps = self._steps + part
+        mean = (self._current_sum + part * self.current) / steps if steps else self.current
+        self._current_sum, self._steps = -part * self.current, -part
+        return mean + self._normal(self._options.servo_current_noise)
 
     def advance(self, share: float) -> None:
         """Let the current follow its command, and add it to the mean."""
@@ -154,7 +174,7 @@ class EmulatedServo(EmulatedActuator):
             return
         self._loop_due_ns = t_ns + LOOP_PERIOD_NS
         before = self._sensor
-        self._sensor = self._position(q) + self._encoder_noise_of(self._encoder_noise)
+        self._sensor = self._sensed_position(q)
         if not math.isnan(before):
             h = LOOP_PERIOD_NS * 1e-9
             rate = (self._sensor - before) / h
@@ -166,5 +186,6 @@ class EmulatedServo(EmulatedActuator):
             self._commanded = 0.0
         if self._mode is Mode.POSITION:
             self._commanded = self._clamped(
-                self._kp * (self._target - self._sensor) - self._kd * self._velocity
+                self._options.servo_kp * (self._target - self._sensor)
+                - self._options.servo_kd * self._velocity
             )

@@ -10,18 +10,18 @@ from dataclasses import replace
 import can
 import pytest
 
-from sosml_friction.actuators.actuator import Setpoint
 from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.actuator import RmdXActuator
+from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.robot import JointLimits
 
-JOINT = JointConfiguration(
-    'shoulder', 'rmd_x', 1, 0.0, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
+JOINT = RmdXConfiguration(
+    'shoulder', 1, 0.0, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
     kp=250.0, kd=12.0,
 )  # fmt: skip
 LIMITS = JointLimits(-1.7, 0.7, 3.0, 8.0)

@@ -10,12 +10,14 @@ import pytest
 
 from sosml_friction.actuators.driver.configuration import (
     DriverConfiguration,
-    mounts_from_parameters,
+    joints_from_parameters,
     read_parameters,
 )
 from sosml_friction.actuators.driver.driver import JointDriver
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions, ExoskeletonEmulator
+from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator
 from sosml_friction.actuators.emulator.lockstep import Lockstep, emulated_exoskeleton
+from sosml_friction.actuators.emulator.options import EmulatorOptions
+from sosml_friction.actuators.parameter import parameters_of
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
@@ -29,16 +31,19 @@ def values():
 
 
 def build(values):
-    return DriverConfiguration.from_parameters(values, CONFIG / 'elbow_servo.dbc')
+    return DriverConfiguration.from_parameters(values)
 
 
 def test_the_shipped_file_configures_driver_and_emulator_alike(values):
     configuration = build(values)
-    emulated = mounts_from_parameters(
-        read_parameters(CONFIG / 'exoskeleton.yaml', 'emulator_node'), CONFIG / 'elbow_servo.dbc'
+    emulated = joints_from_parameters(
+        read_parameters(CONFIG / 'exoskeleton.yaml', 'emulator_node')
     )
     for ours, theirs in zip(configuration.joints, emulated, strict=True):
-        for key in vars(theirs):
+        assert type(ours) is type(theirs)
+        mounted = [key for key, (_, said) in parameters_of(theirs).items() if said.mount]
+        assert len(mounted) >= 4
+        for key in mounted:
             assert getattr(ours, key) == getattr(theirs, key)
 
 
@@ -131,8 +136,12 @@ def test_two_motors_with_one_id_are_refused(values):
     values.update({f'elbow.{key}': values[f'shoulder.{key}'] for key in (
         'driver', 'can_id', 'current_limit', 'current_rate_limit', 'kp', 'kd'
     )})  # fmt: skip
-    with pytest.raises(ConfigurationError, match='share a can_id'):
-        build(values)
+    configuration = build(values)
+    robot = read_model(CONFIG / 'exoskeleton').make_robot()
+    with pytest.raises(ConfigurationError, match='shoulder and elbow both answer from 0x241'):
+        JointDriver(configuration, robot, bus=None, clock=None)
+    with pytest.raises(ConfigurationError, match='listen to one identifier'):
+        emulated_exoskeleton(configuration=configuration)
 
 
 def test_joints_that_differ_from_the_models_are_refused(values):

@@ -9,7 +9,6 @@ import json
 
 import numpy as np
 
-from sosml_friction.actuators.driver.configuration import POSITION_MODE
 from sosml_friction.actuators.driver.controller_entries import controller_entries
 from sosml_friction.actuators.emulator.lockstep import (
     Lockstep,
@@ -17,6 +16,7 @@ from sosml_friction.actuators.emulator.lockstep import (
     emulated_exoskeleton,
     nominal_robot,
 )
+from sosml_friction.actuators.rmd_x.configuration import POSITION_MODE
 from sosml_friction.bags.controllers import parse_controllers
 from sosml_friction.motion.trajectory import Trajectory
 
@@ -61,7 +61,7 @@ def test_the_law_with_the_gains_of_the_entry_gives_the_efforts_of_the_driver():
         bench.driver.follow(Trajectory(configuration.names, times, positions, zeros))
         for _ in range(600):
             bench.step()
-            sample, reference = bench.samples[-1], bench.driver._follower.last
+            sample, reference = bench.samples[-1], bench.driver._motion.follower.last
             ahead = robot.inverse_dynamics(reference.q, reference.v, reference.a)
             wanted = (reference.q[0], reference.v[0], ahead[0])
             rows.append([sample.tau[0], sample.q[0], sample.v[0], *wanted])

@@ -12,9 +12,9 @@ import pytest
 from quiet_emulator import moving
 
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.driver import DriverState
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.emulator.lockstep import run_lockstep
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import ServoFlag
 from sosml_friction.actuators.servo.emulated import EmulatedServo
@@ -182,7 +182,7 @@ def test_the_servos_target_moves_no_faster_than_the_joint_may(make_lockstep):
     driver.configure()
     lockstep.run(0.1)
     driver.enable()
-    driver._follower.hold(np.array([-np.pi / 2, 2.4]))
+    driver._motion.follower.hold(np.array([-np.pi / 2, 2.4]))
     lockstep.run(0.05)
     targets = np.array(
         [
@@ -335,7 +335,7 @@ def over_speed(lockstep):
 
 
 def nan_reference(lockstep):
-    lockstep.driver._follower.hold(np.array([math.nan, 0.0]))
+    lockstep.driver._motion.follower.hold(np.array([math.nan, 0.0]))
     return 'not finite'
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.actuators.driver.driver import DriverState
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.driver.report import DriverState
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 
 MODES = {
@@ -60,7 +60,7 @@ def test_the_speed_that_is_asked_for_never_exceeds_the_limit(make_lockstep, ther
         for _, frame in lockstep.seen
         if frame.can_id == 0x141 and frame.data[0] == 0xA2
     ]
-    limit = lockstep.driver._limits[0].velocity
+    limit = lockstep.driver._actuators[0].limits.velocity
     assert len(speeds) > 10
     assert np.abs(speeds).max() <= limit + 1e-4
 

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 from quiet_emulator import moving
 
-from sosml_friction.actuators.driver.driver import DriverState, JointDriver
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.driver.driver import JointDriver
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.emulator.lockstep import nominal_robot
 from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError
 
@@ -107,7 +108,7 @@ def test_a_joint_that_does_not_move_with_its_reference_is_let_go(lockstep, there
 def test_beyond_its_limit_a_joint_gets_no_torque_outward(make_lockstep):
     """Pushed over the limit while it holds there: the current outward fades on the way."""
     lockstep = make_lockstep(joint={'shoulder': {'tracking_limit': 1.0}})
-    upper = lockstep.driver._limits[0].upper
+    upper = lockstep.driver._actuators[0].limits.upper
     lockstep.emulator.plant.q[0] = upper
     lockstep.driver.configure()
     # The arm falls: enable at once, as soon as the velocity is known.
@@ -222,7 +223,7 @@ class Lost:
 
         monkeypatch.setattr(self.lockstep.bus, 'send', gone)
         monkeypatch.setattr(self.lockstep.bus, 'recv', gone)
-        self.lockstep.driver._cycle._reopen = self.open
+        self.lockstep.driver._bus.cycle._reopen = self.open
 
     def open(self):
         if not self.back:
@@ -257,6 +258,20 @@ def test_a_lost_adapter_is_opened_again_and_no_old_command_follows(
     lockstep.run(0.1)
     assert lockstep.driver.state is DriverState.ENABLED
     lockstep.driver.bus.shutdown()
+
+
+def test_a_lost_bus_is_tried_again_ten_times_a_second(lockstep, monkeypatch):
+    tried = []
+
+    def gone():
+        tried.append(lockstep.clock.now_ns())
+        raise ActuatorError('no such device')
+
+    Lost(lockstep).lose(monkeypatch)
+    monkeypatch.setattr(lockstep.driver._bus.cycle, '_reopen', gone)
+    lockstep.run(1.01)
+    assert 9 <= len(tried) <= 10
+    assert np.diff(tried) == pytest.approx(1e8, abs=3e6)
 
 
 def test_without_a_way_to_open_it_the_same_bus_is_tried_again(

@@ -9,10 +9,12 @@ import math
 import pytest
 
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.driver import DriverState, make_actuators
+from sosml_friction.actuators.driver.checks import make_actuators
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request, StartUp, Step
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
-from sosml_friction.actuators.emulator.emulator import EmulatorOptions
+from sosml_friction.actuators.emulator.lockstep import nominal_robot
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import ActuatorError
@@ -26,7 +28,6 @@ def step(name, problem='', **kwargs):
         name,
         lambda: [ASK],
         lambda: Check('j', name, 'found', problem),
-        lambda: Check('j', name, 'no answer', 'silent'),
         **kwargs,
     )
 
@@ -35,7 +36,7 @@ def step(name, problem='', **kwargs):
 
 
 def test_steps_are_walked_in_order_and_each_is_checked_once():
-    walk = StartUp('j', [step('a'), step('b')])
+    walk = StartUp('j', [step('a'), step('b')], 'silent')
     names = []
     while not walk.done:
         names.append(walk.step)
@@ -46,7 +47,7 @@ def test_steps_are_walked_in_order_and_each_is_checked_once():
 
 
 def test_a_problem_ends_the_walk():
-    walk = StartUp('j', [step('a', 'broken'), step('b')])
+    walk = StartUp('j', [step('a', 'broken'), step('b')], 'silent')
     walk.take(set(), walk.requests())
     assert walk.done
     assert walk.problem == 'broken'
@@ -54,7 +55,7 @@ def test_a_problem_ends_the_walk():
 
 
 def test_an_answer_that_does_not_come_is_asked_for_three_times():
-    walk = StartUp('j', [step('a')])
+    walk = StartUp('j', [step('a')], 'silent')
     for _ in range(3):
         assert not walk.done
         walk.take({'key'}, walk.requests())
@@ -62,7 +63,7 @@ def test_an_answer_that_does_not_come_is_asked_for_three_times():
 
 
 def test_only_the_first_attempt_waits_for_the_pause():
-    walk = StartUp('j', [step('a', pause_ns=5)])
+    walk = StartUp('j', [step('a', pause_ns=5)], 'silent')
     assert walk.pause_ns == 5
     walk.take({'key'}, walk.requests())
     assert walk.pause_ns == 0
@@ -74,8 +75,8 @@ def test_only_the_first_attempt_waits_for_the_pause():
 def start(lockstep, *, read_only=True):
     """Run the start-up as ``sosml can check`` does, and return its checks by joint and step."""
     driver = lockstep.driver
-    cycle, clock = driver._cycle, lockstep.clock
-    actuators = make_actuators(driver.configuration, driver._limits)
+    cycle, clock = driver._bus.cycle, lockstep.clock
+    actuators = make_actuators(driver.configuration, nominal_robot().limits)
     cycle._actuators = {own.reply_id: own for own in actuators}
     checks = run_start_ups(cycle, clock, actuators, read_only=read_only)
     return {(check.joint, check.step): check for check in checks}

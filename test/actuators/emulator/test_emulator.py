@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,17 +14,17 @@ from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import CURRENT_LOOP
 from sosml_friction.actuators.emulator.emulator import (
     STEP_NS,
-    EmulatorOptions,
     ExoskeletonEmulator,
     hanging_position,
 )
 from sosml_friction.actuators.emulator.lockstep import default_configuration, emulated_exoskeleton
+from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoFlag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
-NO_TIMEOUT = replace(QUIET, comm_timeout=0.0)
+NO_TIMEOUT = QUIET.changed(comm_timeout=0.0)
 
 
 def ask(emulator, request, t_ns):

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import can
@@ -28,7 +27,7 @@ from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoFlag
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 
 JOINTS = ('shoulder', 'elbow')
-UNWATCHED = replace(QUIET, comm_timeout=0.0, servo_watchdog=10.0)
+UNWATCHED = QUIET.changed(comm_timeout=0.0, servo_watchdog=10.0)
 ASK = rmd_x.encode_request(1, rmd_x.ReadAngle())
 PATIENCE = 10.0
 # What has not come true by then never will.

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from sosml_friction.actuators.driver.driver import DriverState
+from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.exceptions import ActuatorError
 
 STATES = ('idle', 'holding', 'moving')

@@ -9,17 +9,17 @@ from dataclasses import replace
 
 import pytest
 
-from sosml_friction.actuators.actuator import Setpoint
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import JointConfiguration
+from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.actuator import RmdXActuator
+from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
 LIMITS = JointLimits(-1.7, 0.7, 3.0, 8.0)
-JOINT = JointConfiguration(
-    'shoulder', 'rmd_x', -1, 0.3, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
+JOINT = RmdXConfiguration(
+    'shoulder', -1, 0.3, 1.25, can_id=1, current_limit=6.0, current_rate_limit=500.0,
     kp=250.0, kd=12.0,
 )  # fmt: skip
 DEGREE = math.radians(1.0)
@@ -181,7 +181,7 @@ def test_the_motors_watchdog_is_heard_in_both_forms():
 @pytest.mark.parametrize('name', ['ReadAngle', 'ReadEncoder', 'ReadUptime', 'Shutdown', 'Stop'])
 def test_an_answer_that_may_look_like_its_question_is_no_echo(name):
     own = actuator()
-    request = own._request(getattr(rmd_x, name)())
+    request = own.request(getattr(rmd_x, name)())
     assert not own.is_echo(request, Frame(0x241, request.frame.data))
 
 
@@ -198,7 +198,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
     """0x92 says one turn more than 0x60: to stay where it is, 0xA4 must say so too."""
     own = actuator(mode='position', counts_per_turn=2**20)
     told(own, rmd_x.Angle(2 * math.pi + 0.5), rmd_x.Encoder(round(2**20 * 0.5 / (2 * math.pi))))
-    assert own._check_position().problem == ''
+    assert own._start_up.check_position().problem == ''
     here = Setpoint(0.0, own.measurement.q, 0.0)
     assert sent(own.command(here, 1))[0].angle == pytest.approx(2 * math.pi + 0.5, abs=2e-4)
 
@@ -206,7 +206,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
 def test_at_zero_any_scale_of_counts_fits_but_not_where_the_joint_goes():
     own = actuator(counts_per_turn=2**20)
     told(own, rmd_x.Angle(0.0), rmd_x.Encoder(0))
-    assert own._check_position().problem == ''
+    assert own._start_up.check_position().problem == ''
     told(own, rmd_x.Encoder(2**18), rmd_x.Motion(25, 0.0, 0.0, math.pi / 2))
     assert own.doubt() == ''
     # The true scale is half of it: the joint is twice as far as the counts say.
@@ -231,3 +231,66 @@ def test_the_echo_of_a_motor_that_timed_out_is_not_taken_for_zero_degrees():
     first = position.requests()[0]
     assert isinstance(sent([first])[0], rmd_x.ReadStatus)
     assert actuator().is_echo(first, Frame(0x241, first.frame.data))
+
+
+# ---- limits from both sides
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize(('differ', 'doubted'), [(0.075, False), (0.085, True)])
+def test_counts_and_angle_may_differ_by_0_08_rad_before_they_are_doubted(sign, differ, doubted):
+    """The coarse angle is exact here: it is put into whole degrees on the wire."""
+    own = actuator(counts_per_turn=2**20)
+    counts = round(2**20 * (45 * DEGREE + sign * differ) / (2 * math.pi))
+    told(own, rmd_x.Encoder(counts), rmd_x.Motion(25, 0.0, 0.0, 45 * DEGREE))
+    assert bool(own.doubt()) == doubted
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize(('differ', 'refused'), [(0.019, False), (0.021, True)])
+def test_at_the_start_counts_and_angle_may_differ_by_0_02_rad(sign, differ, refused):
+    own = actuator(counts_per_turn=2**20)
+    counts = round(2**20 * (0.5 + sign * differ) / (2 * math.pi))
+    told(own, rmd_x.Angle(0.5), rmd_x.Encoder(counts))
+    assert ('counts_per_turn' in own._start_up.check_position().problem) == refused
+
+
+@pytest.mark.parametrize(('back_ms', 'restarts'), [(490, 0), (510, 1)])
+def test_an_uptime_that_is_half_a_second_behind_is_a_restart(back_ms, restarts):
+    own = actuator()
+    own.accept(rmd_x.encode_reply(1, rmd_x.Uptime(10_000)), 0)
+    own.accept(rmd_x.encode_reply(1, rmd_x.Uptime(11_000 - back_ms)), 1_000_000_000)
+    assert own.restarts == restarts
+
+
+@pytest.mark.parametrize('direction', [1, -1])
+@pytest.mark.parametrize(('constant', 'most'), [(1.0, 6.0), (2.0, 4.0)])
+def test_the_lower_of_current_limit_and_effort_limit_bounds_the_current(direction, constant, most):
+    """6 A, and the URDF's 8 Nm at 2 Nm/A are 4 A; the effort's sign is the joint's."""
+    own = at(actuator(torque_constant=constant, direction=direction), 0.0)
+    for effort in (100.0, -100.0):
+        for _ in range(30):
+            current = sent(own.command(Setpoint(effort, 0.0, 0.0), 1))[0].current
+        assert current == pytest.approx(math.copysign(most, direction * effort))
+
+
+@pytest.mark.parametrize('direction', [1, -1])
+def test_what_is_measured_is_in_the_joints_direction(direction):
+    own = told(
+        actuator(direction=direction), rmd_x.Motion(30, 2.0, 10 * DEGREE, 0.0), rmd_x.Angle(0.5)
+    )
+    measured = own.measurement
+    assert measured.q == pytest.approx(direction * 0.5 + 0.3, abs=1e-4)
+    assert measured.tau == pytest.approx(direction * 2.5)
+    assert measured.speed == pytest.approx(direction * 10 * DEGREE)
+    # As the motor itself says it.
+    assert measured.current == pytest.approx(2.0)
+
+
+def test_in_speed_mode_the_lower_limit_is_stopped_before_as_well():
+    """From 0 with 1.7 rad left downward sqrt(2 5 1.7) = 4.1 rad/s would do: the limit is 3."""
+    own = at(actuator(mode='speed', position_gain=10.0), -1.5)
+    speed = sent(own.command(Setpoint(0.0, -5.0, 0.0), 1))[0].speed
+    assert speed == pytest.approx(math.sqrt(2 * 5 * 0.2), abs=2e-3)
+    own = at(actuator(mode='speed', position_gain=10.0), -1.75)
+    assert sent(own.command(Setpoint(0.0, -5.0, 0.0), 1))[0].speed == 0.0

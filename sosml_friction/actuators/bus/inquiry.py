@@ -1,0 +1,84 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Ask on a bus, outside any cycle, and listen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+import can
+
+from sosml_friction.actuators.bus.clock import Clock
+from sosml_friction.actuators.bus.frame import Frame
+
+# Long enough for a motor on a slow adapter; the whole scan then takes some two seconds [s].
+ANSWER_TIME = 0.15
+# A second actuator with the same identifier answers within this time after the first.
+_SECOND_NS = 20_000_000
+
+
+class Inquiry:
+    """
+    Send questions and collect what comes back.
+
+    :param bus: open, and nobody else's.
+    :param ids: numbers of motors to ask.
+    :param dbc: DBC file of the servo bridge to ask, '' for none.
+    :param answer_time: how long to wait for an answer [s].
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        clock: Clock,
+        ids: Sequence[int],
+        dbc: str = '',
+        answer_time: float = ANSWER_TIME,
+    ) -> None:
+        self.ids = ids
+        self.dbc = dbc
+        self._bus = bus
+        self._clock = clock
+        self._answer_ns = round(answer_time * 1e9)
+
+    def ask(
+        self,
+        requests: Mapping[int, Frame],
+        is_answer: Callable[[Frame, Frame], bool] = lambda asked, reply: True,
+    ) -> list[Frame]:
+        """
+        Send each request and return the replies, double ones as well.
+
+        :param requests: by the identifier their replies come from.
+        :param is_answer: tells whether a reply from there, the second, answers the first.
+        """
+        for frame in requests.values():
+            self._bus.send(frame.to_message())
+        replies: list[Frame] = []
+        waiting = set(requests)
+        for frame in self.listen(self._answer_ns):
+            asked = requests.get(frame.can_id)
+            if asked is None or not is_answer(asked, frame):
+                continue
+            replies.append(frame)
+            waiting.discard(frame.can_id)
+            if not waiting:
+                replies += [
+                    late
+                    for late in self.listen(_SECOND_NS)
+                    if late.can_id in requests and is_answer(requests[late.can_id], late)
+                ]
+                break
+        return replies
+
+    def listen(self, time_ns: int) -> Iterator[Frame]:
+        """Return the frames that are heard within ``time_ns`` [ns] from now."""
+        end_ns = self._clock.now_ns() + time_ns
+        while True:
+            remaining_ns = end_ns - self._clock.now_ns()
+            message = self._bus.recv(max(0.0, remaining_ns * 1e-9))
+            frame = None if message is None else Frame.from_message(message)
+            if frame is not None:
+                yield frame
+            if remaining_ns <= 0:
+                return

@@ -1,0 +1,34 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What one completed cycle measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointSample:
+    """
+    Hold what one completed cycle measured, joints in the driver's order.
+
+    ``stamp_ns``: receive time of the cycle's last position, on the driver's clock; ``joint_ns``:
+    of each joint's. ``q`` [rad or m], ``v`` [rad/s or m/s], ``tau`` [Nm or N], each (n,); NaN is
+    not known: v until its window is full, tau where the actuator measures no current.
+    """
+
+    stamp_ns: int
+    joint_ns: tuple[int, ...]
+    q: FloatArray
+    v: FloatArray
+    tau: FloatArray
+
+    @property
+    def skew_ns(self) -> int:
+        """Return the time between the first and the last position of the cycle [ns]."""
+        return max(self.joint_ns) - min(self.joint_ns)
