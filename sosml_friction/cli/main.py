@@ -185,11 +185,12 @@ def fit(
 
     Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
     """
+    from sosml_friction.bags.recorded_robot import bag_name
     from sosml_friction.identification.bag_analysis import analyse_bag
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
     from sosml_friction.identification.segments import SegmentSettings
-    from sosml_friction.identification.several.bags_analysis import analyse_bags, bag_name
+    from sosml_friction.identification.several.bags_analysis import analyse_bags
     from sosml_friction.model.model_folder import read_model
     from sosml_friction.observers.configuration import OBSERVERS
     from sosml_friction.report.common.output import to_json
@@ -437,8 +438,7 @@ def tune(
 
     Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
     """
-    from sosml_friction.identification.bag_analysis import read_recorded_robot
-    from sosml_friction.identification.several.bags_analysis import bag_name
+    from sosml_friction.bags.recorded_robot import bag_name, read_recorded_robot
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
     from sosml_friction.report.common.tables import print_table

@@ -16,8 +16,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from sosml_friction.bags.recorded_robot import RecordedRobot
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import RecordedRobot, effort_holds
+from sosml_friction.identification.bag_analysis import recorded_configuration
+from sosml_friction.identification.log_analysis import effort_holds
 from sosml_friction.observers.configuration import CAUSAL, OBSERVERS, check_observers
 from sosml_friction.observers.friction_estimator import EFFORT_HOLDS
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
@@ -114,7 +116,8 @@ def propose_gains(
     """
     check_observers(observers or ())
     robot = recorded.robot
-    holds = effort_holds(recorded, effort_hold or {}, name)
+    ran = recorded_configuration(recorded.bag, name)
+    holds = effort_holds(robot.names, effort_hold or {}, ran)
     measured = measure_conditions(recorded.log, robot, holds)
     for quantity, values in stated.items():
         column = getattr(measured, quantity).copy()

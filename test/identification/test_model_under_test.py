@@ -11,7 +11,7 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.identification.bag_analysis import read_recorded_robot
+from sosml_friction.bags.recorded_robot import read_recorded_robot
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.urdf_bodies import with_bodies
 from sosml_friction.share import share_directory

@@ -13,8 +13,8 @@ import numpy as np
 from sosml_friction.bags.bag import Bag, WantedMotion
 from sosml_friction.bags.controllers import ACTUATOR, PD, read_controllers
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import read_nominal
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import read_nominal
 from sosml_friction.model.robot import Robot
 
 #: A controller whose cycle is so many times shorter than the samples was not recorded.

@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 
 from sosml_friction.bags.importer import import_recording
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import read_recorded_robot
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import read_recorded_robot
 from sosml_friction.identification.output_error.controlled import (
     CascadeController,
     fit_output_error,
