@@ -95,12 +95,12 @@ class Model:
         """
         Compute the friction torque at velocities, positive for positive velocity.
 
-        :param velocity: (..., n) [rad/s or m/s]; of one joint also a number or (N,).
+        :param velocity: (..., n) [rad/s or m/s]; of one joint also (N,) or a number.
         :return: tau_f [Nm or N], same shape; NaN for a joint whose friction is not known.
         :raises ConfigurationError: if the last axis is not that of the joints.
         """
         v = np.asarray(velocity, dtype=float)
-        columns = v[..., None] if len(self.joints) == 1 and v.shape[-1:] != (1,) else v
+        columns = v[..., None] if len(self.joints) == 1 and v.ndim <= 1 else v
         if columns.shape[-1:] != (len(self.joints),):
             raise ConfigurationError(
                 f'velocity has shape {v.shape}: its last axis must be that of the joints '
