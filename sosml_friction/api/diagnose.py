@@ -13,7 +13,7 @@ from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import log_source, refuse_copies
+from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis, diagnose_logs
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.extended_model.extension import extended_model

@@ -15,7 +15,7 @@ from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, table_text
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import log_source, refuse_copies
+from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_form import LawForm

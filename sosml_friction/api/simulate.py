@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, table_text
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import Source, log_source
+from sosml_friction.bags.source import Source, log_source
 from sosml_friction.report.simulation.document import simulation_document
 from sosml_friction.report.simulation.rows import error_table, simulation_sentences
 from sosml_friction.simulation.recorded.recorded_simulation import (

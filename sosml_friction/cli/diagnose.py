@@ -63,7 +63,7 @@ def diagnose(
 
     Example: sosml diagnose recording --model config/exoskeleton --out why
     """
-    from sosml_friction.bags.recorded_robot import bag_name
+    from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
     from sosml_friction.report.common.progress import progress

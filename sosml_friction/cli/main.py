@@ -185,7 +185,7 @@ def fit(
 
     Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
     """
-    from sosml_friction.bags.recorded_robot import bag_name
+    from sosml_friction.bags.source import bag_name
     from sosml_friction.identification.bag_analysis import analyse_bag
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
@@ -438,7 +438,8 @@ def tune(
 
     Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
     """
-    from sosml_friction.bags.recorded_robot import bag_name, read_recorded_robot
+    from sosml_friction.bags.recorded_robot import read_recorded_robot
+    from sosml_friction.bags.source import bag_name
     from sosml_friction.report.common.output import to_json
     from sosml_friction.report.common.progress import progress
     from sosml_friction.report.common.tables import print_table

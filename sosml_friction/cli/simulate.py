@@ -53,7 +53,8 @@ def simulate(
 
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
-    from sosml_friction.bags.recorded_robot import bag_hash, bag_name, read_recorded_robot
+    from sosml_friction.bags.recorded_robot import read_recorded_robot
+    from sosml_friction.bags.source import bag_hash, bag_name
     from sosml_friction.identification.output_error.fits import recorded_controllers
     from sosml_friction.report.common.output import check_output_folder, require_writable, to_json
     from sosml_friction.report.common.progress import progress

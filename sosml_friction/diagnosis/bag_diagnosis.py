@@ -11,14 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import (
-    RecordedRobot,
-    Source,
-    bag_labels,
-    bag_source,
-    read_recorded_robot,
-    refuse_copies,
-)
+from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
+from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library

@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import bag_source, read_recorded_robot
+from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.source import bag_source
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
 from sosml_friction.identification.output_error.fits import recorded_controllers

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import Source
+from sosml_friction.bags.source import Source
 from sosml_friction.identification.friction_fit import WEAK_FORM, FitSettings, FrictionFit
 from sosml_friction.model.effort_correction import CORRECTED
 from sosml_friction.model.friction_laws import FRICTION_LAWS

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import Source, log_source
+from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import (
     LEFT_OUT,

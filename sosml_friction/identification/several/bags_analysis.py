@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import bag_hash, bag_labels, read_nominal, refuse_copies
+from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.fitted_model import friction_of, preferred_observer

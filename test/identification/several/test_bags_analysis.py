@@ -15,7 +15,7 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.recorded_robot import bag_labels
+from sosml_friction.bags.source import bag_labels
 from sosml_friction.cli import main as cli
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.friction_fit import FitSettings
