@@ -13,13 +13,8 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.data_checks import (
-    LEFT_OUT,
-    NOTE,
-    DataChecks,
-    DataFinding,
-    check_data,
-)
+from sosml_friction.identification.data_checks import DataChecks, check_data
+from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
 from sosml_friction.identification.fits_without_observer import with_output_error, with_weak_form
 from sosml_friction.identification.fitted_model import (
     fit_provenance,
