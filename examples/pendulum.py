@@ -19,7 +19,7 @@ import math
 import random
 from pathlib import Path
 
-from matplotlib.figure import Figure
+import matplotlib.pyplot as plt
 
 import sosml_friction as sf
 
@@ -142,15 +142,13 @@ fit.model.write(OUTPUT / 'model')
 observation = sf.observe(log, model, observers=['sosml'])
 slope = [(b - a) / (2 * SAMPLE * 10) for a, b in zip(log.q[:-20, 0], log.q[20:, 0], strict=True)]
 speeds = [0.02 * k for k in range(-100, 101)]
-figure = Figure(figsize=(7.0, 4.5), layout='constrained')
-axes = figure.subplots()
+figure, axes = plt.subplots(figsize=(7.0, 4.5), layout='constrained')
 friction = observation.friction['sosml'][10:-10, 0]
 axes.plot(slope[::10], friction[::10], '.', color='0.7', label='SOSML')
 axes.plot(speeds, fit.predict(speeds), color='C0', label='fitted law')
 axes.set(xlabel='velocity [rad/s]', ylabel='friction [Nm]')
 axes.legend()
 figure.savefig(OUTPUT / 'friction.png', dpi=150)
-figure
 
 # %% [markdown]
 # ## 6. What does the fitted model get wrong?

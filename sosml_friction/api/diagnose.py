@@ -10,7 +10,7 @@ from typing import Any
 
 from sosml_friction.api.logs import labelled
 from sosml_friction.api.model import Model
-from sosml_friction.api.result import Result
+from sosml_friction.api.result import Result, interval_of
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import log_source, refuse_copies
@@ -24,9 +24,6 @@ from sosml_friction.report.diagnosis.document import (
     diagnosis_lines,
     write_diagnosis,
 )
-
-#: Half of a 95 % interval in standard errors.
-_NORMAL = 1.96
 
 
 class Diagnosis(Result):
@@ -66,9 +63,8 @@ class Diagnosis(Result):
         intervals: dict[str, dict[str, tuple[float, float]]] = {}
         for cause in self.causes:
             own = intervals.setdefault(cause.joint, {})
-            for name, p in cause.parameters.items():
-                half = _NORMAL * p.std_error
-                own[f'{cause.effect}.{name}'] = (p.value - half, p.value + half)
+            for name, parameter in cause.parameters.items():
+                own[f'{cause.effect}.{name}'] = interval_of(parameter)
         return intervals
 
     def predict(self, log: JointLog) -> Simulation:

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model
-from sosml_friction.api.result import Result, table_text
+from sosml_friction.api.result import Result, interval_of, table_text
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import log_source, refuse_copies
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
@@ -35,9 +36,6 @@ from sosml_friction.report.fit.results import (
 )
 
 FloatArray = NDArray[np.float64]
-
-#: Half of a 95 % interval in standard errors, where a parameter brings no interval.
-_NORMAL = 1.96
 
 
 class Fit(Result):
@@ -71,9 +69,9 @@ class Fit(Result):
                 for joint, observer in told.model.items()
             }
         return {
-            view.name: dict(view.fits[view.preferred].fit.parameters)
-            for view in joint_views(known)
-            if view.preferred is not None
+            joint: dict(fits[observer].fit.parameters)
+            for joint, fits in known.fit.joints.items()
+            if (observer := preferred_observer(fits)) is not None
         }
 
     @property
@@ -86,7 +84,7 @@ class Fit(Result):
     def conf_int(self) -> dict[str, dict[str, tuple[float, float]]]:
         """Return 95 % intervals by joint and parameter; an end that is open is infinite."""
         return {
-            joint: {name: _interval(parameter) for name, parameter in own.items()}
+            joint: {name: interval_of(parameter) for name, parameter in own.items()}
             for joint, own in self.parameters.items()
         }
 
@@ -176,13 +174,19 @@ def fit(
     :param refit_inertia: whether inertia is fitted too; it is reported, the model keeps its own.
     :param roles: of several recordings, ``T1``, ``T2``, ``T3`` or ``other`` by label.
     :param own_bias: of several, whether each has a bias of its own; None for where they differ.
-    :raises ConfigurationError: if a choice is unknown, or a recording is given twice.
+    :raises ConfigurationError: if a choice is unknown, a recording is given twice, or roles or
+        ``own_bias`` are given for one recording.
     :raises DataError: if effort is missing or no joint can be fitted; one sentence with reasons.
     """
     form = LawForm(law, symmetric, alpha)
     settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
     recordings = labelled(logs)
     several = len(recordings) > 1
+    if not several and (roles or own_bias is not None):
+        raise ConfigurationError(
+            'roles and own_bias say how several recordings are put together, and one is given: '
+            'give the others too, or leave them out'
+        )
     sources = {label: log_source(log, label) for label, log in recordings.items()}
     refuse_copies({label: source.sha256 for label, source in sources.items()})
     analyses = {}
@@ -200,10 +204,3 @@ def fit(
         return Fit(next(iter(analyses.values())))
     stated = [f'{label}={role}' for label, role in (roles or {}).items()]
     return Fit(consolidate_analyses(analyses, stated, own_bias))
-
-
-def _interval(parameter: Parameter) -> tuple[float, float]:
-    if parameter.interval is not None:
-        return float(parameter.interval[0]), float(parameter.interval[1])
-    half = _NORMAL * parameter.std_error
-    return parameter.value - half, parameter.value + half

@@ -10,8 +10,12 @@ from typing import Any
 
 from rich.console import Console, RenderableType
 
+from sosml_friction.model.parameter import Parameter
+
 #: Width of tables [characters].
 _WIDTH = 100
+#: Half of a 95 % interval in standard errors, where a parameter brings no interval.
+_NORMAL = 1.96
 
 
 class Result(ABC):
@@ -31,6 +35,14 @@ class Result(ABC):
 
     def __repr__(self) -> str:
         return f'<{type(self).__name__}; {self._brief()}>'
+
+
+def interval_of(parameter: Parameter) -> tuple[float, float]:
+    """Return the 95 % interval, its own or that of the standard error; NaN where none is known."""
+    if parameter.interval is not None:
+        return float(parameter.interval[0]), float(parameter.interval[1])
+    half = _NORMAL * parameter.std_error
+    return parameter.value - half, parameter.value + half
 
 
 def table_text(table: RenderableType) -> str:

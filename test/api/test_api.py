@@ -214,6 +214,8 @@ def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
         sf.fit(silent, model)
     with pytest.raises(DataError, match=r'^log 2: .*carries no effort'):
         sf.fit([log, silent], model, method='segments', observers=['quasi_static'])
+    with pytest.raises(ConfigurationError, match='say how several recordings are put together'):
+        sf.fit(log, model, roles={'log': 'T1'})
     with pytest.raises(ConfigurationError, match="law is 'cubic'"):
         sf.fit(log, model, law='cubic')
 

@@ -25,6 +25,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp('example')
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
+        patch.setenv('MPLBACKEND', 'agg')
         return runpy.run_path(str(EXAMPLES / 'pendulum.py')), folder / 'pendulum_output'
 
 
