@@ -10,6 +10,7 @@ NumPy than the distribution's packages are compiled against.
 """
 
 import os
+import re
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -52,6 +53,12 @@ TEST_REQUIREMENTS = [
 ]
 
 
+def version():
+    """Return __version__ of the package, without importing it."""
+    text = Path(PACKAGE, '__init__.py').read_text(encoding='utf-8')
+    return re.search(r"^__version__ = '(.+)'$", text, re.MULTILINE)[1]
+
+
 def distribution_is_sourced():
     """Tell whether the shell has sourced a ROS 2 distribution that has rclpy."""
     prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
@@ -82,7 +89,7 @@ def data_files():
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=version(),
     description='Friction of geared robot joints without a torque sensor: observe, identify.',
     author='the sosml_friction authors',
     maintainer='the sosml_friction authors',

@@ -19,7 +19,7 @@ PYTHON_FILES = sorted(
     [ROOT / 'setup.py']
     + [
         path
-        for folder in ('sosml_friction', 'launch', 'test', 'benchmarks')
+        for folder in ('sosml_friction', 'launch', 'test', 'benchmarks', 'examples')
         for path in (ROOT / folder).rglob('*.py')
     ]
 )

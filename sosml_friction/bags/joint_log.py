@@ -47,6 +47,10 @@ class JointLog:
     def __len__(self) -> int:
         return len(self.t_ns)
 
+    def __repr__(self) -> str:
+        span = f'{len(self)} samples over {self.time[-1]:.4g} s'
+        return f'<JointLog; {", ".join(self.names)}; {span}>'
+
     @property
     def time(self) -> FloatArray:
         """Return seconds since the first sample, (N,)."""

@@ -57,8 +57,8 @@ def diagnose(
 
     Example: sosml diagnose recording --model config/exoskeleton --out why
     """
+    from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
-    from sosml_friction.identification.several.bags_analysis import bag_name
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.diagnosis import document as view
 

@@ -72,8 +72,8 @@ def tune(
 
     Example: sosml tune recording --friction-jump shoulder=2.0 --out gains.yaml
     """
-    from sosml_friction.identification.bag_analysis import read_recorded_robot
-    from sosml_friction.identification.several.bags_analysis import bag_name
+    from sosml_friction.bags.recorded_robot import read_recorded_robot
+    from sosml_friction.bags.source import bag_name
     from sosml_friction.study import gain_proposal as gains
 
     if out is not None:

@@ -10,13 +10,13 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
+from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import bag_hash
-from sosml_friction.identification.several.bags_analysis import bag_labels
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -69,64 +69,80 @@ def diagnose_bags(
     recorded = {label: read(path, label) for label, path in labels.items()}
     first, nominal = next((label, robot.nominal) for label, robot in recorded.items())
     known_terms(nominal)
-    hashes: dict[str, str] = {}
+    logs: list[tuple[Source, JointLog]] = []
     for label, path in labels.items():
-        copy_of = hashes.setdefault(bag_hash(path), label)
-        if copy_of != label:
-            raise ConfigurationError(
-                f'bags {copy_of} and {label} are copies of one recording, which would count '
-                'twice: give each recording once'
-            )
-        _require_same_robot(first, recorded[first], label, recorded[label])
-    provenance: dict[str, Any] = {
-        'bags': [{'bag': label, 'sha256': digest} for digest, label in hashes.items()],
-        'holdout': None,
-        'model': nominal.name,
-        'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
-    }
+        source = bag_source(path, recorded[label].bag)._replace(name=label)
+        logs.append((source, recorded[label].log))
+        refuse_copies({known.name: known.sha256 for known, _ in logs})
+        _require_same_robot(first, nominal, label, recorded[label].nominal)
     other = None
     if holdout is not None:
-        digest = bag_hash(Path(holdout))
-        if digest in hashes:
-            raise ConfigurationError(
-                f'the bag left out (holdout), {holdout}, is the recording {hashes[digest]}: the '
-                'gain has to be measured on another one'
-            )
         name = Path(holdout).name
-        other = read(holdout, f'{name} (holdout)')
-        _require_same_robot(first, recorded[first], name, other)
-        provenance['holdout'] = {'bag': name, 'sha256': digest}
+        left_out = read(holdout, f'{name} (holdout)')
+        other = bag_source(holdout, left_out.bag), left_out.log
+        _require_same_robot(first, nominal, name, left_out.nominal)
+    return diagnose_logs(logs, nominal, other, without, settings, step)
+
+
+def diagnose_logs(
+    logs: Sequence[tuple[Source, JointLog]],
+    nominal: RobotModelFile,
+    holdout: tuple[Source, JointLog] | None = None,
+    without: Sequence[str] = (),
+    settings: DiagnosisSettings | None = None,
+    step: Callable[[str], None] = lambda text: None,
+) -> BagDiagnosis:
+    """
+    Say what a model gets wrong about recordings, and which recordings these were.
+
+    The arguments are those of :func:`~sosml_friction.diagnosis.diagnosis.diagnose`, and so are the
+    errors; a recording that was cut off is among the data checks.
+
+    :raises ConfigurationError: if ``holdout`` is one of ``logs``, too.
+    """
+    hashes = {source.sha256: source.name for source, _ in logs}
+    if holdout is not None and holdout[0].sha256 in hashes:
+        raise ConfigurationError(
+            f'the bag left out (holdout), {holdout[0].name}, is the recording '
+            f'{hashes[holdout[0].sha256]}: the gain has to be measured on another one'
+        )
     diagnosis = diagnose(
-        [robot.log for robot in recorded.values()],
+        [log for _, log in logs],
         nominal,
-        None if other is None else other.log,
+        None if holdout is None else holdout[1],
         settings,
         tuple(without),
         step,
     )
-    cut = tuple(
-        Check('cut_off', 'warning', '*', robot.bag.recovery)
-        for robot in [*recorded.values(), *([] if other is None else [other])]
-        if robot.bag.recovery
-    )
+    sources = [source for source, _ in (*logs, *([] if holdout is None else [holdout]))]
+    cut = [Check('cut_off', 'warning', '*', s.recovery) for s in sources if s.recovery]
+    bags = [{'bag': source.name, 'sha256': source.sha256} for source in sources]
+    provenance = {
+        'bags': bags[: len(logs)],
+        'holdout': None if holdout is None else bags[-1],
+        'model': nominal.name,
+        'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+    }
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut))
     return BagDiagnosis(diagnosis, nominal, provenance)
 
 
-def _require_same_robot(first: str, one: RecordedRobot, second: str, other: RecordedRobot) -> None:
+def _require_same_robot(
+    first: str, one: RobotModelFile, second: str, other: RobotModelFile
+) -> None:
     """
     Refuse recordings of different robots or models.
 
     :raises ConfigurationError: if joints, URDF, or the models written into the bags differ.
     """
-    names = one.nominal.joint_names, other.nominal.joint_names
-    if names[0] != names[1]:
+    if one.joint_names != other.joint_names:
         raise ConfigurationError(
             f'bags {first} and {second} are not of the same robot: their joints are '
-            f'{", ".join(names[0])} and {", ".join(names[1])}: diagnose them one by one'
+            f'{", ".join(one.joint_names)} and {", ".join(other.joint_names)}: diagnose them one '
+            'by one'
         )
-    urdfs = [''.join((x.nominal.urdf or '').split()) for x in (one, other)]
-    texts = [replace(x.nominal, name='', provenance={}).to_yaml() for x in (one, other)]
+    urdfs = [''.join((x.urdf or '').split()) for x in (one, other)]
+    texts = [replace(x, name='', provenance={}).to_yaml() for x in (one, other)]
     if urdfs[0] != urdfs[1] or texts[0] != texts[1]:
         what = 'URDFs' if urdfs[0] != urdfs[1] else 'models'
         raise ConfigurationError(

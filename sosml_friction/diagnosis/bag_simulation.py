@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.source import bag_hash
 from sosml_friction.diagnosis.model_simulation import simulate_model
-from sosml_friction.identification.bag_analysis import bag_hash
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.simulation.recorded.controlled_joint import recorded_controllers
 from sosml_friction.simulation.recorded.recorded_loop import recorded_loop

@@ -25,7 +25,7 @@ from sosml_friction.identification.segments import (
     segment_levels,
     unsure_sign,
 )
-from sosml_friction.model.laws import FRICTION_LAWS, unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
@@ -310,7 +310,7 @@ class _JointTask:
                 experiment=experiment,
             )
         law = self.settings.form.identifier(False)
-        names = FRICTION_LAWS[law].parameter_names
+        names = law_definition(law).parameter_names
         kept = {n: x for n, x in parameters.items() if n in names or n in _KNEE}
         return replace(fit, law=law, parameters=kept)
 

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import yaml
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.report.fit.results import write_results
 
 if TYPE_CHECKING:

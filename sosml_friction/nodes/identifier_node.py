@@ -52,8 +52,8 @@ from sosml_friction.exceptions import (
     ConfigurationError,
     SosmlFrictionError,
 )
-from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits

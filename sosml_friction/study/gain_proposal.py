@@ -18,7 +18,8 @@ from rich.text import Text
 
 from sosml_friction.bags.recorded_robot import RecordedRobot
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import effort_holds
+from sosml_friction.identification.bag_analysis import recorded_configuration
+from sosml_friction.identification.log_analysis import effort_holds
 from sosml_friction.observers.log_conditions import LogConditions, measure_conditions
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
 from sosml_friction.observers.recipe import gains_for_conditions
@@ -115,7 +116,8 @@ def propose_gains(
     """
     check_observers(observers or ())
     robot = recorded.robot
-    holds = effort_holds(recorded, effort_hold or {}, name)
+    ran = recorded_configuration(recorded.bag, name)
+    holds = effort_holds(robot.names, effort_hold or {}, ran)
     measured = measure_conditions(recorded.log, robot, holds)
     for quantity, values in stated.items():
         column = getattr(measured, quantity).copy()

@@ -11,7 +11,8 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.identification.bag_analysis import analyse_bag, preferred_observer
+from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.model.model_folder import FrictionParameters, read_model
 from sosml_friction.model.parameter import Parameter

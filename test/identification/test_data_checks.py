@@ -13,7 +13,8 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.data_checks import NOTE, SHORTEST_S, check_data
+from sosml_friction.identification.data_checks import SHORTEST_S, check_data
+from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.report.common.output import to_json

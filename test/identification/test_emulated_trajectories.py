@@ -23,7 +23,8 @@ from sosml_friction.actuators.emulator.lockstep import (
     run_lockstep,
 )
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.identification.data_checks import NOTE, check_data
+from sosml_friction.identification.data_checks import check_data
+from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.friction_fit import FitSettings, FrictionFit, fit_friction
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE

@@ -10,8 +10,8 @@ import pytest
 
 from sosml_friction.diagnosis import bag_diagnosis
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.nodes import fit_job
 from sosml_friction.nodes.fit_job import FitJob
 

@@ -15,8 +15,9 @@ from known_robots import slider_model, slider_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
-from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
+from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import (
     BagRole,
@@ -27,10 +28,8 @@ from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.recorded.recorded_simulation import (
-    RecordedSimulation,
-    simulate_recording,
-)
+from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
+from sosml_friction.simulation.recorded.simulate_recording import simulate_recording
 
 ROLES = {
     'ladder': BagRole('T1', 'stated', 'stated'),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as t_distribution
 
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.model.laws import FRICTION_LAWS, FrictionLaw, make_friction_law
+from sosml_friction.model.laws import FrictionLaw, law_definition, make_friction_law
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ def fitted_law(fit: LawFit) -> FrictionLaw | None:
     name = fit.drawn_law or fit.law
     values = {
         key: fit.drawn.get(key, fit.parameters[key].value if key in fit.parameters else math.nan)
-        for key in FRICTION_LAWS[name].parameter_names
+        for key in law_definition(name).parameter_names
     }
     if not all(map(math.isfinite, values.values())):
         return None

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.identification.friction_fit import FrictionFit
 from sosml_friction.identification.several.consolidation import Consolidated
-from sosml_friction.model.laws import FRICTION_LAWS, FrictionLaw, make_friction_law
+from sosml_friction.model.laws import FrictionLaw, law_definition, make_friction_law
 
 FloatArray = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def own_bias(entry: Consolidated, bag: str, common: float) -> float:
 
 def consolidated_law(entry: Consolidated) -> FrictionLaw | None:
     """Return the law of the model; without a bias where each recording has its own."""
-    names = FRICTION_LAWS[entry.law].parameter_names
+    names = law_definition(entry.law).parameter_names
     values = {n: entry.parameters[n].value for n in names if n in entry.parameters}
     if 'bias' in values and not math.isfinite(values['bias']):
         values['bias'] = 0.0

@@ -12,15 +12,12 @@ from typing import Any
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.bag_analysis import (
-    BagAnalysis,
-    analyse_bag,
-    bag_hash,
-    friction_of,
-    preferred_observer,
-)
+from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.fitted_model import friction_of, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bag_roles import find_roles, parse_roles
 from sosml_friction.identification.several.consolidation import (
     Consolidated,
@@ -65,12 +62,8 @@ def analyse_bags(
     """
     Fit friction to every bag alone, and to all of them together.
 
-    :param roles: ``BAG=T1`` and so on, see
-        :func:`~sosml_friction.identification.several.bag_roles.parse_roles`.
-    :param own_bias: see :func:`~sosml_friction.identification.several.consolidation.consolidate`.
-    :param progress: called with what is done next.
-
-    The other arguments are those of
+    ``roles`` and ``own_bias`` are those of :func:`consolidate_analyses`, ``progress`` is called
+    with what is done next, and the other arguments are those of
     :func:`~sosml_friction.identification.bag_analysis.analyse_bag`, for every bag.
 
     :raises BagError: if a bag cannot be read or has no joint_states.
@@ -79,21 +72,15 @@ def analyse_bags(
     :raises DataError: if no joint can be fitted, or as for one bag.
     """
     labels = bag_labels(paths)
-    stated = parse_roles(roles, list(labels))
+    parse_roles(roles, list(labels))
     models: dict[str, RobotModelFile] = {}
     hashes: dict[str, str] = {}
     for label, path in labels.items():
         progress(f'reading {label}')
-        nominal = read_nominal(Bag.open(path, namespace), path, model, urdf)
-        copy_of = hashes.setdefault(bag_hash(path), label)
-        if copy_of != label:
-            raise ConfigurationError(
-                f'bags {copy_of} and {label} are copies of one recording, which would count '
-                'twice: give each recording once'
-            )
-        for other, earlier in models.items():
-            _require_same_robot(other, earlier, label, nominal)
-        models[label] = nominal
+        models[label] = read_nominal(Bag.open(path, namespace), path, model, urdf)
+        hashes[label] = bag_hash(path)
+        refuse_copies(hashes)
+        require_same_robot(models)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
@@ -105,6 +92,26 @@ def analyse_bags(
         except DataError as error:
             raise DataError(f'bag {label}: {error}') from error
     progress('consolidating')
+    return consolidate_analyses(analyses, roles, own_bias, command)
+
+
+def consolidate_analyses(
+    analyses: Mapping[str, BagAnalysis],
+    roles: Sequence[str] = (),
+    own_bias: bool | None = None,
+    command: str = '',
+) -> BagsAnalysis:
+    """
+    Put fitted recordings of one robot together.
+
+    :param analyses: by a label of each recording.
+    :param roles: ``LABEL=T1`` and so on, see
+        :func:`~sosml_friction.identification.several.bag_roles.parse_roles`.
+    :param own_bias: see :func:`~sosml_friction.identification.several.consolidation.consolidate`.
+    :raises ConfigurationError: if a role is none.
+    :raises DataError: if no joint can be fitted.
+    """
+    stated = parse_roles(roles, list(analyses))
     any_model = next(iter(analyses.values())).model
     units = dict(zip(any_model.joint_names, any_model.make_robot().effort_units, strict=True))
     found = find_roles({label: a.log for label, a in analyses.items()}, stated, units)
@@ -130,59 +137,36 @@ def analyse_bags(
         for joint, entries in joints.items()
         if (observer := preferred_observer(entries)) is not None
     }
-    consolidation = Consolidation(tuple(labels), found, joints, chosen, unavailable)
+    consolidation = Consolidation(tuple(analyses), found, joints, chosen, unavailable)
     return BagsAnalysis(analyses, consolidation, _model(analyses, consolidation, command))
 
 
-def bag_name(bag: Path) -> str:
-    """Return the name of a bag, which is a folder or an .mcap file."""
-    path = bag.resolve()
-    return path.stem if path.suffix == '.mcap' else path.name
-
-
-def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
+def require_same_robot(models: Mapping[str, RobotModelFile]) -> None:
     """
-    Return the bags by a label of each: its name, or where two have the same, its path.
-
-    :raises ConfigurationError: if a bag is given twice.
-    """
-    resolved = [Path(path).resolve() for path in paths]
-    for k, path in enumerate(resolved):
-        if path in resolved[:k]:
-            raise ConfigurationError(f'bag {paths[k]} is given twice: give each bag once')
-    names = [bag_name(path) for path in resolved]
-    return {
-        name if names.count(name) == 1 else str(path): Path(path)
-        for name, path in zip(names, paths, strict=True)
-    }
-
-
-def _require_same_robot(
-    first: str, one: RobotModelFile, second: str, other: RobotModelFile
-) -> None:
-    """
-    Refuse bags of different robots.
+    Refuse bags of different robots: the last of ``models``, by label, against the others.
 
     :raises ConfigurationError: if joints, inertia of the rotors or URDF differ.
     """
-    if one.joint_names != other.joint_names:
-        raise ConfigurationError(
-            f'bags {first} and {second} are not of the same robot: their joints are '
-            f'{", ".join(one.joint_names)} and {", ".join(other.joint_names)}; fit them one by one'
-        )
-    for name, joint in one.joints.items():
-        armature = other.joints[name].armature
-        if joint.armature.value != armature.value or joint.armature.unit != armature.unit:
+    second, other = list(models.items())[-1]
+    for first, one in models.items():
+        said = f'bags {first} and {second} are not of the same robot: '
+        if one.joint_names != other.joint_names:
             raise ConfigurationError(
-                f'bags {first} and {second} are not of the same robot: the armature of {name} is '
-                f'{joint.armature.value:g} and {armature.value:g} {armature.unit}; give the right '
-                'model for both with --model'
+                f'{said}their joints are {", ".join(one.joint_names)} and '
+                f'{", ".join(other.joint_names)}; fit them one by one'
             )
-    if ''.join((one.urdf or '').split()) != ''.join((other.urdf or '').split()):
-        raise ConfigurationError(
-            f'bags {first} and {second} are not of the same robot: their URDFs differ; give the '
-            'right one for both with --urdf'
-        )
+        for name, joint in one.joints.items():
+            armature = other.joints[name].armature
+            if joint.armature.value != armature.value or joint.armature.unit != armature.unit:
+                raise ConfigurationError(
+                    f'{said}the armature of {name} is {joint.armature.value:g} and '
+                    f'{armature.value:g} {armature.unit}; give the right model for both with '
+                    '--model'
+                )
+        if ''.join((one.urdf or '').split()) != ''.join((other.urdf or '').split()):
+            raise ConfigurationError(
+                f'{said}their URDFs differ; give the right one for both with --urdf'
+            )
 
 
 def _model(

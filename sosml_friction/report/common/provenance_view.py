@@ -9,7 +9,7 @@ from datetime import datetime, timezone
 from html import escape
 from typing import Any
 
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.labels import observer_label
 

@@ -11,7 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.labels import SYMBOLS, in_order, observer_label, symbols_of

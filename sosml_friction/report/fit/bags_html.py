@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from html import escape
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.figure import pictures

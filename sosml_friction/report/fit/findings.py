@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.joint_motion import missing_share
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.parameter_interval import (
     covers,
     excluding,

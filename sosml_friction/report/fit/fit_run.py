@@ -9,13 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.source import bag_name
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis, analyse_bag
-from sosml_friction.identification.several.bags_analysis import (
-    BagsAnalysis,
-    analyse_bags,
-    bag_name,
-)
+from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis, analyse_bags
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit import results

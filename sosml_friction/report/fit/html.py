@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from html import escape
 
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.html_page import heading, items, joints_box, notes_box, page
 from sosml_friction.report.common.provenance_view import (

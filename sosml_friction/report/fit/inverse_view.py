@@ -10,8 +10,8 @@ from html import escape
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from sosml_friction.identification.bag_analysis import BagAnalysis
 from sosml_friction.identification.inverse_model import InverseFit, InverseFits
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.report.common.html_page import heading
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.number_text import (

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
+from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.joint_motion import position_difference
 from sosml_friction.identification.law_residual import Residual, law_residual
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.segments import Segment, SegmentSettings
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter

@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.fit.inverse_view import inverse_table
 from sosml_friction.report.simulation.text import simulation_lines

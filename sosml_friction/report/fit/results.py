@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.bag_analysis import BagAnalysis, preferred_observer
+from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sosml_friction.identification.bag_analysis import BagAnalysis
+from sosml_friction.identification.log_analysis import BagAnalysis
 
 
 def simulation_lines(analysis: BagAnalysis) -> list[str]:

@@ -15,10 +15,11 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.source import bag_labels
 from sosml_friction.cli import main as cli
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.friction_fit import FitSettings
-from sosml_friction.identification.several.bags_analysis import analyse_bags, bag_labels
+from sosml_friction.identification.several.bags_analysis import analyse_bags
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.model_folder import (
     FrictionParameters,

@@ -1,0 +1,206 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Fit the friction of every joint to one or several recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sosml_friction.api.logs import labelled, velocity_of
+from sosml_friction.api.model import Model
+from sosml_friction.api.result import Result, interval_of, table_text
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.source import log_source, refuse_copies
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis, consolidate_analyses
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.report.common.number_text import value_text
+from sosml_friction.report.common.tables import parameter_table
+from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
+from sosml_friction.report.fit.findings import answers, caveats
+from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.fit.results import (
+    bags_document,
+    fit_document,
+    write_bags_results,
+    write_results,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+class Fit(Result):
+    """
+    Hold the friction that was fitted.
+
+    ``analysis`` has all details: estimates, segments, fits by every observer, data checks.
+    """
+
+    def __init__(self, analysis: BagAnalysis | BagsAnalysis) -> None:
+        self.analysis = analysis
+
+    @property
+    def model(self) -> Model:
+        """Return the model with the friction that was fitted."""
+        return Model(self.analysis.model)
+
+    @property
+    def parameters(self) -> dict[str, dict[str, Parameter]]:
+        """
+        Return what is known of each parameter, by joint and name.
+
+        One that is not identifiable has the value NaN, and the range and the reason. A joint that
+        could not be fitted is not among them: :attr:`unavailable` says why.
+        """
+        known = self.analysis
+        if isinstance(known, BagsAnalysis):
+            told = known.consolidation
+            return {
+                joint: dict(told.joints[joint][observer].parameters)
+                for joint, observer in told.model.items()
+            }
+        return {
+            joint: dict(fits[observer].fit.parameters)
+            for joint, fits in known.fit.joints.items()
+            if (observer := preferred_observer(fits)) is not None
+        }
+
+    @property
+    def unavailable(self) -> dict[str, str]:
+        """Return why joints have no fit."""
+        known = self.analysis
+        told = known.consolidation if isinstance(known, BagsAnalysis) else known.fit
+        return {name: why for name, why in told.unavailable.items() if name not in told.joints}
+
+    def conf_int(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """Return 95 % intervals by joint and parameter; an end that is open is infinite."""
+        return {
+            joint: {name: interval_of(parameter) for name, parameter in own.items()}
+            for joint, own in self.parameters.items()
+        }
+
+    def predict(self, motion: JointLog | ArrayLike) -> FloatArray:
+        """
+        Compute the friction torque along a motion.
+
+        :param motion: a log that has the model's joints, or velocities (..., n) [rad/s or m/s]; of
+            one joint also a number or (N,). Where a log has no velocity, it is the difference of
+            position over 0.05 s.
+        :return: tau_f [Nm or N], (N, n) of a log, else as ``motion``; positive for positive
+            velocity, NaN where velocity or friction is not known.
+        :raises ConfigurationError: if the last axis of velocities is not that of the joints.
+        :raises DataError: if a joint is not in the log.
+        """
+        if not isinstance(motion, JointLog):
+            return self.model.friction(motion)
+        return self.model.friction(velocity_of(motion.select(self.model.joints)))
+
+    def summary(self) -> str:
+        """Return what was found, with its uncertainty and what the data leave open."""
+        known = self.analysis
+        if isinstance(known, BagsAnalysis):
+            return '\n'.join([*bags_answers(known), table_text(bags_table(known))])
+        views = joint_views(known)
+        table = table_text(parameter_table(known))
+        return '\n'.join([*answers(views), table, *caveats(views)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object of ``sosml fit --json``, without its entry ``output``."""
+        known = self.analysis
+        return bags_document(known) if isinstance(known, BagsAnalysis) else fit_document(known)
+
+    def write(self, folder: str | Path) -> Path:
+        """
+        Write what ``sosml fit`` writes: the model folder with report.html and fit.json.
+
+        An earlier fit in the same place is replaced, anything else is not touched.
+
+        :raises ConfigurationError: if the folder holds something else or cannot be written.
+        """
+        known = self.analysis
+        if isinstance(known, BagsAnalysis):
+            return write_bags_results(folder, known)
+        return write_results(folder, known)
+
+    def _brief(self) -> str:
+        parts = []
+        for joint, own in self.parameters.items():
+            values = [
+                f'{name} {value_text(name, p)} {p.unit}'
+                for name, p in own.items()
+                if np.isfinite(p.value)
+            ]
+            parts.append(f'{joint}: {", ".join(values)}')
+        parts += [f'{joint}: no fit' for joint in self.unavailable]
+        return '; '.join(parts)
+
+
+def fit(
+    logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
+    model: Model,
+    *,
+    method: str = 'auto',
+    law: str = 'auto',
+    symmetric: bool = True,
+    alpha: float = 1.0,
+    observers: Sequence[str] | None = None,
+    bandwidth: float | None = None,
+    effort_hold: Mapping[str, str] | None = None,
+    refit_inertia: bool = False,
+    roles: Mapping[str, str] | None = None,
+    own_bias: bool | None = None,
+) -> Fit:
+    """
+    Fit the friction of every joint; several recordings alone first, then together.
+
+    :param logs: one recording, or several of one robot, by labels of their own if you like.
+    :param model: rigid body and rotors; its friction is not used, effects of its effort are.
+    :param method: ``auto``, ``weak``, ``segments``, ``samples`` or ``output_error``; see
+        :class:`~sosml_friction.identification.friction_fit.FitSettings`.
+    :param law: ``auto``, ``coulomb_viscous`` or ``stribeck``.
+    :param symmetric: whether friction is the same in both directions.
+    :param alpha: exponent of the speed in the Stribeck term, 1 or 2.
+    :param observers: see :func:`~sosml_friction.api.observe.observe`, as ``bandwidth`` and
+        ``effort_hold``.
+    :param refit_inertia: whether inertia is fitted too; it is reported, the model keeps its own.
+    :param roles: of several recordings, ``T1``, ``T2``, ``T3`` or ``other`` by label.
+    :param own_bias: of several, whether each has a bias of its own; None for where they differ.
+    :raises ConfigurationError: if a choice is unknown, a recording is given twice, or roles or
+        ``own_bias`` are given for one recording.
+    :raises DataError: if effort is missing or no joint can be fitted; one sentence with reasons.
+    """
+    form = LawForm(law, symmetric, alpha)
+    settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
+    recordings = labelled(logs)
+    several = len(recordings) > 1
+    if not several and (roles or own_bias is not None):
+        raise ConfigurationError(
+            'roles and own_bias say how several recordings are put together, and one is given: '
+            'give the others too, or leave them out'
+        )
+    sources = {label: log_source(log, label) for label, log in recordings.items()}
+    refuse_copies({label: source.sha256 for label, source in sources.items()})
+    analyses = {}
+    for label, log in recordings.items():
+        try:
+            analyses[label] = analyse_log(
+                log, model.content, settings, bandwidth, observers, effort_hold,
+                source=sources[label], require=not several,
+            )  # fmt: skip
+        except DataError as error:
+            if not several:
+                raise
+            raise DataError(f'{label}: {error}') from error
+    if not several:
+        return Fit(next(iter(analyses.values())))
+    stated = [f'{label}={role}' for label, role in (roles or {}).items()]
+    return Fit(consolidate_analyses(analyses, stated, own_bias))

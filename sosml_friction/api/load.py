@@ -1,0 +1,43 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read a recording, whatever it is stored in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.data_file import SUFFIXES
+from sosml_friction.bags.importer import read_recording
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.mapping import read_mapping
+from sosml_friction.exceptions import ConfigurationError
+
+
+def load(
+    source: str | Path, mapping: str | Path | None = None, namespace: str | None = None
+) -> JointLog:
+    """
+    Read a recording.
+
+    :param source: a bag (folder or .mcap file), or a table (.csv, .mat, .npz, .npy).
+    :param mapping: of a table, the YAML file that says which variable is what, in which unit; see
+        :mod:`sosml_friction.bags.mapping`.
+    :param namespace: which robot, where a bag holds several.
+    :return: the measured motion in SI units: ``t_ns`` (N,), ``q``, ``v``, ``tau`` (N, n), NaN
+        where a quantity was not measured.
+    :raises ConfigurationError: if a table comes without a mapping, a bag with one, or the mapping
+        is wrong.
+    :raises BagError: if the bag cannot be read or has no joint_states.
+    :raises DataError: if the table does not hold what the mapping says.
+    """
+    is_table = Path(source).suffix.lower() in SUFFIXES
+    if is_table != (mapping is not None):
+        raise ConfigurationError(
+            f'{source} does not say which number is what: give a mapping file'
+            if is_table
+            else f'{source} is a bag, which says itself what it holds: leave the mapping out'
+        )
+    if mapping is not None:
+        return read_recording(source, read_mapping(mapping))
+    return Bag.open(source, namespace).joint_log()

@@ -1,0 +1,48 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings as the functions of the interface take them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.segments import centred_difference
+
+FloatArray = NDArray[np.float64]
+
+#: A velocity that was not measured is the difference of position over so long [s].
+_WINDOW_S = 0.05
+
+
+def labelled(
+    logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
+) -> dict[str, JointLog]:
+    """
+    Return recordings by label: their own, else ``log``, or ``log 1``, ``log 2``, ...
+
+    :raises DataError: if there is none.
+    """
+    if isinstance(logs, JointLog):
+        return {'log': logs}
+    if not logs:
+        raise DataError('there is no recording: give at least one')
+    if isinstance(logs, Mapping):
+        return dict(logs)
+    if len(logs) == 1:
+        return {'log': logs[0]}
+    return {f'log {k}': log for k, log in enumerate(logs, 1)}
+
+
+def velocity_of(log: JointLog) -> FloatArray:
+    """Return velocity (N, n) [rad/s or m/s], of joints without it from differences of position."""
+    step = float(np.median(np.diff(log.time))) if len(log) > 1 else 0.0
+    half = max(1, round(0.5 * _WINDOW_S / step)) if step > 0.0 else len(log)
+    v = log.v.copy()
+    for i in np.flatnonzero(np.isnan(v).all(axis=0)):
+        v[:, i] = centred_difference(log.time, log.q[:, i], half)
+    return v

@@ -1,0 +1,129 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A robot: rigid body, rotors, friction and the effects that are known of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+
+class Model:
+    """
+    Hold a model; made by :meth:`read`, :meth:`from_urdf` or :meth:`from_bag`.
+
+    ``content`` is all that the model folder holds.
+    """
+
+    def __init__(self, content: RobotModelFile) -> None:
+        self.content = content
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Model:
+        """
+        Read a model folder, or its model.yaml.
+
+        :raises ConfigurationError: if a file is missing, is not YAML, or lacks an entry.
+        """
+        return cls(read_model(folder))
+
+    @classmethod
+    def from_urdf(cls, urdf: str, armature: Mapping[str, float], name: str = '') -> Model:
+        """
+        Make a model without friction from a URDF.
+
+        :param urdf: the document itself, not its path.
+        :param armature: by joint, the rotor's inertia at the joint, J N^2 [kg m2 or kg]; 0 where
+            the URDF's bodies have it already. The joints are in this order.
+        :param name: of the model; the robot's in the URDF if empty.
+        :raises ConfigurationError: if the URDF cannot be read, or moves other joints.
+        """
+        robot = Robot(urdf, tuple(armature), tuple(armature.values()))
+        units = ['kg m2' if effort == 'Nm' else 'kg' for effort in robot.effort_units]
+        joints = {
+            joint: JointModel(Parameter(float(value), unit))
+            for (joint, value), unit in zip(armature.items(), units, strict=True)
+        }
+        return cls(RobotModelFile(name or robot.robot_name or 'robot', joints, urdf))
+
+    @classmethod
+    def from_bag(cls, bag: str | Path, namespace: str | None = None) -> Model:
+        """
+        Return the model that a bag was recorded with.
+
+        :param namespace: which robot, where a bag holds several.
+        :raises BagError: if the bag cannot be read.
+        :raises ConfigurationError: if it holds no robot_description or no model_description.
+        """
+        return cls(read_nominal(Bag.open(bag, namespace), bag, None, None))
+
+    @property
+    def name(self) -> str:
+        """Return the name of the model."""
+        return self.content.name
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Return the joints, in the order of the columns of all that is computed."""
+        return self.content.joint_names
+
+    @property
+    def urdf(self) -> str | None:
+        """Return the URDF document."""
+        return self.content.urdf
+
+    def parameters(self) -> dict[str, dict[str, Parameter]]:
+        """Return the friction parameters by joint and name; a joint without friction has none."""
+        return {
+            name: dict(joint.friction.parameters) if joint.friction else {}
+            for name, joint in self.content.joints.items()
+        }
+
+    def friction(self, velocity: ArrayLike) -> FloatArray:
+        """
+        Compute the friction torque at velocities, positive for positive velocity.
+
+        :param velocity: (..., n) [rad/s or m/s]; of one joint also (N,) or a number.
+        :return: tau_f [Nm or N], same shape; NaN for a joint whose friction is not known.
+        :raises ConfigurationError: if the last axis is not that of the joints.
+        """
+        v = np.asarray(velocity, dtype=float)
+        columns = v[..., None] if len(self.joints) == 1 and v.ndim <= 1 else v
+        if columns.shape[-1:] != (len(self.joints),):
+            raise ConfigurationError(
+                f'velocity has shape {v.shape}: its last axis must be that of the joints '
+                f'{", ".join(self.joints)}'
+            )
+        tau_f = np.full(columns.shape, np.nan)
+        for i, joint in enumerate(self.content.joints.values()):
+            if joint.friction is not None:
+                tau_f[..., i] = joint.friction.make_law().torque(columns[..., i])
+        return tau_f.reshape(v.shape)
+
+    def write(self, folder: str | Path) -> Path:
+        """
+        Write model.yaml and robot.urdf into a folder, made if absent, and return it.
+
+        :raises ConfigurationError: if there is no URDF or the folder cannot be written.
+        """
+        self.content.write(Path(folder))
+        return Path(folder)
+
+    def __repr__(self) -> str:
+        parts = []
+        for name, joint in self.content.joints.items():
+            parts.append(f'{name}: {joint.friction.law if joint.friction else "no friction"}')
+        parts += [f'{effect.effect} of {effect.joint}' for effect in self.content.effects]
+        return f'<Model {self.name}; {"; ".join(parts)}>'

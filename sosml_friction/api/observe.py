@@ -1,0 +1,111 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Run momentum observers over a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.api.logs import velocity_of
+from sosml_friction.api.model import Model
+from sosml_friction.api.result import Result
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.log_analysis import effort_holds
+from sosml_friction.model.effort_correction import EffortCorrection
+from sosml_friction.observers.configuration import ObserverConfiguration
+from sosml_friction.observers.log_conditions import configuration_for
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.common.number_text import format_number
+from sosml_friction.report.common.output import to_plain
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class Observation(Result):
+    """
+    Hold the friction that observers estimated.
+
+    ``friction`` by observer (N, n) [Nm or N] on the stamps of ``log``, positive for positive
+    velocity, NaN where an observer had just started; ``configuration``: the gains that ran.
+    ``log`` has the joints in the order of the model, and its effort is the torque at the joint.
+    """
+
+    log: JointLog
+    friction: Mapping[str, FloatArray]
+    units: tuple[str, ...]
+    configuration: ObserverConfiguration
+
+    def summary(self) -> str:
+        """Return the median of each observer's estimate in either direction, a line each."""
+        lines, v = [], velocity_of(self.log)
+        for name, tau_f in self.friction.items():
+            for i, joint in enumerate(self.log.names):
+                levels = [
+                    float(np.median(known)) if len(known) else np.nan
+                    for side in (1.0, -1.0)
+                    for known in [tau_f[side * v[:, i] > 0.0, i]]
+                    for known in [known[np.isfinite(known)]]
+                ]
+                lines.append(
+                    f'{joint}, {observer_label(name)}: median friction {format_number(levels[0])} '
+                    f'{self.units[i]} forwards, {format_number(levels[1])} {self.units[i]} '
+                    'backwards'
+                )
+        return '\n'.join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return stamps, joints, gains and estimates, ready for JSON; unknown is None."""
+        gains = {
+            name: {gain: list(values) for gain, values in own.items()}
+            for name, own in self.configuration.gains.items()
+        }
+        return to_plain(
+            {
+                'joints': list(self.log.names),
+                'units': list(self.units),
+                'gains': gains,
+                't_ns': self.log.t_ns.tolist(),
+                'friction': {name: tau_f.tolist() for name, tau_f in self.friction.items()},
+            }
+        )
+
+    def _brief(self) -> str:
+        names = f'{", ".join(self.friction)} of {", ".join(self.log.names)}'
+        return f'{names}, {len(self.log)} samples'
+
+
+def observe(
+    log: JointLog,
+    model: Model,
+    observers: Sequence[str] | None = None,
+    bandwidth: float | None = None,
+    effort_hold: Mapping[str, str] | None = None,
+) -> Observation:
+    """
+    Estimate the friction of every joint along a recording.
+
+    What the model knows of the effort's measurement (scale, bias, ...) is undone first.
+
+    :param log: the motion; its joints include the model's.
+    :param observers: which; first_order and sosml if None.
+    :param bandwidth: [rad/s] of all observers; None for gains from the noise, friction and motion
+        measured in the log where ``observers`` are named, and the usual bandwidth otherwise.
+    :param effort_hold: by joint, where in an interval its effort holds: ``start`` (a command,
+        also where nothing is said), ``mean``, ``end`` (a measurement).
+    :raises ConfigurationError: if an observer is unknown or has no gains by bandwidth.
+    :raises DataError: if a joint is missing, no joint has effort, or the log is too short.
+    """
+    robot = model.content.make_robot()
+    log = log.select(robot.names)
+    log.require_effort()
+    log = replace(log, tau=EffortCorrection(model.content).torque(log.tau))
+    holds = effort_holds(robot.names, effort_hold or {}, None)
+    configuration = configuration_for(log, robot, bandwidth, holds, observers)
+    friction = configuration.make_estimator(robot).batch(log)
+    return Observation(log, friction, robot.effort_units, configuration)

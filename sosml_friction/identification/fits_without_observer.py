@@ -1,0 +1,134 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The fits that need no observer, beside those of the observers: weak form and output error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.friction_fit import WEAK_FORM, FrictionFit, JointFit
+from sosml_friction.identification.inverse_model import InverseFits
+from sosml_friction.identification.output_error.controlled import OutputErrorFit
+from sosml_friction.identification.output_error.fits import (
+    OUTPUT_ERROR,
+    OutputErrorFits,
+    closed_loop_checks,
+    first_guess,
+    fit_controlled,
+    is_alone,
+)
+from sosml_friction.identification.output_error.windows import fit_windows
+from sosml_friction.identification.weak_form import WeakForm
+from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
+
+FloatArray = NDArray[np.float64]
+
+
+def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, FloatArray]:
+    """
+    Return the fits with those of the weak form beside them, and its means of friction (N, n).
+
+    A joint that it cannot fit keeps what it had, with the reason under ``unavailable``; one that
+    no observer could be fitted for has its fit alone.
+    """
+    joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    rows = {name: dict(its_rows) for name, its_rows in fit.rows.items()}
+    unavailable = dict(fit.unavailable)
+    names = form.robot.names
+    tau_f = np.full((len(form.time), len(names)), np.nan)
+    for i, name in enumerate(names):
+        if name not in rows:
+            continue
+        try:
+            rows[name][WEAK_FORM] = form.rows(i)
+            weak = form.fit(i)
+        except DataError as error:
+            before = '' if name in joints else f'{unavailable[name]}; '
+            unavailable[name] = f'{before}the weak form has no fit: {error}'
+            continue
+        if name not in joints:
+            unavailable[name] = f'no observer could be fitted: {unavailable[name]}'
+        segments = next((each.segments for each in joints.get(name, {}).values()), ())
+        tau_f[:, i] = weak.tau_f
+        joints.setdefault(name, {})[WEAK_FORM] = JointFit(
+            name,
+            WEAK_FORM,
+            'weak',
+            form.robot.effort_units[i],
+            weak.fit,
+            segments,
+            weak.levels(segments),
+            weak.inertia,
+        )
+    return FrictionFit(joints, fit.alternatives, unavailable, rows), tau_f
+
+
+def with_output_error(
+    fit: FrictionFit,
+    controlled: Mapping[str, ControlledJoint],
+    log: JointLog,
+    robot: Robot,
+    inverse: InverseFits | None,
+    smoothing_velocity: Mapping[str, float],
+    wanted: bool,
+    effort_hold: Sequence[str] | str = 'start',
+) -> tuple[FrictionFit, OutputErrorFits | None]:
+    """
+    Return the fits with those of output error beside them, and what simulation says of all.
+
+    With the recorded controller where there is one, else with the measured effort, window by
+    window. None where nothing was asked for.
+
+    :param wanted: whether to fit; else only the closed loop is simulated with what ``inverse``
+        found, where the controller is known.
+    """
+    checks = (
+        {}
+        if inverse is None
+        else closed_loop_checks(log, robot, controlled, inverse, smoothing_velocity)
+    )
+    if not wanted:
+        return fit, OutputErrorFits(closed_loop=checks) if checks else None
+    joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    found: dict[str, OutputErrorFit] = {}
+    modes: dict[str, str] = {}
+    unavailable: dict[str, str] = {}
+    for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
+        if name not in joints:
+            unavailable[name] = fit.unavailable.get(name, 'it has no fit to begin with')
+            continue
+        first = next(iter(joints[name].values()))
+        known = [one.fit.parameters for one in joints[name].values()]
+        start = first_guess(
+            robot, i, next((p for p in known if np.isfinite(p['coulomb'].value)), None)
+        )
+        width = smoothing_velocity[name]
+        try:
+            if name in controlled and is_alone(robot, log):
+                modes[name] = 'controller'
+                found[name] = fit_controlled(log, robot, name, controlled[name], start, width)
+            else:
+                modes[name] = 'measured_effort'
+                found[name] = fit_windows(log, robot, i, start, width, effort_hold)
+        except DataError as error:
+            unavailable[name] = str(error)
+            continue
+        joints[name][OUTPUT_ERROR] = JointFit(
+            name,
+            OUTPUT_ERROR,
+            OUTPUT_ERROR,
+            unit,
+            found[name].law_fit(unit),
+            first.segments,
+            np.full(len(first.segments), np.nan),
+            found[name].parameters.get('inertia'),
+        )
+    result = OutputErrorFits(found, modes, unavailable, checks)
+    return replace(fit, joints=joints), result

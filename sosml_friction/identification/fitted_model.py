@@ -1,0 +1,138 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The model that a fit makes: whose law it has, and what it keeps of the nominal one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, replace
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.source import Source
+from sosml_friction.identification.friction_fit import WEAK_FORM, FitSettings, FrictionFit
+from sosml_friction.model.effort_correction import is_corrected
+from sosml_friction.model.laws import law_definition
+from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.observers.configuration import ObserverConfiguration
+from sosml_friction.observers.registry import OBSERVERS
+
+#: The fit that becomes the model, where there are several: the first of these, else the first.
+PREFERRED = (WEAK_FORM, 'sosml')
+
+
+def preferred_observer(fits: Iterable[str]) -> str | None:
+    """
+    Return which of a joint's fits, by observer, becomes the model, None if there is none.
+
+    The weak form where it was asked for, else SOSML, else the first that ran; one that carries a
+    law only where there is no other.
+    """
+    known = list(fits)
+    for name in PREFERRED:
+        if name in known:
+            return name
+    free = [name for name in known if name in OBSERVERS and not OBSERVERS[name].carries_law]
+    return next(iter(free or known), None)
+
+
+def friction_of(
+    law: str, parameters: Mapping[str, Parameter], smoothing_velocity: float
+) -> FrictionParameters | None:
+    """
+    Return what a model holds of a fitted law: without Stribeck term where it is not a number.
+
+    None where what is left is no number either: a model must not be made of it.
+
+    :param smoothing_velocity: v0 of the sign; plateaus say nothing of it, 0 is the law as fitted.
+    """
+    plain = 'coulomb_viscous_asymmetric' if law.endswith('_asymmetric') else 'coulomb_viscous'
+    for name in (law, plain):
+        own = {key: parameters.get(key) for key in law_definition(name).parameter_names}
+        known = {key: p for key, p in own.items() if p is not None and np.isfinite(p.value)}
+        if len(known) == len(own):
+            return FrictionParameters(name, smoothing_velocity, known)
+    return None
+
+
+def unusable_reason(parameters: Mapping[str, Parameter]) -> str:
+    """Return why :func:`friction_of` has nothing, as part of a sentence."""
+    for name in ('coulomb', 'viscous', 'bias'):
+        p = parameters.get(name)
+        if p is not None and not np.isfinite(p.value):
+            reason = f'{name} is not identifiable' + (f': {p.reason}' if p.reason else '')
+            return f'{reason}; {p.experiment}' if p.experiment else reason
+    return 'its law has no numbers'
+
+
+def fitted_model(
+    nominal: RobotModelFile, fit: FrictionFit, provenance: Mapping[str, Any]
+) -> RobotModelFile:
+    """
+    Return the nominal model with the friction that was fitted; a joint without a fit has none.
+
+    Of its effects those stay by which the effort was corrected before the fit. The others were in
+    the friction that was fitted: the law stands for them now, and the provenance names them under
+    ``effects_left_out``.
+    """
+    joints = {}
+    for name, joint in nominal.joints.items():
+        fits = fit.joints.get(name, {})
+        observer = preferred_observer(fits)
+        friction = None
+        if observer is not None:
+            law = fits[observer].fit
+            friction = friction_of(law.law, law.parameters, law.smoothing_velocity)
+        joints[name] = replace(joint, friction=friction)
+    kept = {key: nominal.provenance[key] for key in ('rigid_body',) if key in nominal.provenance}
+    gone = [f'{t.effect} of {t.joint}' for t in nominal.effects if not is_corrected(t)]
+    return replace(
+        nominal,
+        joints=joints,
+        provenance={**provenance, **kept, **({'effects_left_out': gone} if gone else {})},
+        effects=tuple(term for term in nominal.effects if is_corrected(term)),
+    )
+
+
+def fit_provenance(
+    source: Source,
+    log: JointLog,
+    configuration: ObserverConfiguration,
+    fit: FrictionFit,
+    settings: FitSettings,
+    command: str,
+) -> dict[str, Any]:
+    """Return what a fitted model rests on: which data, versions, gains, settings and command."""
+    return {
+        'bag': source.name,
+        'sha256': source.sha256,
+        'start_ns': int(log.t_ns[0]),
+        'end_ns': int(log.t_ns[-1]),
+        'samples': len(log),
+        'recovered': bool(source.recovery),
+        'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+        'versions': {name: _version(name) for name in ('sosml_friction', 'numpy', 'scipy', 'pin')},
+        'observers': {
+            name: {gain: [float(x) for x in values] for gain, values in gains.items()}
+            for name, gains in configuration.gains.items()
+        },
+        'fits': {
+            joint: {observer: result.to_dict() for observer, result in fits.items()}
+            for joint, fits in fit.joints.items()
+        },
+        'unavailable': dict(fit.unavailable),
+        'settings': asdict(settings),
+        'command': command,
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return 'unknown'

@@ -1,0 +1,183 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""From the motion of a robot and its model to friction parameters, without a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.source import Source, log_source
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.data_checks import DataChecks, check_data
+from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
+from sosml_friction.identification.fits_without_observer import with_output_error, with_weak_form
+from sosml_friction.identification.fitted_model import (
+    fit_provenance,
+    fitted_model,
+    preferred_observer,
+    unusable_reason,
+)
+from sosml_friction.identification.friction_fit import (
+    WEAK_FORM,
+    FitSettings,
+    FrictionFit,
+    fit_friction,
+)
+from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
+from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.model.effort_correction import EffortCorrection
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.observers.configuration import ObserverConfiguration
+from sosml_friction.observers.log_conditions import configuration_for
+from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BagAnalysis:
+    """
+    Hold a fitted recording.
+
+    ``estimates`` per observer (N, n) on the stamps of ``log``, whose joints are those of
+    ``model``; ``inverse`` is None where inertia was not to be fitted. ``model`` keeps the inertia
+    it had: friction was computed with it.
+    """
+
+    log: JointLog
+    estimates: Mapping[str, FloatArray]
+    configuration: ObserverConfiguration
+    fit: FrictionFit
+    model: RobotModelFile
+    inverse: InverseFits | None = None
+    data_checks: DataChecks | None = None
+    output_error: OutputErrorFits | None = None
+
+    @property
+    def unmodelled(self) -> dict[str, str]:
+        """Return why a joint that was fitted has no friction in the model, sentence parts."""
+        return {
+            name: unusable_reason(self.fit.joints[name][observer].fit.parameters)
+            for name, joint in self.model.joints.items()
+            if joint.friction is None
+            and (observer := preferred_observer(self.fit.joints.get(name, {}))) is not None
+        }
+
+
+def analyse_log(
+    log: JointLog,
+    nominal: RobotModelFile,
+    settings: FitSettings | None = None,
+    bandwidth: float | None = None,
+    observers: Sequence[str] | None = None,
+    effort_hold: Mapping[str, str] | None = None,
+    recorded: ObserverConfiguration | None = None,
+    controllers: Callable[[JointLog], Mapping[str, ControlledJoint]] = lambda log: {},
+    source: Source | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+    require: bool = True,
+    command: str = '',
+) -> BagAnalysis:
+    """
+    Run the observers over a recording and fit friction to what they say.
+
+    :param log: the motion; its joints include the model's.
+    :param nominal: the robot, with its URDF.
+    :param bandwidth: observers made by recipe with this bandwidth [rad/s] instead of ``recorded``.
+    :param observers: which to run instead of ``recorded``, with gains from the noise, friction and
+        motion measured in the log, or for ``bandwidth`` where that is given.
+    :param effort_hold: by joint, where in an interval its effort holds; others as in ``recorded``.
+    :param recorded: the observers that ran on line; None for those of the recipe.
+    :param controllers: returns the known controllers of joints, on the stamps of a log.
+    :param source: which recording this is; None for that of the samples.
+    :param progress: called with each step that begins, in words.
+    :param require: whether to refuse a recording of which no joint can be fitted alone.
+    :param command: the command line that asked for it, for the provenance.
+    :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
+        bandwidth.
+    :raises DataError: if effort is missing or the motion cannot be fitted.
+    """
+    source = source or log_source(log, 'log')
+    settings = settings or FitSettings()
+    robot = nominal.make_robot()
+    log, checks = check_data(log, robot, source.recovery)
+    log, checks = _with_corrected_effort(log, checks, nominal)
+    holds = effort_holds(robot.names, effort_hold or {}, recorded)
+    if recorded is None or bandwidth is not None or observers is not None:
+        configuration = configuration_for(log, robot, bandwidth, holds, observers)
+    else:
+        configuration = replace(recorded, effort_hold=holds) if effort_hold else recorded
+    estimator = configuration.make_estimator(robot)
+    progress('running the observers over the bag')
+    estimates = estimator.batch(log)
+    progress('fitting')
+    weak_too = settings.method in ('auto', 'weak', OUTPUT_ERROR)
+    fit = fit_friction(
+        log, estimates, robot, estimator.observers, settings, require and not weak_too
+    )
+    own_holds = list(configuration.effort_hold) or 'start'
+    if weak_too:
+        form = WeakForm(
+            log,
+            robot,
+            own_holds,
+            WeakSettings(
+                zero_band=settings.segments.zero_band,
+                refit_inertia=settings.refit_inertia,
+                form=settings.form,
+            ),
+            configuration.maximum_gap_s,
+        )
+        fit, tau_f = with_weak_form(fit, form)
+        estimates = {**estimates, WEAK_FORM: tau_f}
+        if require and not fit.joints:
+            reasons = '; '.join(f'{name}: {why}' for name, why in fit.unavailable.items())
+            raise DataError(f'no joint can be fitted. {reasons}')
+    fit = replace(fit, unavailable={**fit.unavailable, **checks.refused})
+    inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
+    widths = {
+        name: joint.friction.smoothing_velocity if joint.friction else 0.0
+        for name, joint in nominal.joints.items()
+    }
+    wanted = settings.method == OUTPUT_ERROR
+    fit, output_error = with_output_error(
+        fit, controllers(log), log, robot, inverse, widths, wanted, own_holds
+    )
+    if output_error is not None and output_error.joints:
+        estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
+    provenance = fit_provenance(source, log, configuration, fit, settings, command)
+    fitted = fitted_model(nominal, fit, provenance)
+    return BagAnalysis(log, estimates, configuration, fit, fitted, inverse, checks, output_error)
+
+
+def effort_holds(
+    names: Sequence[str], stated: Mapping[str, str], recorded: ObserverConfiguration | None
+) -> tuple[str, ...]:
+    """Return where in an interval each joint's effort holds: as stated, as recorded, ``start``."""
+    holds: Sequence[str] = ['start'] * len(names)
+    if recorded is not None and recorded.joints == tuple(names):
+        holds = recorded.effort_hold or holds
+    return tuple(stated.get(name, hold) for name, hold in zip(names, holds, strict=True))
+
+
+def _with_corrected_effort(
+    log: JointLog, checks: DataChecks, model: RobotModelFile
+) -> tuple[JointLog, DataChecks]:
+    """
+    Return the log with the torque behind its effort, as far as the model knows it, and say so.
+
+    :raises ConfigurationError: if the model's effects cannot be undone.
+    """
+    correction = EffortCorrection(model)
+    found = [DataFinding('effects', '*', LEFT_OUT, text) for text in correction.left_out]
+    if correction:
+        log = replace(log, tau=correction.torque(log.tau))
+        sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
+        found.append(DataFinding('effects', '*', NOTE, sentence))
+    return log, replace(checks, findings=(*checks.findings, *found))

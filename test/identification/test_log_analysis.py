@@ -1,0 +1,87 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What an analysis of a log takes from what was recorded, and what it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.source import Source
+from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import analyse_log, effort_holds
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+from sosml_friction.observers.configuration import ObserverConfiguration
+from sosml_friction.share import share_directory
+
+RAN = ObserverConfiguration(
+    ('slider',), {'first_order': {'cutoff': [37.0]}}, ('end',), 'message', 0.05
+)
+SETTINGS = FitSettings(method='segments')
+
+
+@pytest.fixture(scope='module')
+def nominal():
+    return read_model(share_directory() / 'config' / 'emps')
+
+
+@pytest.fixture(scope='module')
+def log(nominal):
+    robot = nominal.make_robot()
+    ladder = speed_ladder({'slider': 0.1}, {'slider': 0.12}, [0.01, 0.04, 0.1], plateau_s=0.6)
+    spline = ladder.spline()
+    t = np.arange(0.0, ladder.duration, 0.004)
+    q, v, a = spline(t), spline(t, 1), spline(t, 2)
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    tau += 20.0 * np.sign(v) + 200.0 * v + np.random.default_rng(3).normal(0.0, 0.3, v.shape)
+    return JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
+
+
+def test_effort_holds_as_stated_then_as_recorded_then_from_the_start():
+    ran = replace(RAN, joints=('a', 'b'), effort_hold=('end', 'mean'))
+    assert effort_holds(['a', 'b'], {'b': 'start'}, ran) == ('end', 'start')
+    assert effort_holds(['a', 'b'], {'b': 'end'}, None) == ('start', 'end')
+    # Gains of joints in another order are of another robot.
+    assert effort_holds(['b', 'a'], {}, ran) == ('start', 'start')
+    assert effort_holds(['a', 'b'], {}, replace(ran, effort_hold=())) == ('start', 'start')
+
+
+def test_the_observers_that_ran_run_again_unless_others_are_asked_for(log, nominal):
+    def run(**options):
+        return analyse_log(log, nominal, SETTINGS, recorded=RAN, **options).configuration
+
+    assert run() == RAN
+    assert run(effort_hold={'slider': 'mean'}) == replace(RAN, effort_hold=('mean',))
+    wider = run(bandwidth=50.0)
+    assert set(wider.gains) == {'first_order', 'sosml'}
+    assert wider.effort_hold == ('end',)
+    assert list(run(observers=['quasi_static']).gains) == ['quasi_static']
+
+
+def test_controllers_are_asked_for_on_the_samples_that_are_used(log, nominal):
+    seen = []
+
+    def controllers(used):
+        seen.append(used)
+        return {}
+
+    twice = log.rows(np.repeat(np.arange(len(log)), np.where(np.arange(len(log)) < 50, 2, 1)))
+    analysis = analyse_log(twice, nominal, SETTINGS, controllers=controllers)
+    assert analysis.data_checks.repeated_stamps == 50
+    np.testing.assert_array_equal(seen[0].t_ns, log.t_ns)
+
+
+def test_the_model_says_which_recording_it_rests_on(log, nominal):
+    source = Source('run', 'ab' * 32, 'it was cut off after 3 s')
+    analysis = analyse_log(log, nominal, SETTINGS, source=source, command='sosml fit run')
+    provenance = analysis.model.provenance
+    assert (provenance['bag'], provenance['sha256']) == ('run', 'ab' * 32)
+    assert provenance['recovered'] is True
+    assert provenance['command'] == 'sosml fit run'
+    assert provenance['settings']['method'] == 'segments'
+    assert source.recovery in analysis.data_checks.sentences
+    assert analyse_log(log, nominal, SETTINGS).model.provenance['recovered'] is False
