@@ -25,7 +25,7 @@ from sosml_friction.identification.segments import (
     segment_levels,
     unsure_sign,
 )
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer

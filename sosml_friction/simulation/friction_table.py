@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The friction of all joints, and the sums of a Runge-Kutta step, compiled."""
+"""The friction of all joints, compiled."""
 
 from __future__ import annotations
 
@@ -51,47 +51,3 @@ def table_torque(table: FloatArray, v: FloatArray) -> FloatArray:
         even = table[i, 4] * abs(x) + table[i, 5] * abs(sign) * faded
         tau[i] = level * sign + table[i, 1] * x + table[i, 3] + even
     return tau
-
-
-@njit(cache=True)
-def rk4_stage(
-    q: FloatArray,
-    v: FloatArray,
-    v_stage: FloatArray,
-    a_stage: FloatArray,
-    h: float,
-    tau: FloatArray,
-    table: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the next stage's q, v and net effort tau - tau_f(v), each (n,)."""
-    n = len(q)
-    q_next, v_next = np.empty(n), np.empty(n)
-    for i in range(n):
-        q_next[i] = q[i] + h * v_stage[i]
-        v_next[i] = v[i] + h * a_stage[i]
-    net = table_torque(table, v_next)
-    for i in range(n):
-        net[i] = tau[i] - net[i]
-    return q_next, v_next, net
-
-
-@njit(cache=True)
-def rk4_sum(
-    q: FloatArray,
-    v: FloatArray,
-    v2: FloatArray,
-    v3: FloatArray,
-    v4: FloatArray,
-    a1: FloatArray,
-    a2: FloatArray,
-    a3: FloatArray,
-    a4: FloatArray,
-    h: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return q and v after the step, each (n,)."""
-    n = len(q)
-    q_next, v_next = np.empty(n), np.empty(n)
-    for i in range(n):
-        q_next[i] = q[i] + h / 6.0 * (v[i] + 2.0 * v2[i] + 2.0 * v3[i] + v4[i])
-        v_next[i] = v[i] + h / 6.0 * (a1[i] + 2.0 * a2[i] + 2.0 * a3[i] + a4[i])
-    return q_next, v_next

@@ -14,6 +14,7 @@ from numba.extending import register_jitable
 State = TypeVar('State')
 
 
+# Numba keeps compiled callers by their own file's date: after a change here remove __pycache__.
 @register_jitable  # type: ignore[untyped-decorator]
 def runge_kutta_step(
     acceleration: Callable[[Any, float, State, State], State],

@@ -9,7 +9,7 @@ from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any
 
-from sosml_friction.actuators.actuator import RESTART_DISTANCE, Actuator
+from sosml_friction.actuators.actuator import RESTART_DISTANCE
 from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.inquiry import Inquiry
@@ -25,6 +25,7 @@ from sosml_friction.actuators.rmd_x.configuration import (
 )
 from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
 from sosml_friction.actuators.rmd_x.motion_mode import MOTION_REQUEST_BASE
+from sosml_friction.actuators.rmd_x.motor import RmdXMotor
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.actuators.rmd_x.scan import scan_motors
 from sosml_friction.actuators.rmd_x.start_up import RmdXStartUp
@@ -53,7 +54,7 @@ _ECHOED = (
 _AMBIGUOUS = (rmd_x.Command.ANGLE, rmd_x.Command.ENCODER, rmd_x.Command.UPTIME)
 
 
-class RmdXActuator(Actuator):
+class RmdXActuator(RmdXMotor):
     """
     Drive one RMD-X: a command and the position every cycle, 0x9A ten times and 0xB1 once a second.
 
@@ -69,7 +70,6 @@ class RmdXActuator(Actuator):
 
     configuration_type = RmdXConfiguration
     emulated_type = EmulatedRmdX
-    configuration: RmdXConfiguration
 
     def __init__(
         self, configuration: RmdXConfiguration, limits: JointLimits, rate: float, **rest: Any
@@ -85,9 +85,9 @@ class RmdXActuator(Actuator):
         self._status_unanswered = 0
         self._errors = rmd_x.ErrorFlag(0)
         # Of the start-up: variant of the protocol, firmware's date, model by blocks, 0x92's angle.
-        self.protocol: Protocol | None = None
+        self.protocol = None
         self.date = 0
-        self.blocks: dict[int, str] = {}
+        self.blocks = {}
         self.angle = math.nan
         self._turn_offset = 0.0
         # 0x92 minus the angle by counts, whole turns: positions are commanded in 0x92's.

@@ -5,17 +5,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from sosml_friction.actuators.driver.start_up import Check, Request, Step
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.configuration import MOTOR_TURN, NO_TURN
+from sosml_friction.actuators.rmd_x.motor import RmdXMotor
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.actuators.rmd_x.turns import lost_turns
 from sosml_friction.exceptions import CanProtocolError
-
-if TYPE_CHECKING:
-    from sosml_friction.actuators.rmd_x.actuator import RmdXActuator
 
 # A motor whose watchdog has tripped says so once a second.
 WATCHDOG_LISTEN_NS = 1_200_000_000
@@ -32,7 +29,7 @@ class RmdXStartUp:
     ``watchdog_off`` says that the watchdog did not trip, '' if it did or was not judged.
     """
 
-    def __init__(self, actuator: RmdXActuator) -> None:
+    def __init__(self, actuator: RmdXMotor) -> None:
         self._own = actuator
         self.watchdog_off = ''
         self._seen = 0
