@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from sosml_friction.api.model import Model
     from sosml_friction.api.observe import Observation, observe
     from sosml_friction.api.simulate import Simulation, simulate
+    from sosml_friction.api.term_fit import Terms
     from sosml_friction.bags.joint_log import JointLog
 
 #: setup.py reads it here; package.xml repeats it, and a test compares them.
@@ -39,6 +40,7 @@ __all__ = [
     'Model',
     'Observation',
     'Simulation',
+    'Terms',
     '__version__',
     'diagnose',
     'fit',
@@ -54,6 +56,7 @@ _HOMES = {
     'Model': 'api.model',
     'Observation': 'api.observe',
     'Simulation': 'api.simulate',
+    'Terms': 'api.term_fit',
     'diagnose': 'api.diagnose',
     'fit': 'api.fit',
     'load': 'api.load',

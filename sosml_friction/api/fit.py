@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, interval_of, table_text
+from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -158,7 +159,8 @@ def fit(
     refit_inertia: bool = False,
     roles: Mapping[str, str] | None = None,
     own_bias: bool | None = None,
-) -> Fit:
+    terms: Sequence[str] | None = None,
+) -> Fit | Terms:
     """
     Fit the friction of every joint; several recordings alone first, then together.
 
@@ -174,10 +176,14 @@ def fit(
     :param refit_inertia: whether inertia is fitted too; it is reported, the model keeps its own.
     :param roles: of several recordings, ``T1``, ``T2``, ``T3`` or ``other`` by label.
     :param own_bias: of several, whether each has a bias of its own; None for where they differ.
+    :param terms: these instead of a law, by the regression that a diagnosis uses: ``coulomb``,
+        ``cogging@elbow``, or a list with a name such as ``m4``. The other choices do not apply.
     :raises ConfigurationError: if a choice is unknown, a recording is given twice, or roles or
         ``own_bias`` are given for one recording.
     :raises DataError: if effort is missing or no joint can be fitted; one sentence with reasons.
     """
+    if terms is not None:
+        return fit_terms_of(logs, model, terms)
     form = LawForm(law, symmetric, alpha)
     settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
     recordings = labelled(logs)

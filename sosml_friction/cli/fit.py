@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -27,8 +28,18 @@ MethodOption = Annotated[
 LawOption = Annotated[
     str,
     typer.Option(
-        metavar='auto|coulomb_viscous|stribeck',
-        help='Law to fit; auto adds the Stribeck term where the data show it.',
+        metavar='auto|coulomb_viscous|stribeck|m1..m6',
+        help='Law to fit; auto adds the Stribeck term where the data show it. m1 to m6, the '
+        'extended friction models for servo actuators, are lists of terms, as for --terms.',
+    ),
+]
+TermsOption = Annotated[
+    str | None,
+    options.names_option(
+        'Terms to fit instead of a law, such as coulomb,viscous,load_dependent_friction, with '
+        'TERM@JOINT for one joint alone: by the regression that sosml diagnose uses. What is '
+        'listed is free; what the model has besides stays within its tolerance of 3.5 %. '
+        'docs/terms.md has all of them.'
     ),
 ]
 SymmetricOption = Annotated[
@@ -107,6 +118,7 @@ def fit(
     urdf: options.UrdfOption = None,
     method: MethodOption = 'auto',
     law: LawOption = 'auto',
+    terms: TermsOption = None,
     symmetric: SymmetricOption = True,
     alpha: AlphaOption = 1.0,
     zero_band: ZeroBandOption = None,
@@ -135,10 +147,19 @@ def fit(
     B from T1 and T3, S and v_s from T2, the bias from T3) and by one fit to all of them, and it is
     said which to prefer and in what the bags disagree.
 
-    Exit code 1 if a joint that reports effort could not be fitted.
+    With --terms, or --law m1 to m6, any terms are fitted together, with one covariance, and the
+    model folder (default: <name of the first bag>_terms) has them.
+
+    Exit code 1 if a joint that reports effort could not be fitted, or a term could not be.
 
     Example: sosml fit t1 t2 t3 --role t2=T2 --out shoulder_fit
     """
+    from sosml_friction.model.laws import TERM_LISTS
+
+    wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
+    if wanted is not None:
+        _fit_terms(bags, wanted, model, urdf, namespace, out, command_line(context), json)
+        return
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
     from sosml_friction.identification.segments import SegmentSettings
@@ -166,4 +187,36 @@ def fit(
     for sentence in outcome.remarks():
         remark(sentence)
     if outcome.is_no:
+        raise typer.Exit(1)
+
+
+def _fit_terms(
+    bags: list[Path],
+    terms: Sequence[str],
+    model: Path | None,
+    urdf: Path | None,
+    namespace: str | None,
+    out: Path | None,
+    command: str,
+    json: bool,
+) -> None:
+    from sosml_friction.bags.source import bag_name
+    from sosml_friction.identification.bag_terms import fit_bag_terms
+    from sosml_friction.report.common.output import check_output_folder, require_writable
+    from sosml_friction.report.common.table import terminal_table
+    from sosml_friction.report.terms import document as view
+    from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
+
+    folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
+    require_writable(folder)
+    with progress(f'reading {bags[0]}') as step:
+        fit, provenance = fit_bag_terms(bags, terms, model, urdf, namespace, command, step)
+        view.write_term_fit(folder, fit, provenance, step)
+    if json:
+        print_json(view.term_fit_document(fit, provenance), output=str(folder))
+    else:
+        table = terminal_table(COLUMNS, term_rows(fit))
+        done = f'Model, report.html and fit.json are in {folder}'
+        print_blocks([*sentences(fit), table, done])
+    if fit.left:
         raise typer.Exit(1)

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.laws import TERM_LISTS
 
 LAWS = ('auto', 'coulomb_viscous', 'stribeck')
 ALPHAS = (1.0, 2.0)
@@ -34,7 +35,8 @@ class LawForm:
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
-            raise ConfigurationError(f'law is {self.law!r}: use one of {", ".join(LAWS)}')
+            known = ', '.join((*LAWS, *TERM_LISTS))
+            raise ConfigurationError(f'law is {self.law!r}: use one of {known}')
         if self.alpha not in ALPHAS:
             raise ConfigurationError(f'alpha is {self.alpha}: use 1 or 2')
         if not 0.0 <= self.ridge < 1.0:

@@ -18,7 +18,7 @@ from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.html_page import picture
 
 View = TypeVar('View')
-REPORTS = ('fit', 'bags', 'diagnosis', 'study', 'simulation')
+REPORTS = ('fit', 'bags', 'diagnosis', 'study', 'simulation', 'terms')
 
 
 class Figure(ABC, Generic[View]):
