@@ -57,7 +57,8 @@ class Term(ABC):
     that a sentence leaves out.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
-    a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not.
+    a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
+    ``held_by``: the export targets, of those that do not hold everything, that can hold it.
     """
 
     identifier: ClassVar[str]
@@ -80,6 +81,7 @@ class Term(ABC):
     unspoken: ClassVar[tuple[str, ...]] = ()
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''
+    held_by: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls, registered: bool = True, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)

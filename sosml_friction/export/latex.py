@@ -1,0 +1,33 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A table of every parameter, for a paper."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from sosml_friction.export.common.target import ExportTarget, entries
+from sosml_friction.model.model_folder import RobotModelFile
+
+
+class LatexTarget(ExportTarget):
+    """Write a ``tabular`` with value, standard error and unit of each parameter."""
+
+    identifier: ClassVar[str] = 'latex'
+    file: ClassVar[str] = 'model.tex'
+    holds_all: ClassVar[bool] = True
+
+    def text(self, model: RobotModelFile) -> str:
+        """Return the environment; it needs no package."""
+        lines = [r'\begin{tabular}{lllrrl}', r'\hline',
+                 r'joint & term & parameter & value & error & unit \\', r'\hline']  # fmt: skip
+        for joint, term, name, p in entries(model):
+            error = f'{p.std_error:.2g}' if math.isfinite(p.std_error) else '--'
+            cells = [joint, term, name, f'{p.value:.5g}', error, p.unit]
+            lines.append(' & '.join(_escaped(cell) for cell in cells) + r' \\')
+        return '\n'.join([*lines, r'\hline', r'\end{tabular}', ''])
+
+
+def _escaped(text: str) -> str:
+    return ''.join('\\' + c if c in '_&%$#{}' else c for c in text)
