@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import SegmentSettings
 from sosml_friction.model.laws import FRICTION_LAWS
+from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 FloatArray = NDArray[np.float64]
@@ -196,7 +197,7 @@ def information(
     w = np.asarray(speeds, dtype=float)
     v = np.concatenate([w, -w])
     s, vs = np.sign(v), assumed['stribeck_velocity']
-    e = s * np.exp(-np.abs(v) / vs)
+    e = s * fade(v, vs, 1.0)
     rows = np.column_stack([s, v, e, e * assumed['stribeck'] * np.abs(v) / vs**2, np.ones(len(v))])
     return np.asarray(2.0 * rows.T @ rows / level_std**2)
 

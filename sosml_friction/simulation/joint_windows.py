@@ -9,15 +9,18 @@ from numba import njit
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.simulation.integrator import runge_kutta_step
 
 FloatArray = NDArray[np.float64]
+
+_fade = register_jitable(fade)
 
 
 @register_jitable  # type: ignore[untyped-decorator]
 def _acceleration(known: tuple[float, ...], t: float, q: float, v: float) -> float:
     C, B, bias, S, v_s, width, force, mass, mass_rate, other_rate = known
-    friction = np.tanh(v / width) * (C + S * np.exp(-abs(v) / v_s)) + B * v + bias
+    friction = np.tanh(v / width) * (C + S * _fade(v, v_s, 1.0)) + B * v + bias
     return float((force - friction - mass_rate * v - other_rate) / (mass + t * mass_rate))
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import lsq_linear, minimize_scalar
 
 from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ def fit_raw(v: FloatArray, tau_f: FloatArray, smoothing_velocity: float) -> Fric
     sign = smooth_sign(v, smoothing_velocity)
 
     def solve(v_s: float) -> tuple[float, FloatArray]:
-        X = np.column_stack([sign, v, sign * np.exp(-np.abs(v) / v_s), np.ones_like(v)])
+        X = np.column_stack([sign, v, sign * fade(v, v_s, 1.0), np.ones_like(v)])
         # The bounds need only the triangle, as the samples are many and the columns few.
         Q, R = np.linalg.qr(X)
         found = lsq_linear(R, Q.T @ tau_f, bounds=(lowest, np.inf), method='bvls')

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.model.laws import unit_of
+from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def dissipation_check(
     w = np.geomspace(max(slowest, 1e-6 * fastest), fastest, 200)
     level = value['coulomb'] + value['viscous'] * w
     if 'stribeck_velocity' in value:
-        level = level + value['stribeck'] * np.exp(-w / value['stribeck_velocity'])
+        level = level + value['stribeck'] * fade(w, value['stribeck_velocity'], 1.0)
     bias, coulomb, speed_unit = value['bias'], value['coulomb'], unit_of('velocity', effort_unit)
     beyond = abs(bias) > level
     if not beyond.any():

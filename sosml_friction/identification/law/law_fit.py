@@ -30,6 +30,7 @@ from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
@@ -309,7 +310,7 @@ class _Problem:
         sign, fixed = self._sign(v0)
         if v_s is None:
             return fixed
-        peak = sign * np.exp(-((self.speed / v_s) ** self.form.alpha))
+        peak = sign * fade(self.speed, v_s, self.form.alpha)
         peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
         return np.column_stack([fixed, *(self._made(column) for column in peaks)])
 
@@ -358,10 +359,11 @@ class _Problem:
             x = (self.speed / v_s) ** self.form.alpha
             amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
             sign = self._sign(v0)[0]
-            slope = sign * amount * np.exp(-x) * self.form.alpha * x / v_s
+            faded = fade(self.speed, v_s, self.form.alpha)
+            slope = sign * amount * faded * self.form.alpha * x / v_s
             X = np.column_stack([X, self._made(slope)])
             names = (*names, 'stribeck_velocity')
-            size = size + amount * np.exp(-x)
+            size = size + amount * faded
         if with_v0:
             u = self.v / v0
             slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
@@ -665,8 +667,8 @@ class _Search:
             low, high = profile.stribeck_interval(self.slowest, self.form.alpha)
             value = np.nan
             if shown:
-                fade = (self.slowest / best['stribeck_velocity']) ** self.form.alpha
-                value = best['stribeck'] * float(np.exp(-fade))
+                left = fade(np.asarray(self.slowest), best['stribeck_velocity'], self.form.alpha)
+                value = best['stribeck'] * float(left)
             derived[STRIBECK_AT_SLOWEST] = Parameter(
                 value if low > 0.0 else np.nan,
                 effort_unit,
@@ -928,7 +930,7 @@ class _Search:
             names, X = problem.jacobian(solution, with_v0)
             even = [problem.speed]
             if solution.v_s is not None:
-                even.append(np.exp(-((problem.speed / solution.v_s) ** form.alpha)))
+                even.append(fade(problem.speed, solution.v_s, form.alpha))
             X = np.column_stack([X, *(problem._made(column) for column in even)])
             norms = np.linalg.norm(X, axis=0)
             norms[norms == 0.0] = 1.0
@@ -951,16 +953,16 @@ class _Search:
             bias = p['bias']
         shapes = [speeds]
         if solution.v_s is not None:
-            shapes.append(np.exp(-((speeds / solution.v_s) ** form.alpha)))
+            shapes.append(fade(speeds, solution.v_s, form.alpha))
         even_at = np.array(shapes).T @ found
         inverse = np.linalg.pinv(C, rcond=1e-10)
         statistic = float(found @ inverse @ found) / len(found)
         freedom = max(problem.count - len(solution.theta) - 2, 1)
         chance = float(f_distribution.sf(statistic, len(found), freedom))
-        fade = 0.0
+        peak: FloatArray | float = 0.0
         if solution.v_s is not None:
-            fade = p['stribeck'] * np.exp(-((speeds / solution.v_s) ** form.alpha))
-        odd_at = p['coulomb'] + fade + p['viscous'] * speeds
+            peak = p['stribeck'] * fade(speeds, solution.v_s, form.alpha)
+        odd_at = p['coulomb'] + peak + p['viscous'] * speeds
         return odd_even_check(
             speeds, odd_at, bias + even_at, chance, effort_unit, not form.symmetric
         )

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.model.terms.stribeck import fade
+
 FloatArray = NDArray[np.float64]
 
 
@@ -46,10 +48,10 @@ class LawProfile:
         within = np.isfinite(self.half)
         if not within.any():
             return 0.0, np.inf
-        fade = np.exp(-((speed / self.stribeck_velocity[within]) ** alpha))
+        faded = fade(np.asarray(speed), self.stribeck_velocity[within], alpha)
         best, half = self.stribeck[within], self.half[within]
-        low = float(np.min((best - half) * fade))
-        high = float(np.max((best + half) * fade))
+        low = float(np.min((best - half) * faded))
+        high = float(np.max((best + half) * faded))
         open_ = speed == 0.0 and bool(within[0])
         return max(low, 0.0), np.inf if open_ else max(high, 0.0)
 

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
@@ -65,7 +66,7 @@ def row_noise(rows: LawRows, smoothing_velocity: float | None = None) -> RowNois
     slowest, fastest = np.quantile(speeds, [0.02, 1.0]) if len(speeds) else (0.0, 0.0)
     if count and 0.0 < slowest < fastest:
         widths = np.geomspace(slowest, fastest, count)
-        columns += [sign * np.exp(-np.abs(v) / w) for w in widths]
+        columns += [sign * fade(v, w, 1.0) for w in widths]
     X = np.column_stack([rows.lag(column)[keep] for column in columns])
     norms = np.linalg.norm(X, axis=0)
     X = X / np.where(norms > 0.0, norms, 1.0)

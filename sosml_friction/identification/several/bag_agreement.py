@@ -19,6 +19,7 @@ from sosml_friction.identification.law.law_stack import LawStack
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
@@ -124,7 +125,7 @@ class _Comparison:
         self.base = np.column_stack(list(self.columns.values()))
 
     def _fade(self, v_s: float) -> FloatArray:
-        return np.array(np.exp(-((np.abs(self.v) / v_s) ** self.power)))
+        return fade(self.v, v_s, self.power)
 
     def _search(self) -> float:
         """Return the v_s of the least cost, without bounds on anything else."""

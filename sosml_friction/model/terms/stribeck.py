@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def fade(
-    v: FloatArray, stribeck_velocity: FloatArray | float, exponent: FloatArray | float
+    v: FloatArray | float, stribeck_velocity: FloatArray | float, exponent: FloatArray | float
 ) -> FloatArray:
     """
     Return exp(-(|v| / v_s)^d): the one place where this is written.
