@@ -312,7 +312,7 @@ def _without(model: RobotModelFile, wanted: Mapping[str, Sequence[str]]) -> Robo
     for name, joint in model.joints.items():
         own = wanted.get(name, ())
         friction = joint.friction
-        if any(term in NOMINAL for term in own):
+        if any(term in NOMINAL[:2] for term in own):
             # What is not listed of a law that is fitted is known to be nothing.
             missing = [term for term in NOMINAL[:2] if term not in own]
             friction = _nothing(missing, joint) if missing else None
