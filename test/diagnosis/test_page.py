@@ -57,7 +57,7 @@ def test_where_an_effect_lives_is_where_the_extension_puts_it(name):
         assert place == 'law'
     else:
         assert place == (
-            'effects, corrected' if issubclass(TERMS[name], MeasurementTerm) else 'effects'
+            'terms, corrected' if issubclass(TERMS[name], MeasurementTerm) else 'terms'
         )
 
 
