@@ -27,7 +27,7 @@ def test_names_of_the_interface_exist(page):
     names = set(re.findall(r'\bsf\.(\w+)', text))
     assert names <= set(dir(sf))
     assert page != 'docs/python.md' or names >= set(sf._HOMES) - {
-        'Diagnosis', 'Fit', 'Observation', 'Simulation',
+        'Diagnosis', 'Fit', 'Observation', 'Simulation', 'Terms',
     }  # fmt: skip
 
 
