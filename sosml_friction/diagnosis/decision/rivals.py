@@ -122,7 +122,7 @@ class Rivals:
             other
             for other in self._found
             if other.joint == best.joint
-            and other.effect.identifier in best.effect.twins
+            and other.effect.identifier in best.effect.aliases
             and not other.objection
             and other.delta_bic > least
         ]

@@ -81,7 +81,7 @@ def recommend(
     best = next(
         (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
     )
-    aliases = other in finding.effect.twins or own in closest.effect.twins
+    aliases = other in finding.effect.aliases or own in closest.effect.aliases
     if best is not None and not aliases:
         return Recommendation(
             pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,

@@ -36,7 +36,7 @@ class AsymmetricFriction(EffortTerm):
     inner: ClassVar[Mapping[str, str]] = {'by_speed': '1'}
     unspoken: ClassVar[tuple[str, ...]] = ('by_speed',)
     axis: ClassVar[str] = 'direction'
-    twins: ClassVar[tuple[str, ...]] = ('effort_bias',)
+    aliases: ClassVar[tuple[str, ...]] = ('effort_bias',)
 
     def effort(
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray

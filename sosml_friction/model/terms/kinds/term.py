@@ -50,7 +50,7 @@ class Term(ABC):
     ``axis``: along which axis it says how effort depends on it: ``speed``, ``position``,
     ``load``, ``effort``, ``acceleration`` or ``none``; ``free_axis``: the axis of the free curve
     that could stand for it; ``one_power``: one power of speed could stand for it; ``repeats``:
-    its ``frequency`` is a line in a periodogram over position. ``twins``: terms that are the same
+    its ``frequency`` is a line in a periodogram over position. ``aliases``: terms that are the same
     but at reversals and rest; ``inseparable``: terms that joint sensors cannot tell from it at
     all; ``told_apart``: by other term, the condition that separates the two and what is seen
     then. ``worn``: it comes with a person or cable and goes with them; ``unspoken``: parameters
@@ -73,7 +73,7 @@ class Term(ABC):
     free_axis: ClassVar[str] = ''
     one_power: ClassVar[bool] = False
     repeats: ClassVar[bool] = False
-    twins: ClassVar[tuple[str, ...]] = ()
+    aliases: ClassVar[tuple[str, ...]] = ()
     inseparable: ClassVar[tuple[str, ...]] = ()
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {}
     worn: ClassVar[bool] = False
