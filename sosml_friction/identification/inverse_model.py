@@ -30,7 +30,7 @@ _LEVEL = 0.95
 _COLLINEAR = 1e-6
 #: Of the sampling frequency: the largest cut-off.
 _HIGHEST = 0.4
-#: What is left of a recording must have so many stretches of ``cluster_s``.
+#: Fewest clusters of ``cluster_s`` for a covariance by clusters. Chosen, no measurement.
 _FEWEST_CLUSTERS = 8
 _POSITIVE = ('inertia', 'inertia_scale')
 
@@ -40,10 +40,9 @@ class InverseSettings:
     """
     Say how positions are differentiated.
 
-    ``cutoff`` [Hz]: of the zero-phase Butterworth filter, for slow sampling at most 0.4 times the
-    sampling frequency. ``decimation``: one of so many samples is kept, None for as many as the
-    cut-off is below the sampling frequency. ``cluster_s`` [s]: samples in the same stretch of so
-    long are taken to share their noise.
+    ``cutoff`` [Hz]: of the zero-phase Butterworth low-pass, for slow sampling at most 0.4 times
+    the sampling frequency. ``decimation``: n keeps each n-th sample; None chooses n by the
+    cut-off. ``cluster_s`` [s]: length of a cluster; samples in one cluster may share their noise.
     """
 
     cutoff: float = 100.0

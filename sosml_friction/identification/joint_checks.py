@@ -18,7 +18,7 @@ from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
-#: Speeds are differences of position over so long [s].
+#: Time over which position is differenced to a speed [s]. Chosen, no measurement.
 _WINDOW_S = 0.1
 #: Motion in one direction for less than this says nothing [s]: a shorter window is not used.
 _LEAST_MOTION_S = 0.15

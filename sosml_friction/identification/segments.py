@@ -17,9 +17,10 @@ from sosml_friction.observers.signal_noise import signal_noise
 FloatArray = NDArray[np.float64]
 
 
-#: Slow motion is judged by differences over so many times ``window_s``: see find_segments.
+#: Windows of the second difference, in multiples of ``window_s``: see find_segments.
 _WINDOWS = (1, 2, 4)
-#: Samples so many times as far from a window's median as nine tenths of them are errors.
+#: A sample is a gross error if its distance from the segment's median is above this multiple of
+#: the 90 % quantile of those distances. Chosen, no measurement.
 _GROSS = 5.0
 _POSITIVE = ('window_s', 'minimum_s')
 

@@ -34,8 +34,8 @@ FloatArray = NDArray[np.float64]
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
-#: Half width of a 95 % interval in standard errors: the rows are so many that Student's t is
-#: normal.
+#: Half width of a 95 % interval in standard errors: of the normal distribution, which Student's
+#: t is for many rows.
 Z_95 = 1.959964
 #: A parameter within this share of the end of its physical range sits on it.
 _AT_END = 1e-3

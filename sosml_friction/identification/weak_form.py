@@ -28,16 +28,18 @@ FloatArray = NDArray[np.float64]
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
 _PIECES = 4
-#: A test function spans at least so many samples.
+#: Fewest samples in a test function. Chosen, no measurement: below, the sum is a poor integral.
 _FEWEST_SAMPLES = 20
 #: Degree of the polynomial whose slope is the velocity.
 _DEGREE = 3
-#: Speeds below so many standard deviations of their noise are standstill; faster than the
-#: other, noise does not bend the law.
+#: Speeds in standard deviations of their noise: below the first the joint counts as at standstill;
+#: above the second the law is so straight over the noise that its mean needs no correction.
+#: Chosen, no measurement.
 _NOISES, _STRAIGHT = 5.0, 40.0
 #: Largest share of the slowest speed that is left out as standstill.
 _STANDSTILL = 0.8
-#: Third differences so many times as large as nine tenths of them are errors.
+#: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
+#: measurement.
 _GROSS = 3.0
 
 
@@ -46,11 +48,11 @@ class WeakSettings:
     """
     Say how the weak form looks at a recording.
 
-    ``support_s``: how long each test function is; longer averages more noise, but friction that
-    changes within it is told less well. ``window_s``: over what a local cubic gives the velocity
-    at which friction is looked up. ``cluster_s``: test functions in the same stretch of so long
-    are taken to share their noise. ``zero_band`` [rad/s or m/s]: slower is standstill, where the
-    law's sign is not smooth. ``refit_inertia``: whether the joint's inertia is fitted too.
+    ``support_s`` [s]: length of a test function; a longer one averages more noise, but blurs
+    friction that changes within it. ``window_s`` [s]: length of the local cubic whose slope is
+    the velocity at which the law is evaluated. ``cluster_s`` [s]: length of a cluster; test
+    functions in one cluster may share their noise. ``zero_band`` [rad/s or m/s]: slower is
+    standstill, where the law jumps. ``refit_inertia``: whether the joint's inertia is fitted too.
     """
 
     support_s: float = 0.1

@@ -28,7 +28,7 @@ def candidate_floor(
     ``floor (1 + ln g)``: what may choose among the g points of a grid has to explain more;
     ``floor_margin`` times its largest gain in null simulations; what noise of position feigns.
 
-    :param fit: of the causes accepted so far, which the null simulations hold.
+    :param fit: of the causes that are accepted already, which the null simulations hold.
     :param columns: of the candidate over its grid.
     :param generation: how many causes are accepted, for the seed.
     """

@@ -50,13 +50,15 @@ _NOTHING = 1e-9
 _ROUNDING = 1e-20
 _HUBER = 1.345  # 95 % efficient on normal noise
 _LEVEL = 0.95
-#: Huber's weights are solved for until none changes by more than this, or so many times.
+#: Iterations for Huber's weights end when no weight changes by more than the first number, or
+#: after the second. Chosen, no measurement.
 _SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
 #: Speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
 #: Points of the profile about the best fit, and of it that other parameters are followed along.
 _NEAR, _ALONG = 13, 5
-#: That v_s is known is asked of an interval so many times as wide as that of 95 %.
+#: v_s counts as known if an interval this many times as wide as that of 95 % is narrow, too:
+#: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, _HIDDEN = 8.0, 3.0
@@ -320,7 +322,7 @@ class _Problem:
         lower = np.array([0.0 if name in _NON_NEGATIVE else -np.inf for name in names])
         scale = np.linalg.norm(X, axis=0)
         scale[scale == 0.0] = 1.0
-        # What a fit of so many parameters leaves of the noise.
+        # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
         for _ in range(_MOST_SOLVED):

@@ -17,7 +17,8 @@ from sosml_friction.model.smooth_sign import smooth_sign
 
 FloatArray = NDArray[np.float64]
 
-#: Rows that share their noise with so many neighbours or more are joined to means.
+#: Rows are joined to means if as many neighbours or more share their noise. Chosen, no
+#: measurement.
 _JOINED = 4.0
 #: Exponentials of the curve, without a law, that is taken off to see the noise.
 _MOST_EXPONENTIALS = 4

@@ -50,10 +50,10 @@ class WindowSettings:
     """
     Say how long a window is simulated before it starts afresh from the measurement [s].
 
-    In a longer one friction moves the joint farther beyond the resolution of the encoder, but so
-    does noise of the effort; and where friction falls with speed an error of the start grows by
-    exp(T S / (v_s M)) over a window T. ``cluster_s``: windows in the same stretch of so long are
-    taken to share their noise.
+    In a longer window friction moves the joint by more quanta of the encoder, but noise of effort
+    does so, too. Where friction falls with speed, an error of the start grows by
+    exp(T S / (v_s M)) over a window T. ``cluster_s`` [s]: length of a cluster; windows in one
+    cluster may share their noise.
     """
 
     window_s: float = 0.1

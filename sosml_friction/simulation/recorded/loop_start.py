@@ -20,12 +20,13 @@ from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
 
 FloatArray = NDArray[np.float64]
 
-#: The beginning is looked for from so long before to so long after the trajectory was recorded,
-#: first in steps of this [s].
+#: Times before and after the message of the trajectory between which its beginning is searched,
+#: and the step of the coarse search [s]. Chosen, no measurement.
 _BEFORE_S, _AFTER_S, _STEP_S = 0.06, 0.5, 4e-3
-#: So much of the motion says when it began [s].
+#: Length of the motion that the search compares [s]. Chosen, no measurement.
 _LOOK_S = 20.0
-#: The driver's model is evaluated at so many of its cycles, and on lines between [s].
+#: Interval at which the driver's model is evaluated; it is interpolated linearly between [s].
+#: Chosen, no measurement.
 _TABLE_S = 1e-3
 #: A recording of fewer samples says nothing of it.
 _FEWEST = 20

@@ -18,10 +18,11 @@ from sosml_friction.exceptions import ConfigurationError, DataError, TrajectoryE
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
 
-#: A controller whose cycle is so many times shorter than the samples was not recorded.
+#: Largest sampling interval, in cycles of the controller, in which each of its cycles is still
+#: recorded: at 1 all are, at 2 every other. The middle.
 _SLOWER = 1.5
-#: The robot is taken to be under its controller from so long before a trajectory is recorded to so
-#: long after its time is over [s].
+#: Times before the trajectory is recorded, and after it ends, between which the robot is under its
+#: controller [s]. Chosen, no measurement.
 _BEFORE_S, _AFTER_S = 0.1, 1.0
 
 
