@@ -50,11 +50,11 @@ class Term(ABC):
     ``axis``: along which axis it says how effort depends on it: ``speed``, ``position``,
     ``load``, ``effort``, ``acceleration`` or ``none``; ``free_axis``: the axis of the free curve
     that could stand for it; ``one_power``: one power of speed could stand for it; ``repeats``:
-    its ``frequency`` is a line in a periodogram over position. ``aliases``: terms that are the same
-    but at reversals and rest; ``inseparable``: terms that joint sensors cannot tell from it at
-    all; ``told_apart``: by other term, the condition that separates the two and what is seen
-    then. ``worn``: it comes with a person or cable and goes with them; ``unspoken``: parameters
-    that a sentence leaves out.
+    its ``frequency`` is a line in a periodogram over position. ``aliases``: terms of the
+    same columns but at reversals and rest; ``inseparable``: terms that joint sensors cannot
+    tell from it at all; ``told_apart``: by other term, the condition that separates the two
+    and what is seen then. ``worn``: it comes with a person or cable and goes with them;
+    ``unspoken``: parameters that a sentence leaves out.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not.
