@@ -118,6 +118,6 @@ class Registry(Mapping[str, type[T]]):
         classes = self.classes
         if identifier not in classes:
             raise UnknownNameError(
-                f'{self._what} {identifier!r} is unknown: use {", ".join(classes)}'
+                f'{self._what} {identifier!r} is unknown: use one of {", ".join(classes)}'
             )
         return classes[identifier]

@@ -49,4 +49,5 @@ def make_observer(name: str, gains: Mapping[str, Sequence[float]]) -> Observer:
 
     :raises ConfigurationError: if no observer has that name; the sentence lists those that exist.
     """
+    check_observers([name])
     return OBSERVERS[name](gains)
