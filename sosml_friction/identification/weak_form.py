@@ -174,9 +174,9 @@ class WeakForm:
         """
         Fit the law to joint ``i``; see :func:`~sosml_friction.identification.law.law_fit.fit_law`.
 
-        A test function takes part if it touches no speed below v0, ``zero_band`` and five times
-        the noise of velocity, and no reversal: there the sign is so steep that noise and
-        smoothing of velocity make of it what friction is not.
+        A test function is used if it has no reversal and only speeds above v0, ``zero_band`` and
+        five times the noise of velocity. Below, the sign is too steep to be evaluated at a
+        smoothed velocity with noise.
 
         :param smoothing_velocity: v0 of the law's sign, known [rad/s or m/s], 0 for the sign
             itself; None where it is to be found.
@@ -200,8 +200,8 @@ class WeakForm:
         """
         Return the regression of joint ``i``; parameters and errors as for :meth:`fit`.
 
-        Its velocities are those of the recording, and of the slow ones again less and more a
-        standard deviation of their noise times sqrt(3), from which ``lag`` makes unbiased means.
+        Velocities are those of the recording, then the slow ones minus and plus sqrt(3) standard
+        deviations of their noise, from which ``lag`` computes unbiased means.
         """
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
@@ -327,8 +327,8 @@ def _position_noise(q: FloatArray) -> float:
     """
     Return the standard deviation of the white noise of a position, rounding included.
 
-    From its third difference, without gross errors. A median would be a multiple of what a
-    rounded position can be.
+    From its third difference, without gross errors. A mean of squares, because the median of a
+    rounded position's differences is a multiple of the quantum.
     """
     difference = np.diff(q, 3)
     difference = difference[np.isfinite(difference)]

@@ -36,8 +36,8 @@ _TINY = 1e-6
 #: Time for which elastic gears are simulated alone before a window starts [s]. Chosen, no
 #: measurement.
 _SETTLE_S = 0.5
-#: Share of critical damping that they have meanwhile at least, outside of a gap, where they would
-#: ring with the noise of the measured path, and their body start too fast.
+#: Least damping of the gears in that time, as a share of critical damping, outside of a gap. With
+#: less, the noise of the measured path makes them ring, and their body starts too fast.
 _SETTLE_DAMPING = 0.5
 
 

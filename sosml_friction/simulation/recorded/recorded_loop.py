@@ -138,7 +138,7 @@ def during(log: JointLog, loop: RecordedLoop) -> tuple[JointLog, RecordedLoop]:
     """
     Return the part of a log in which its trajectory was followed, and the loop as seen from there.
 
-    What was before and after may have been before the robot was enabled, or another motion.
+    Samples before and after may belong to a disabled robot, or to another motion.
 
     :raises DataError: if nothing is left.
     """

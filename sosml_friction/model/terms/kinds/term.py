@@ -104,7 +104,7 @@ class Term(ABC):
         """
         Return the columns of several points of the grid at once, (N, g, k), in ``joint`` alone.
 
-        None, as here, where they are not cheaper at once, or not zero in other joints.
+        None, as here, if that is no faster than one by one, or if they act in other joints, too.
         """
         return None
 
