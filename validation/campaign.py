@@ -40,7 +40,7 @@ from validation.tables import tables
 from validation.trial import FAULTS, SINGLES, TRANSMISSION, Spec, build, make_trial
 
 Row = dict[str, Any]
-#: What is taken out of the library in turn. The two sides of a transmission are one class, and
+#: Effects that are removed from the library, one at a time. Backlash and elasticity are one class;
 #: an encoder's eccentricity is below the noise at any size that occurs.
 MUTANTS = (
     *(e for e in SINGLES if e not in TRANSMISSION),
@@ -50,7 +50,7 @@ MUTANTS = (
 )
 
 
-#: What decides a row: the package, and these. Tables and pictures do not.
+#: Modules that a row depends on, besides the package; tables and pictures do not.
 _DECIDES = ('plant', 'motion', 'effects', 'snr', 'trial', 'process', 'judge', 'gain')
 
 
@@ -118,7 +118,7 @@ def mutants(rows: Iterable[Row]) -> tuple[list[Spec], list[Row]]:
     """
     Return, for each effect, the trial to be diagnosed without it, and rows where there is none.
 
-    It is the right answer of the largest SNR; an effect that was never answered right has none.
+    It is the trial of the largest SNR that was answered right; without one there is no trial.
     """
     rows = list(rows)
     specs, none = [], []
