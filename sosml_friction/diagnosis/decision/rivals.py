@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.regression.evidence import Fit, System
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Rivals:
 
     def __init__(
         self,
-        laboratory: Laboratory,
+        laboratory: WhitenedRegression,
         system: System,
         top: Sequence[Finding],
         found: Sequence[Finding],
