@@ -44,8 +44,9 @@ from sosml_friction.motion.trajectory import Trajectory
 
 # Nobody wears the emulated arm: a machine that stops for half a second does not end the soak.
 PATIENCE_S = 0.5
-# Memory may settle for so long before it is compared [s], and then grow by so much [MB]: an
+# Time before memory is measured first [s], and the most it may grow from then on [MB]: an
 # allocator's arena is 1 MB, and a leak of one small object per cycle is 30 MB in ten minutes.
+# The time is chosen, no measurement.
 SETTLE_S = 30.0
 MOST_GROWTH_MB = 4.0
 

@@ -1,14 +1,14 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-The campaign: run the plan, keep each trial, write tables and pictures.
+Run the blind campaign: draw hidden effects, diagnose each, write tables and pictures.
 
     make campaign ARGS='--trials 60'
 
 One file per trial in OUT/trials: a run that was stopped goes on where it was, given the same seed
 and trials, as long as neither the package nor the trials were changed. ``--repeat
-OUT/trials/NAME.json --keep DIR`` repeats one trial from what its file says was hidden, and keeps
-its bags, model and answer.
+OUT/trials/NAME.json --keep DIR`` runs one trial again from what its file says was hidden, and
+keeps its bags, model and answer.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from validation.tables import tables
 from validation.trial import FAULTS, SINGLES, TRANSMISSION, Spec, build, make_trial
 
 Row = dict[str, Any]
-#: What is taken out of the library in turn. The two sides of a transmission are one class, and
+#: Effects that are removed from the library, one at a time. Backlash and elasticity are one class;
 #: an encoder's eccentricity is below the noise at any size that occurs.
 MUTANTS = (
     *(e for e in SINGLES if e not in TRANSMISSION),
@@ -50,7 +50,7 @@ MUTANTS = (
 )
 
 
-#: What decides a row: the package, and these. Tables and pictures do not.
+#: Modules that a row depends on, besides the package; tables and pictures do not.
 _DECIDES = ('plant', 'motion', 'effects', 'snr', 'trial', 'process', 'judge', 'gain')
 
 
@@ -74,7 +74,7 @@ def run_spec(spec: Spec, keep: Path | None = None) -> Row:
         'kind': spec.kind,
         'truths': [vars(truth) for truth in trial.truths],
     }
-    workshop = Path(tempfile.mkdtemp(prefix='blind_'))
+    workshop = Path(tempfile.mkdtemp(prefix='trial_'))
     try:
         answer = ask(trial, workshop / 'trial')
         if keep is not None:
@@ -118,7 +118,7 @@ def mutants(rows: Iterable[Row]) -> tuple[list[Spec], list[Row]]:
     """
     Return, for each effect, the trial to be diagnosed without it, and rows where there is none.
 
-    It is the right answer of the largest SNR; an effect that was never answered right has none.
+    It is the trial of the largest SNR that was answered right; without one there is no trial.
     """
     rows = list(rows)
     specs, none = [], []
@@ -249,14 +249,27 @@ def write(rows: list[Row], seed: int, trials: int, out: Path) -> None:
 
 def main() -> int:
     """Run a campaign from the command line; exit code 1 if a bar is missed."""
-    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('--trials', type=int, default=60, help='single effects of SNR >= 0.6')
-    parser.add_argument('--seed', type=int, default=None, help='default: drawn, and printed')
-    parser.add_argument('--jobs', type=int, default=min(2, os.cpu_count() or 1))
-    parser.add_argument('--kinds', default='', help=f'of {",".join(KINDS)},mutant')
-    parser.add_argument('--out', type=Path, default=Path('blind_campaign'))
-    parser.add_argument('--repeat', type=Path, help='file of one trial')
-    parser.add_argument('--keep', type=Path, help='where to keep its bags, model and answer')
+    parser = argparse.ArgumentParser(
+        prog='python -m validation.campaign', description=__doc__.split('\n\n')[0]
+    )
+    parser.add_argument(
+        '--trials',
+        type=int,
+        default=60,
+        help='single effects with an SNR of 0.6 or more (%(default)s)',
+    )
+    parser.add_argument('--seed', type=int, default=None, help='a new one, printed, if not given')
+    parser.add_argument(
+        '--jobs', type=int, default=min(2, os.cpu_count() or 1), help='trials at a time'
+    )
+    parser.add_argument(
+        '--kinds', default='', help=f'some of {", ".join((*KINDS, "mutant"))}, joined by commas'
+    )
+    parser.add_argument(
+        '--out', type=Path, default=Path('blind_campaign'), help='folder (%(default)s)'
+    )
+    parser.add_argument('--repeat', type=Path, help='run one trial again, from its file')
+    parser.add_argument('--keep', type=Path, help='folder for its bags, model and answer')
     arguments = parser.parse_args()
     seed = secrets.randbelow(10**6) if arguments.seed is None else arguments.seed
     if arguments.repeat is not None:

@@ -8,8 +8,8 @@ import numpy as np
 
 from validation import plant as bp
 
-#: Typical size of each hidden effect, shoulder and elbow; of an elasticity the stiffness, which
-#: a larger effect divides.
+#: Typical size of each hidden effect, shoulder and elbow. Of an elasticity it is the stiffness,
+#: which is divided by the scale: a larger effect is a softer gear.
 TYPICAL = {
     'coulomb': (0.24, 0.045), 'viscous': (0.14, 0.024), 'stribeck': (0.32, 0.06),
     'asymmetric_friction': (0.10, 0.02), 'load_dependent_friction': (0.06, 0.06),
@@ -50,8 +50,8 @@ def hide(
     """
     Put an effect of ``scale`` times its typical size into joint i, and return its size.
 
-    Sign, phase, exponent and what else is free come from ``rng``, of which each effect takes the
-    same numbers whatever ``scale``.
+    Sign, phase, exponent and all other choices come from ``rng``. Each effect draws the same
+    numbers from it at every ``scale``.
     """
     sign = float(rng.choice([-1.0, 1.0]))
     phase = float(rng.uniform(0.0, 2.0 * np.pi))

@@ -1,11 +1,12 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What a right name is worth on another recording, against what the true model leaves there.
+Measure how much a right name reduces the residual on another recording.
 
-The true model leaves the noise: of effort, and of position through the true inertia, as the effort
-sensor's scale shows it. It is measured on the same motion with the same draws of noise and nothing
-hidden. What an answer's model gets wrong beyond that is sqrt(error^2 - noise^2), before and after.
+The true model leaves the noise alone: of effort, and of position through the true inertia, in the
+effort sensor's scale. It is measured on the same motion, with the same random numbers and nothing
+hidden. The error of an answer's model beyond the noise is sqrt(error^2 - noise^2), before and
+after.
 """
 
 from __future__ import annotations

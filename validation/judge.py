@@ -3,10 +3,10 @@
 """
 Score an answer: +1 right effect and joint, 0 a set with the truth or no name, -1 wrong.
 
-What counts is the first cause of the answer; further ones that are not true are spurious, and
-counted beside. Backlash and elasticity are one class: the pair of them is right. With the verdict
-``unknown_structure`` nothing is named. Where nothing is hidden, any name is a false alarm; outside
-of the library, a single name without rivals is wrong.
+The first cause of the answer is scored. Further causes that are not true are spurious and counted
+separately. Backlash and elasticity are one class: their pair is right. The verdict
+``unknown_structure`` names nothing. If nothing is hidden, any name is a false alarm. If the effect
+is outside of the library, a single name without rivals is wrong.
 """
 
 from __future__ import annotations

@@ -34,8 +34,9 @@ def make_plan(seed: int, trials: int) -> list[Spec]:
     """
     Return the trials of a campaign, ``trials`` of them single effects of SNR 0.6 and more.
 
-    Half as many again are of SNR 0.35 to 0.6, a quarter of less; 0.8 nulls, 0.4 outside of the
-    library, 0.4 twins, 0.5 doubles, a sixth thermal, 0.2 faults of data, and 0.7 in other motions.
+    In units of ``trials`` there are besides: 0.5 of SNR 0.35 to 0.6, 0.25 of less, 0.8 nulls, 0.4
+    outside of the library, 0.4 twins, 0.5 doubles, 1/6 thermal, 0.2 faults of data, and 0.7 in
+    other motions. Chosen, no measurement.
     """
     rng = np.random.default_rng([seed, 99])
     seeds = iter(int(x) for x in rng.integers(2**31, size=40 * trials + 400))

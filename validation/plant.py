@@ -6,8 +6,8 @@ A plant that shares nothing with the diagnosis: what the blind tests hide their 
 Two-joint arm in closed form (not Pinocchio), semi-implicit steps of 0.2 ms, friction by four
 Maxwell-slip elements (not Dahl's state), optional two-mass joints with a gap, everything in
 another parameterisation than the candidates. PD and feed-forward at 500 Hz, 16-bit position,
-velocity with 2 mrad/s of noise, effort with white and coloured noise and 20 / 5 mNm of resolution,
-as facts/diagnosis.md 3.1. Damping of a mesh is 5 % of critical for a body of 0.05 kg m2.
+velocity with 2 mrad/s of noise, effort with white and coloured noise and 20 / 5 mNm of resolution.
+Damping of a mesh is 5 % of critical for a body of 0.05 kg m2.
 """
 
 from __future__ import annotations

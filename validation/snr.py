@@ -11,9 +11,9 @@ noise, the same in both, cancels. Its mean is part of it: a bias is nothing but 
 
     SNR = rms(effect) / rms(noise), per joint.
 
-Of an effect a nominal that is off within its tolerance takes up a part, and a small one whole: a
-bias along a motion of one posture is a little more mass. What stays beyond the tolerance is the
-least that any such nominal leaves of the effect, both joints together.
+A nominal model that is off within its tolerance explains a part of an effect, and all of a small
+one: in one posture a bias is the same as a little more mass. The effect beyond the tolerance is
+the least that any such nominal leaves of it, both joints together.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from sosml_friction.regression.band import Band
 from validation import plant as bp
 from validation.motion import reference
 
-#: The band that the diagnosis chooses for the default noise, [Hz]; SNR is drawn in it, and
-#: stated in the one that was used.
+#: Band that the diagnosis chooses for the default noise [Hz]. A trial's SNR is drawn in it, and
+#: reported in the band that the diagnosis used.
 USUAL_BAND = 22.5
 #: By how much a nominal parameter may be off without a cause (docs/diagnosis.md), a bias by that
 #: share of Coulomb friction; first moments are turned by 0.3 of it.

@@ -32,7 +32,7 @@ __all__ = [
 #: What single trials hide: encoder eccentricity is below the noise, thermal drift needs its own.
 SINGLES = tuple(e for e in TYPICAL if e not in ('encoder_eccentricity', 'thermal_drift'))
 #: Smallest share of the typical size, shoulder and elbow: the lower end of what joints of this
-#: class have (facts/diagnosis.md, part 2), and more than the 1 to 3 % by which every nominal
+#: class have, and more than the 1 to 3 % by which every nominal
 #: parameter is off in any trial. Coulomb 12 %, viscous 18 %, breakaway 10 % of Coulomb, asymmetry
 #: 5 %, load 0.03, position 5 % of Coulomb, ripple 20 and 5 mNm, 0.9 mrad to build up, at most
 #: 5 kNm/rad, gap 1 mrad, effort 4 %, saturation 2 %, bias 20 mNm, delay 0.5 ms, gravity about 5 %,
@@ -47,10 +47,10 @@ LEAST = {
     'gravity_tilt': (0.3, 0.3), 'inertia': (0.4, 0.4), 'payload': (0.4, 0.4),
     'joint_coupling': (0.25, 0.25), 'spring': (0.125, 0.33),
 }  # fmt: skip
-#: SNR of each bin as drawn; stated is what it came to be.
+#: Range in which the SNR of each bin is drawn; a trial reports the SNR that resulted.
 BINS = {'high': (0.63, np.inf), 'middle': (0.37, 0.58), 'low': (0.12, 0.33)}
-#: SNR of a twin beyond the tolerance of the nominal, the least of the bins that have a bar: what
-#: a nominal within its tolerance takes up is no cause, and asks for no set.
+#: Least SNR of a twin beyond the tolerance of the nominal: the lower end of the bins that have a
+#: bar. An effect that a nominal within its tolerance explains is no cause, and needs no set.
 VISIBLE = 0.35
 #: Shares of the typical size: drawn from, and the widest that fills a bin.
 USUAL, WIDEST = (0.4, 1.6), (0.02, 8.0)
@@ -61,7 +61,7 @@ HOLDOUT = ('other', 60.0)
 @dataclass(frozen=True)
 class Spec:
     """
-    Say what to hide, all of it: a trial is made from this and nothing else.
+    State everything that makes a trial; nothing else goes into it.
 
     ``level``: the bin of SNR to draw the size for, None where ``scale`` gives it, or the usual
     range. ``noise``: usual, double or other (colour); ``nuisance``: largest error of a nominal
@@ -307,9 +307,9 @@ def _log(run: bp.Run) -> JointLog:
 
 def _shuffled(run: bp.Run, rng: np.random.Generator, block_s: float = 4.0) -> bp.Run:
     """
-    Return a run whose effort's residual is another block's: real, but nothing's cause.
+    Return a run with the blocks of its effort's residual in another order: real, without a cause.
 
-    Without its mean, which no shuffling moves: a constant left by errors of gravity is a bias.
+    The mean is removed, because shuffling keeps it, and a constant by errors of gravity is a bias.
     """
     step = round(block_s / bp.PERIOD)
     # All of the residual, hence a band that is none; the noise of position is smoothed off.

@@ -4,12 +4,8 @@
 
 from __future__ import annotations
 
-import functools
-import importlib
-import importlib.util
 import inspect
 import math
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from typing import ClassVar
@@ -24,13 +20,12 @@ from sosml_friction.actuators.measurement import Measurement, Setpoint
 from sosml_friction.actuators.plausibility import Plausibility
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import JointLimits
+from sosml_friction.registry import Registry
 
 # A joint that comes back from a restart may be this far from where it was [rad or m].
 RESTART_DISTANCE = 0.3
 # Noise of a position, as a share of the tracking limit.
 STEP_SHARE = 0.1
-
-_KINDS: dict[str, type[Actuator]] = {}
 
 
 class Actuator(ABC):
@@ -54,6 +49,10 @@ class Actuator(ABC):
 
     configuration_type: ClassVar[type[JointConfiguration]]
     emulated_type: ClassVar[type[EmulatedActuator]]
+    #: Every type of actuator by its driver's name.
+    registry: ClassVar[Registry[Actuator]] = Registry(
+        'driver', 'sosml_friction.actuators', file='actuator'
+    )
 
     def __init_subclass__(cls, **kwargs: object) -> None:
         super().__init_subclass__(**kwargs)
@@ -66,16 +65,9 @@ class Actuator(ABC):
         if 'configuration_type' not in vars(cls):
             return
         driver = cls.configuration_type.driver
-        other = _KINDS.setdefault(driver, cls)
-        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+        if other := cls.registry.other(cls, driver):
             raise TypeError(f'driver {driver} of {cls.__name__} exists: {other.__name__}')
-        _KINDS[driver] = cls
-
-    @staticmethod
-    def kinds() -> dict[str, type[Actuator]]:
-        """Return every type of actuator by its driver's name."""
-        _import_folder()
-        return dict(sorted(_KINDS.items()))
+        cls.registry.add(cls, driver)
 
     @staticmethod
     def kind(driver: object, key: str = 'driver') -> type[Actuator]:
@@ -85,7 +77,7 @@ class Actuator(ABC):
         :param key: the parameter that names it.
         :raises ConfigurationError: if there is none, with those there are.
         """
-        kinds = Actuator.kinds()
+        kinds = Actuator.registry
         if not isinstance(driver, str) or driver not in kinds:
             raise ConfigurationError(f'{key} is {driver!r}: use one of {", ".join(kinds)}')
         return kinds[driver]
@@ -277,15 +269,3 @@ class Actuator(ABC):
             f'{limits.lower:g} to {limits.upper:g}: move it back, or correct {self.name}.'
             'zero_offset'
         )
-
-
-@functools.cache
-def _import_folder() -> None:
-    """Import the files of this folder, and ``actuator.py`` of the folders in it."""
-    package = importlib.import_module(__package__)
-    for found in pkgutil.iter_modules(package.__path__):
-        name = f'{__package__}.{found.name}'
-        if not found.ispkg:
-            importlib.import_module(name)
-        elif importlib.util.find_spec(f'{name}.actuator') is not None:
-            importlib.import_module(f'{name}.actuator')

@@ -15,7 +15,8 @@ from sosml_friction.identification.segments import centred_difference
 
 FloatArray = NDArray[np.float64]
 
-#: A velocity that was not measured is the difference of position over so long [s].
+#: Time over which position is differenced where velocity was not measured [s]. Chosen, no
+#: measurement.
 _WINDOW_S = 0.05
 
 

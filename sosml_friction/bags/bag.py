@@ -77,8 +77,8 @@ class Bag:
     """
     Give access to the messages of a bag; made by :meth:`open`.
 
-    A topic is asked for by the last part of its name, so that ``/left/joint_states`` serves as
-    ``joint_states`` when no other topic ends so; where several do, ``namespace`` chooses.
+    Topics are found by the last part of their names: ``/left/joint_states`` is ``joint_states`` if
+    no other topic ends so. If several do, ``namespace`` chooses.
 
     ``recovered`` is True when the end of a file is missing or damaged; then ``recovery`` says in
     one sentence what was saved, and is '' otherwise. ``tags`` are the conditions written by the

@@ -23,10 +23,10 @@ def bag_information(bag: Bag) -> dict[str, Any]:
     """
     Return the object of ``sosml info --json``; its schema is ``docs/schema/info.schema.json``.
 
-    Of joint_states: the joints, which quantities were measured, and by the stamps, in the order
-    of the recording: the median period, gaps (steps of more than 1.5 periods), repeated stamps
-    and steps back in time. Where there are none, ``joint_states`` is None and
-    ``joint_states_problem`` says why.
+    ``joint_states``: the joints, the quantities that were measured, and, from the stamps in the
+    order of the recording, the median period, gaps (steps of more than 1.5 periods), repeated
+    stamps and steps back in time. Without joint_states it is None, and ``joint_states_problem``
+    says why.
     """
     problem = ''
     motion: dict[str, Any] | None = None

@@ -13,9 +13,9 @@ def even_stretches(log: JointLog) -> list[JointLog]:
     """
     Return the log's stretches without holes, each interpolated to even samples.
 
-    A hole is a step of more than five usual ones, a step backwards, or so long without a known
-    position or the effort of a joint that has one; shorter ones are bridged by a line. Repeated
-    stamps are left out.
+    A sample is known if it has all positions, and the effort of each joint that has any. A hole
+    is more than five median intervals between known samples, or a step backwards; shorter gaps
+    are interpolated linearly. Repeated stamps are left out.
     """
     time = log.time
     effort = np.isfinite(log.tau)

@@ -214,7 +214,7 @@ class BagRecorder:
 
     def flush(self) -> None:
         """
-        Hand every message written so far to the operating system.
+        Hand every message that was written to the operating system.
 
         :raises BagError: if the recorder is closed or the disk refuses.
         """
@@ -271,7 +271,7 @@ class BagRecorder:
         self._writer.add_metadata('rosbag2', {'serialized_metadata': _dump(self._information())})
 
     def _information(self) -> dict[str, Any]:
-        """Return rosbag2's BagMetadata of what was written so far."""
+        """Return rosbag2's BagMetadata of what was written up to now."""
         count = sum(topic.message_count for topic in self._topics.values())
         start = {'nanoseconds_since_epoch': self._first_ns or 0}
         duration = {'nanoseconds': self._last_ns - (self._first_ns or 0)}

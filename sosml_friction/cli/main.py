@@ -10,26 +10,22 @@ remarks always go to stderr.
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import sys
 from collections.abc import Sequence
 from typing import Any
 
 import typer
 
-from sosml_friction import cli
 from sosml_friction.cli.app import app, remark
 from sosml_friction.exceptions import SosmlFrictionError
+from sosml_friction.registry import import_folder
 
 _INTERRUPTED = 130
 # Typer bundles its own copy of click since 0.20 and needs click itself before: both end here.
 _UsageError: Any = typer.BadParameter.__base__
 
 # A command is a file of this folder that registers itself with the application.
-for _file in pkgutil.iter_modules(cli.__path__):
-    if _file.name != 'main':
-        importlib.import_module(f'{cli.__name__}.{_file.name}')
+import_folder('sosml_friction.cli', but='main')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

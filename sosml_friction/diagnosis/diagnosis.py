@@ -38,9 +38,9 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.known_effort import with_known
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Diagnosis:
     structure: Mapping[str, Any] = field(default_factory=dict)
     stages: tuple[dict[str, Any], ...] = ()
     band_hz: float = float('nan')
-    laboratory: Laboratory | None = None
+    laboratory: WhitenedRegression | None = None
     selection: Selection | None = None
     confusability: Confusability | None = None
     residual_before: FloatArray | None = None
@@ -119,7 +119,7 @@ def diagnose(
         lags = [velocity_lag(logs[0], signals[0], i) for i in range(robot.n)]
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        laboratory = Laboratory.make(signals, library, settings, step)
+        laboratory = WhitenedRegression.make(signals, library, settings, step)
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)

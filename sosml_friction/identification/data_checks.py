@@ -33,11 +33,11 @@ class DataChecks:
     """
     Hold what was found in a recording.
 
-    ``samples`` were recorded and ``used`` of them are fitted, over ``duration_s`` at a median
-    period of ``period_s``, from which steps differ by ``jitter_s`` (half of the samples by less).
-    ``gaps`` are steps of more than 1.5 periods, ``longest_step_s`` the longest. Left out are
-    ``repeated_stamps``, ``backward_stamps`` (samples of another pass, or none where they only came
-    late and were put in order) and ``incomplete_samples`` (a position is missing).
+    ``samples`` were recorded, ``used`` of them are fitted, over ``duration_s``. ``period_s`` is
+    the median step between stamps, ``jitter_s`` the median distance of a step from it. ``gaps``
+    counts steps of more than 1.5 periods, ``longest_step_s`` is the longest. Left out are
+    ``repeated_stamps``, ``backward_stamps`` (samples of another pass; samples that only came late
+    are sorted, and not counted) and ``incomplete_samples`` (a position is missing).
 
     ``refused`` says of a joint with effort why it is not fitted.
     """

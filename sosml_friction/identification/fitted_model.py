@@ -76,8 +76,8 @@ def fitted_model(
     """
     Return the nominal model with the friction that was fitted; a joint without a fit has none.
 
-    Of its effects those stay by which the effort was corrected before the fit. The others were in
-    the friction that was fitted: the law stands for them now, and the provenance names them under
+    Effects by which the effort was corrected before the fit stay. The others were part of the
+    fitted friction, and the law now contains them; the provenance names them under
     ``effects_left_out``.
     """
     joints = {}

@@ -37,7 +37,7 @@ WEAK_FORM = 'weak_form'
 
 #: Plateaus that begin above this share of the top speed leave the intercept to extrapolation.
 REACH = 0.2
-#: Share of an unknown sign that may be left in a sample of the observer's output.
+#: Largest share that a sample with an unknown sign may have in the observer's output.
 _BLUR = 0.2
 #: Largest change of velocity within its own window, as a share of v_s, that leaves the knee sharp.
 _BLURRED = 0.25
@@ -132,8 +132,8 @@ class FrictionFit:
 
     ``joints[joint][observer]`` is the fit to use; ``alternatives[joint][observer]`` the other
     method's, where it could be computed. ``unavailable[joint]`` says why a joint has none.
-    ``rows[joint][observer]`` is what the fit to use was made to, or would have been: several
-    recordings may know together what one does not.
+    ``rows[joint][observer]`` are the rows that the fit to use was made to, or would have been:
+    several recordings together may identify what one does not.
     """
 
     joints: Mapping[str, Mapping[str, JointFit]]
@@ -276,9 +276,8 @@ class _JointTask:
         """
         Return the fit, its S and v_s as ranges where the velocity is too coarse to tell them.
 
-        The velocity of a sample is a mean over ``window_s``. Where it changes by more than a
-        quarter of v_s within that, at most of the samples near the knee, the knee that is seen is
-        a blur.
+        The velocity of a sample is a mean over ``window_s``. If it changes by more than a quarter
+        of v_s within the window, at most samples near the knee, the mean blurs the knee.
         """
         if 'stribeck' not in fit.law:
             return fit

@@ -26,11 +26,11 @@ FORMS = ('symmetric', 'asymmetric')
 #: Of the Butterworth filter, and of the Chebyshev filter before decimation.
 _ORDER = 4
 _LEVEL = 0.95
-#: Share of a column that the others must leave for it to count as one of its own.
+#: Collinearity: share of a column that the others must leave unexplained for it to be fitted.
 _COLLINEAR = 1e-6
-#: Of the sampling frequency: the largest cut-off.
+#: Largest cut-off, as a share of the sampling frequency.
 _HIGHEST = 0.4
-#: What is left of a recording must have so many stretches of ``cluster_s``.
+#: Fewest clusters of ``cluster_s`` for a covariance by clusters. Chosen, no measurement.
 _FEWEST_CLUSTERS = 8
 _POSITIVE = ('inertia', 'inertia_scale')
 
@@ -40,10 +40,9 @@ class InverseSettings:
     """
     Say how positions are differentiated.
 
-    ``cutoff`` [Hz]: of the zero-phase Butterworth filter, for slow sampling at most 0.4 times the
-    sampling frequency. ``decimation``: one of so many samples is kept, None for as many as the
-    cut-off is below the sampling frequency. ``cluster_s`` [s]: samples in the same stretch of so
-    long are taken to share their noise.
+    ``cutoff`` [Hz]: of the zero-phase Butterworth low-pass, for slow sampling at most 0.4 times
+    the sampling frequency. ``decimation``: n keeps each n-th sample; None chooses n by the
+    cut-off. ``cluster_s`` [s]: length of a cluster; samples in one cluster may share their noise.
     """
 
     cutoff: float = 100.0
@@ -129,11 +128,11 @@ def fit_inverse_model(
 
         tau = s_M (M q'' + C q') + s_g g + B v + F sgn(v) + bias  (F: Coulomb),
 
-    by least squares, with q after a zero-phase Butterworth filter, q' and q'' its central
-    differences, and all columns and the effort passed through one decimation filter, so that what
-    it takes from one side it takes from both; 10 / cutoff seconds are cut from both ends of each
-    uninterrupted stretch, where filters start. Standard errors leave out one stretch of
-    ``cluster_s`` after the other; intervals are 95 % with Student's t.
+    by least squares. q is low-passed by a zero-phase Butterworth filter; q' and q'' are its
+    central differences. The columns of the design matrix and the effort go through the same
+    decimation filter, so that it changes both sides alike. 10 / cutoff seconds are cut from both
+    ends of each uninterrupted stretch, where filters settle. Standard errors are those of the
+    jackknife over clusters of ``cluster_s``; intervals are 95 % with Student's t.
 
     The method of A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS",
     Workshop on Nonlinear System Identification Benchmarks, 2019. Unlike the weak form it

@@ -18,7 +18,7 @@ from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
-#: Speeds are differences of position over so long [s].
+#: Time over which position is differenced to a speed [s]. Chosen, no measurement.
 _WINDOW_S = 0.1
 #: Motion in one direction for less than this says nothing [s]: a shorter window is not used.
 _LEAST_MOTION_S = 0.15
@@ -28,7 +28,8 @@ _MOST_SATURATED = 0.2
 _IMPOSSIBLE = 1.5
 #: A velocity this many times the slope of position is in another unit.
 _OTHER_UNIT = 2.0
-#: Driving friction, as a share of the effort's range, that a delayed effort can feign.
+#: Largest friction of the wrong sign, as a share of the effort's range, that a delay of effort
+#: explains.
 _FEIGNED = 0.02
 #: Chance that a run of equal extreme efforts is none of saturation.
 _CHANCE = 1e-3
@@ -40,13 +41,13 @@ class JointChecks:
     """
     Hold what was measured of one joint; NaN where the recording does not tell.
 
-    ``travel`` [rad or m] is its range, ``top_speed`` [rad/s or m/s] what 99 % of the differences
-    over 0.1 s stay below, ``speed_limit`` and ``effort_limit`` the URDF's. ``forwards_s`` and
-    ``backwards_s`` is how long it moved with known effort. ``position_step`` and ``effort_step``
-    are the resolutions that are seen. ``friction_level`` +- ``friction_level_error`` [Nm or N] is
-    half of what effort changes by, beside gravity, when the velocity at the median speed changes
-    its sign: negative where friction would drive. ``velocity_factor`` is the reported velocity
-    over the slope of position. The last two are shares of the samples, 0 to 1.
+    ``travel`` [rad or m]: range of motion. ``top_speed`` [rad/s or m/s]: 99 % quantile of the
+    speed as a difference over 0.1 s. ``speed_limit`` and ``effort_limit``: the URDF's.
+    ``forwards_s`` and ``backwards_s``: time in motion with known effort. ``position_step`` and
+    ``effort_step``: resolutions. ``friction_level`` +- ``friction_level_error`` [Nm or N]: half of
+    the change of effort, without gravity, when the velocity changes its sign at the median speed;
+    negative where friction would drive. ``velocity_factor``: reported velocity over the slope of
+    position. The last two are shares of the samples, 0 to 1.
     """
 
     travel: float

@@ -17,7 +17,8 @@ FloatArray = NDArray[np.float64]
 _BINS = 40
 #: A mean of fewer samples is not given.
 _FEWEST_IN_BIN = 5
-#: Lags of the autocorrelation: at most so long [s], and this share of the longest window.
+#: Longest lag of the autocorrelation [s], and as a share of the longest window; the smaller
+#: holds. Chosen, no measurement.
 _LONGEST_LAG_S, _LAG_SHARE = 1.0, 0.5
 
 
@@ -95,9 +96,9 @@ def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, NDArray[
     """
     Return the autocorrelation of a residual within its windows, lags 0 to ``lags``, and its pairs.
 
-    Sum of products of samples so far apart in the same window, over the root of the product of
-    the sums of their squares, so that it is never above 1; NaN where there is no pair. The mean
-    is not taken off: what the law leaves on average in a window is structure too.
+    At lag k: sum e_i e_(i+k) / sqrt(sum e_i^2 sum e_(i+k)^2), over all pairs within a window. It
+    is never above 1, and NaN where there is no pair. The mean is not subtracted: what the law
+    leaves on average in a window is structure too.
     """
     product, before, after = (np.zeros(lags + 1) for _ in range(3))
     pairs = np.zeros(lags + 1, dtype=np.int64)

@@ -17,9 +17,10 @@ from sosml_friction.observers.signal_noise import signal_noise
 FloatArray = NDArray[np.float64]
 
 
-#: Slow motion is judged by differences over so many times ``window_s``: see find_segments.
+#: Windows of the second difference, in multiples of ``window_s``: see find_segments.
 _WINDOWS = (1, 2, 4)
-#: Samples so many times as far from a window's median as nine tenths of them are errors.
+#: A sample is a gross error if its distance from the segment's median is above this multiple of
+#: the 90 % quantile of those distances. Chosen, no measurement.
 _GROSS = 5.0
 _POSITIVE = ('window_s', 'minimum_s')
 
@@ -153,8 +154,8 @@ def _trimmed(
     settings: SegmentSettings,
     resolution: float,
 ) -> Segment:
-    # The observers lag: they still settle at the beginning of a window, never at its end. The
-    # difference that tells steadiness notices late that motion changes, so the end is trimmed too.
+    # Observers lag, so that they still settle at the beginning of a window. The end is trimmed,
+    # too, because the difference over a window sees a change of speed late.
     begin, end = time[run[0]] + settings.trim_s, time[run[-1]] - settings.window_s
     kept = run[(time[run] >= begin) & (time[run] <= end)]
     if len(kept) < 4 or time[kept[-1]] - time[kept[0]] < settings.minimum_s:
@@ -221,8 +222,8 @@ def unsure_sign(v: FloatArray, zero_band: float, half: int) -> NDArray[np.bool_]
     """
     Return where the sign of velocity is not known, (N,): within ``half`` samples of another sign.
 
-    A velocity that is a mean over a window says within it of a start, stop or reversal not on
-    which side a sample is. Standstill, |v| <= ``zero_band``, is a sign of its own.
+    The velocity is a mean over a window. Near a start, stop or reversal it does not say on which
+    side of it a sample is. Standstill, |v| <= ``zero_band``, is a sign of its own.
 
     :param v: velocity (N,) [rad/s or m/s], finite.
     """
@@ -235,11 +236,10 @@ def segment_levels(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray
     """
     Return the level of an observer's output in each segment, (K,) [Nm or N].
 
-    The mean, without samples five times as far from the median as nine tenths of them. A mean and
-    not a median, because what a quantised position makes of the output swings about the friction
-    without being symmetric: over a window of steady motion it adds up to next to nothing, but its
-    median is elsewhere (on the emulated RMD-X by 1 % of the friction). NaN where less than half of
-    a segment's samples have an estimate.
+    The mean without gross errors (samples more than five times the 90 % quantile away from the
+    median). The error by a quantised position has a mean of about zero over steady motion, but is
+    not symmetric: the median is off by 1 % of the friction on the emulated RMD-X. NaN where less
+    than half of a segment's samples have an estimate.
 
     :param tau_f: estimate of one joint (N,).
     """

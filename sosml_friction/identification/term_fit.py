@@ -26,16 +26,16 @@ from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
 from sosml_friction.regression.estimate import Estimate, estimate, place, settle
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
-#: Half width of a 95 % interval in standard errors: the rows are so many that Student's t is
-#: normal.
+#: Half width of a 95 % interval in standard errors: of the normal distribution, which Student's
+#: t is for many rows.
 Z_95 = 1.959964
 #: A parameter within this share of the end of its physical range sits on it.
 _AT_END = 1e-3
@@ -85,7 +85,7 @@ class TermFit:
     rows: int
     band_hz: float
     left: Mapping[str, str]
-    laboratory: Laboratory
+    laboratory: WhitenedRegression
     estimate: Estimate
 
     def of_joint(self, joint: str) -> tuple[FittedTerm, ...]:
@@ -261,7 +261,7 @@ def fit_terms(
     step('preparing the recordings')
     logs = [log.select(robot.names) for log in logs]
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
-    laboratory = Laboratory.make(signals, _library(wanted), settings, step)
+    laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step)
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     placed = settle(laboratory, place(laboratory, keys, step), step)
@@ -291,7 +291,9 @@ def fit_terms(
     )
 
 
-def _without_terms(laboratory: Laboratory, wanted: Mapping[str, Sequence[str]]) -> FloatArray:
+def _without_terms(
+    laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]]
+) -> FloatArray:
     """Return what is left of the effort (rows, n) where none of the listed terms is."""
     listed = {f'{joint} {term}' for joint, terms in wanted.items() for term in terms}
     system = laboratory.system
@@ -351,7 +353,7 @@ def _library(wanted: Mapping[str, Sequence[str]]) -> dict[str, Term]:
 
 
 def _keys(
-    laboratory: Laboratory, wanted: Mapping[str, Sequence[str]], signals: Signals
+    laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]], signals: Signals
 ) -> tuple[list[tuple[str, int]], dict[str, str]]:
     """
     Return the candidates that are asked for, and which terms cannot act, with the reason.
@@ -391,7 +393,7 @@ def _keys(
 
 
 def _fitted_terms(
-    laboratory: Laboratory, found: Estimate, wanted: Mapping[str, Sequence[str]]
+    laboratory: WhitenedRegression, found: Estimate, wanted: Mapping[str, Sequence[str]]
 ) -> tuple[FittedTerm, ...]:
     names = laboratory.robot.names
     by_key: dict[tuple[str, str], FittedTerm] = {}

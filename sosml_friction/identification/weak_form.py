@@ -28,16 +28,18 @@ FloatArray = NDArray[np.float64]
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
 _PIECES = 4
-#: A test function spans at least so many samples.
+#: Fewest samples in a test function. Chosen, no measurement: below, the sum is a poor integral.
 _FEWEST_SAMPLES = 20
 #: Degree of the polynomial whose slope is the velocity.
 _DEGREE = 3
-#: Speeds below so many standard deviations of their noise are standstill; faster than the
-#: other, noise does not bend the law.
+#: Speeds in standard deviations of their noise: below the first the joint counts as at standstill;
+#: above the second the law is so straight over the noise that its mean needs no correction.
+#: Chosen, no measurement.
 _NOISES, _STRAIGHT = 5.0, 40.0
 #: Largest share of the slowest speed that is left out as standstill.
 _STANDSTILL = 0.8
-#: Third differences so many times as large as nine tenths of them are errors.
+#: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
+#: measurement.
 _GROSS = 3.0
 
 
@@ -46,11 +48,11 @@ class WeakSettings:
     """
     Say how the weak form looks at a recording.
 
-    ``support_s``: how long each test function is; longer averages more noise, but friction that
-    changes within it is told less well. ``window_s``: over what a local cubic gives the velocity
-    at which friction is looked up. ``cluster_s``: test functions in the same stretch of so long
-    are taken to share their noise. ``zero_band`` [rad/s or m/s]: slower is standstill, where the
-    law's sign is not smooth. ``refit_inertia``: whether the joint's inertia is fitted too.
+    ``support_s`` [s]: length of a test function; a longer one averages more noise, but blurs
+    friction that changes within it. ``window_s`` [s]: length of the local cubic whose slope is
+    the velocity at which the law is evaluated. ``cluster_s`` [s]: length of a cluster; test
+    functions in one cluster may share their noise. ``zero_band`` [rad/s or m/s]: slower is
+    standstill, where the law jumps. ``refit_inertia``: whether the joint's inertia is fitted too.
     """
 
     support_s: float = 0.1
@@ -172,9 +174,9 @@ class WeakForm:
         """
         Fit the law to joint ``i``; see :func:`~sosml_friction.identification.law.law_fit.fit_law`.
 
-        A test function takes part if it touches no speed below v0, ``zero_band`` and five times
-        the noise of velocity, and no reversal: there the sign is so steep that noise and
-        smoothing of velocity make of it what friction is not.
+        A test function is used if it has no reversal and only speeds above v0, ``zero_band`` and
+        five times the noise of velocity. Below, the sign is too steep to be evaluated at a
+        smoothed velocity with noise.
 
         :param smoothing_velocity: v0 of the law's sign, known [rad/s or m/s], 0 for the sign
             itself; None where it is to be found.
@@ -198,8 +200,8 @@ class WeakForm:
         """
         Return the regression of joint ``i``; parameters and errors as for :meth:`fit`.
 
-        Its velocities are those of the recording, and of the slow ones again less and more a
-        standard deviation of their noise times sqrt(3), from which ``lag`` makes unbiased means.
+        Velocities are those of the recording, then the slow ones minus and plus sqrt(3) standard
+        deviations of their noise, from which ``lag`` computes unbiased means.
         """
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
@@ -325,8 +327,8 @@ def _position_noise(q: FloatArray) -> float:
     """
     Return the standard deviation of the white noise of a position, rounding included.
 
-    From its third difference, without gross errors. A median would be a multiple of what a
-    rounded position can be.
+    From its third difference, without gross errors. A mean of squares, because the median of a
+    rounded position's differences is a multiple of the quantum.
     """
     difference = np.diff(q, 3)
     difference = difference[np.isfinite(difference)]

@@ -12,8 +12,8 @@ from sosml_friction.model.robot import Robot
 
 FloatArray = NDArray[np.float64]
 
-#: Least eigenvalue of a pseudo-inertia in units of the body itself that a repair aims at, and the
-#: share of the nominal body's own where that is thinner.
+#: Least eigenvalue that a repaired pseudo-inertia gets, in units of the body itself; for a thinner
+#: nominal body, as a share of its own.
 _THIN, _SHARE = 1e-4, 0.5
 _MOST_STEPS = 5000
 #: Singular values below this share of the largest belong to combinations that nothing feels.
@@ -64,9 +64,9 @@ def consistent_inertias(
     """
     Return bodies (n, 10) and rotors (n,) that can exist and need the same effort as the given.
 
-    The given ones are returned where they can exist themselves. Otherwise what no motion feels is
-    changed, by projections in turn (Dykstra) onto the bodies that can exist and onto those of the
-    same effort for every motion.
+    Bodies that can exist are returned as they are. Otherwise only combinations that no motion
+    feels are changed: Dykstra's projections, in turn onto the bodies that can exist and onto those
+    that need the same effort in every motion.
 
     :param robot: the nominal one, for its kinematics, gravity and the units of each body.
     :param bodies: ten numbers each (:meth:`Robot.inertial_parameters`).

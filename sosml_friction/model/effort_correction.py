@@ -27,8 +27,8 @@ class EffortCorrection:
     """
     Undo what the measurement terms of a model do to effort, the last in its list first.
 
-    Effort that is not known stays so, and makes that of a joint it is passed on to unknown.
-    ``done`` names what is undone, ``left_out`` says in a sentence each what is not.
+    Unknown effort stays unknown, also in a joint that it is passed on to. ``done`` names the terms
+    that are undone; ``left_out`` has a sentence for each of the others.
 
     :raises ConfigurationError: if a parameter is missing or cannot be undone.
     """

@@ -25,7 +25,8 @@ def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
     """
     Return ``x`` (N, ...) convolved with an odd number of weights, (N, ...).
 
-    Beyond its ends it goes on as it came, turned about the end: held, it would seem to stop.
+    Beyond an end, x is continued by its point reflection there, which keeps the slope. Held
+    constant, it would seem to stop.
     """
     pad = min(len(weights) // 2, len(x) - 1)
     ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)

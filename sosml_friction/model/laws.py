@@ -25,7 +25,7 @@ JOINED = '+'
 @dataclass(frozen=True)
 class LawDefinition:
     """
-    Hold a friction law: the terms that it is the sum of, and what is fixed of them.
+    Hold a friction law: its terms, whose sum it is, and their fixed parameters.
 
     Parameters of one name are one parameter: both parts of an asymmetric Stribeck term share v_s.
     """
@@ -113,9 +113,9 @@ def law_definition(identifier: str) -> LawDefinition:
 
 def law_of(terms: Sequence[str], values: Mapping[str, float]) -> LawDefinition:
     """
-    Return the law of these terms: the one with a name whose fixed numbers these values are.
+    Return the named law that has these terms and these fixed values.
 
-    Else the terms themselves, whose numbers are then all parameters.
+    Without one, return the law of the terms themselves, all of whose numbers are parameters.
     """
     for law in FRICTION_LAWS.values():
         if set(law.terms) == set(terms) and all(

@@ -121,9 +121,9 @@ class RobotModelFile:
         """
         Build the rigid-body model.
 
-        :param urdf: the URDF document of the robot that is really there (``robot_description``);
-            the folder's own if None, or where its rigid body was identified: a driver that was
-            started with an older one does not know better.
+        :param urdf: the URDF document of the actual robot (``robot_description``). The folder's
+            own is used if this is None, or if the folder's rigid body was identified: a driver
+            that was started before has an older one.
         :raises ConfigurationError: if there is no URDF, or it disagrees with the joints or with
             the units of their parameters (a prismatic joint has N where a revolute has Nm).
         """

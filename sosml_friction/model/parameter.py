@@ -19,11 +19,11 @@ class Parameter:
     """
     Hold one parameter of a model.
 
-    ``std_error`` is NaN where it is not known; ``interval`` is the 95 % confidence interval, given
-    where it is not value +- t * std_error, its ends infinite where it is open; ``flags`` say that
-    the value must not be used blindly, ``reason`` why, and ``experiment`` what to record to mend
-    it, both as parts of a sentence without its full stop, empty where there is nothing to say. A
-    parameter that is not identifiable has the value NaN: it is a range, never a number.
+    ``std_error`` is NaN where it is not known. ``interval`` is the 95 % confidence interval, given
+    where it is not value +- t * std_error; an open end is infinite. ``flags`` say that the value
+    must not be used blindly, ``reason`` why, and ``experiment`` what to record instead: parts of a
+    sentence without its full stop, empty where there is nothing to say. A parameter that is not
+    identifiable has the value NaN and its interval alone.
     """
 
     value: float

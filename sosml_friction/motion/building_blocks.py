@@ -144,7 +144,7 @@ class TrajectoryBuilder:
         return self._append(t, self.q + displacement, velocity)
 
     def build(self) -> Trajectory:
-        """Return the motion so far."""
+        """Return the motion that was put together."""
         return Trajectory(
             self.names, np.concatenate(self._t), np.concatenate(self._q), np.concatenate(self._v)
         )

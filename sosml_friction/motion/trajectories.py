@@ -4,19 +4,13 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from sosml_friction.exceptions import TrajectoryError
-from sosml_friction.motion import trajectory_kinds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import TrajectoryOption
-
-for _module in pkgutil.iter_modules(trajectory_kinds.__path__):
-    importlib.import_module(f'{trajectory_kinds.__name__}.{_module.name}')
 
 #: Nobody watches a robot for longer, and a number with a slip in it is found in time [s].
 LONGEST_S = 3600.0
@@ -35,21 +29,8 @@ COMMON = (
 )
 
 
-class _Trajectories(Mapping[str, type[TrajectoryKind]]):
-    """All kinds by name, those that were added later too; the paper's first, T1 to T3."""
-
-    def __getitem__(self, name: str) -> type[TrajectoryKind]:
-        return TrajectoryKind.registry[name]
-
-    def __iter__(self) -> Iterator[str]:
-        kinds = TrajectoryKind.registry.values()
-        return (kind.name for kind in sorted(kinds, key=lambda kind: kind.label))
-
-    def __len__(self) -> int:
-        return len(TrajectoryKind.registry)
-
-
-TRAJECTORIES: Mapping[str, type[TrajectoryKind]] = _Trajectories()
+#: All kinds by name, those that were added later too; the paper's first, T1 to T3.
+TRAJECTORIES = TrajectoryKind.registry
 
 
 def build_trajectory(

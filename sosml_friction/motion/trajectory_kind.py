@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_option import TrajectoryOption
+from sosml_friction.registry import Registry
 
 
 class TrajectoryKind:
@@ -30,7 +31,9 @@ class TrajectoryKind:
     build: ClassVar[Callable[..., Trajectory]]
     role: ClassVar[str] = ''
 
-    registry: ClassVar[dict[str, type[TrajectoryKind]]] = {}
+    registry: ClassVar[Registry[TrajectoryKind]] = Registry(
+        'trajectory', 'sosml_friction.motion.trajectory_kinds', lambda kind: kind.label
+    )
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -38,9 +41,9 @@ class TrajectoryKind:
         missing = [what for what in said if not hasattr(cls, what)]
         if missing:
             raise TypeError(f'trajectory {cls.__name__} does not say its {", ".join(missing)}')
-        for other in TrajectoryKind.registry.values():
+        for other in cls.registry.known.values():
             if {other.name, other.label} & {cls.name, cls.label}:
                 raise TypeError(
                     f'trajectory {cls.__name__} has the name or label of {other.__name__}'
                 )
-        TrajectoryKind.registry[cls.name] = cls
+        cls.registry.add(cls, cls.name)

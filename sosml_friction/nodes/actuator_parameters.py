@@ -54,14 +54,14 @@ def joint_specs(driver: str, *, mount: bool = False) -> tuple[ParameterSpec, ...
 
 def _driver_spec() -> ParameterSpec:
     return ParameterSpec(
-        '{joint}.driver', 'string', None, 'the kind of actuator', choices=tuple(Actuator.kinds())
+        '{joint}.driver', 'string', None, 'the kind of actuator', choices=tuple(Actuator.registry)
     )
 
 
 def all_joint_specs(*, mount: bool = False) -> tuple[ParameterSpec, ...]:
     """Return the rows of every type; what several have is one row with what each says of it."""
     rows: dict[str, ParameterSpec] = {}
-    for driver in Actuator.kinds():
+    for driver in Actuator.registry:
         for spec in joint_specs(driver, mount=mount):
             known = rows.setdefault(spec.name, spec)
             if known.description != spec.description:

@@ -162,7 +162,7 @@ PARAMETERS = (
     ),
 )
 
-#: The recording goes on for so long after the trajectory [s].
+#: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'

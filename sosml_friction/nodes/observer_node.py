@@ -50,9 +50,11 @@ from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.observers.registry import OBSERVERS, on_line_names, refuse_offline
 from sosml_friction.share import share_directory
 
-#: After so many messages of which none can be used, the node gives up with a sentence.
+#: Unusable messages, without a usable one, after which the node ends with a sentence. Chosen, no
+#: measurement.
 PATIENCE = 50
-#: After so many seconds without a robot_description the node says that it waits for one.
+#: Time without a robot_description after which the node warns that it waits [s]. Chosen, no
+#: measurement.
 QUIET = 5
 
 _OPTIONS = (

@@ -59,7 +59,7 @@ PARAMETERS = (
         'subscribers',
         'integer',
         1,
-        'playing begins when joint_states has so many; 0: at once',
+        'subscribers of joint_states to wait for before playing; 0: none',
         '',
         (0, 100),
     ),

@@ -28,7 +28,8 @@ DEFAULT_OBSERVERS = ('first_order', 'sosml')
 _SPANS = range(2, 42)
 #: A velocity is such a slope if it differs from it by less than this share of its own noise.
 _ALIKE = 0.1
-#: Motion is what exceeds so many standard deviations of the velocity over a tenth of a second.
+#: The joint moves above this multiple of the standard deviation of a velocity that is the slope
+#: over ``_SLOPE_S`` [s]. Both chosen, no measurement: normal noise passes 5 once in two million.
 _MOVING = 5.0
 _SLOPE_S = 0.1
 
@@ -39,7 +40,7 @@ class LogConditions:
     Hold what was measured, one value for each joint; NaN where the recording does not tell.
 
     :param step: median interval [s].
-    :param velocity_span: the velocity is the slope of so many positions; 0 if it is of another
+    :param velocity_span: number of positions whose slope the velocity is; 0 if it is of another
         origin.
     :param top_speed: largest velocity over a tenth of a second [rad/s or m/s].
     :param friction_jump: friction at positive minus friction at negative velocity.

@@ -15,6 +15,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.search_space import SearchSpace
+from sosml_friction.registry import Registry
 
 FloatArray = NDArray[np.float64]
 #: Gains as a recipe says them: one number for all joints, or one for each.
@@ -63,8 +64,9 @@ class Observer(ABC):
     #: The variants of it in the study, by name, in the order of its tables.
     study: ClassVar[Mapping[str, SearchSpace]]
 
-    #: Every class that was defined, by identifier.
-    known: ClassVar[dict[str, type[Observer]]] = {}
+    registry: ClassVar[Registry[Observer]] = Registry(
+        'observer', 'sosml_friction.observers.kinds', lambda kind: kind.place
+    )
 
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -72,13 +74,12 @@ class Observer(ABC):
         lacking += [name for name in _SAID if not hasattr(cls, name)]
         if lacking:
             raise TypeError(f'the observer {cls.__name__} does not say its {", ".join(lacking)}')
-        other = cls.known.get(cls.identifier, cls)
-        if (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+        if other := cls.registry.other(cls, cls.identifier):
             raise TypeError(
                 f'the observers {cls.__name__} and {other.__name__} both call themselves '
                 f'{cls.identifier}'
             )
-        cls.known[cls.identifier] = cls
+        cls.registry.add(cls)
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         unknown = sorted(set(gains) - set(self.gain_units))

@@ -4,38 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Iterable, Mapping, Sequence
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.observers import kinds
 from sosml_friction.observers.observer import Observer
 
-
-class Observers(Mapping[str, type[Observer]]):
-    """Find the classes of observers, those of other programs included, from simple to slow."""
-
-    def __getitem__(self, name: str) -> type[Observer]:
-        """Return the class of an identifier."""
-        return self._known()[name]
-
-    def __iter__(self) -> Iterator[str]:
-        """Return the identifiers in the order of every table."""
-        known = self._known()
-        return iter(sorted(known, key=lambda name: (known[name].place, name)))
-
-    def __len__(self) -> int:
-        """Return the number of observers."""
-        return len(self._known())
-
-    @staticmethod
-    def _known() -> dict[str, type[Observer]]:
-        for name in kinds.NAMES:
-            import_module(f'{kinds.__name__}.{name}')
-        return Observer.known
-
-
-OBSERVERS = Observers()
+#: The classes of observers, those of other programs included, from simple to slow.
+OBSERVERS = Observer.registry
 
 
 def on_line_names() -> tuple[str, ...]:

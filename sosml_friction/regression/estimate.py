@@ -15,7 +15,7 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.inner_search import refine
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Estimate:
     errors: FloatArray
     inner_errors: tuple[Mapping[str, float], ...]
 
-    def fitted(self, laboratory: Laboratory) -> list[Fitted]:
+    def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
         result = []
         for k, part in enumerate(slices(laboratory, self.placed)):
@@ -67,7 +67,7 @@ class Estimate:
             )
         return result
 
-    def parameters(self, laboratory: Laboratory) -> list[dict[str, Parameter]]:
+    def parameters(self, laboratory: WhitenedRegression) -> list[dict[str, Parameter]]:
         """Return the parameters of each term."""
         return [
             placed.term.parameters(fitted)
@@ -75,7 +75,7 @@ class Estimate:
         ]
 
 
-def slices(laboratory: Laboratory, placed: Sequence[Placed]) -> list[slice]:
+def slices(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[slice]:
     """Return where the amplitudes of each term are among the parameters."""
     result = []
     first = len(laboratory.nominal.bound)
@@ -87,7 +87,7 @@ def slices(laboratory: Laboratory, placed: Sequence[Placed]) -> list[slice]:
 
 
 def settle(
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     placed: Sequence[Placed],
     step: Callable[[str], None] = lambda text: None,
 ) -> list[Placed]:
@@ -117,7 +117,7 @@ def settle(
     return result
 
 
-def estimate(laboratory: Laboratory, placed: Sequence[Placed]) -> Estimate:
+def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estimate:
     """Return sizes and errors of terms whose inner parameters are settled."""
     columns = [each.columns for each in placed]
     fit = Fit.make(laboratory.system.extended(columns), laboratory.y)
@@ -126,7 +126,7 @@ def estimate(laboratory: Laboratory, placed: Sequence[Placed]) -> Estimate:
 
 
 def _errors(
-    laboratory: Laboratory, placed: Sequence[Placed], fit: Fit
+    laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit
 ) -> tuple[FloatArray, tuple[Mapping[str, float], ...]]:
     """
     Return the standard errors of all parameters, and of the inner ones.
@@ -158,7 +158,7 @@ def _errors(
 
 
 def _slope(
-    laboratory: Laboratory, each: Placed, name: str, amplitude: FloatArray
+    laboratory: WhitenedRegression, each: Placed, name: str, amplitude: FloatArray
 ) -> CandidateColumns:
     """Return the slope over an inner parameter of what a term explains, as one column."""
     own = float(each.inner[name])
@@ -172,7 +172,7 @@ def _slope(
 
 
 def place(
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     wanted: Sequence[tuple[str, int]],
     step: Callable[[str], None] = lambda text: None,
 ) -> list[Placed]:

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _MOST, _SAME_PLACE, _SAME_COST = 25, 0.01, 0.5
 
 
 def refine(
-    laboratory: Laboratory, fit: Fit, term: Term, joint: int, start: Inner
+    laboratory: WhitenedRegression, fit: Fit, term: Term, joint: int, start: Inner
 ) -> tuple[Inner, Score, CandidateColumns]:
     """
     Return the inner parameters of a term where the cost is least, with score and columns.

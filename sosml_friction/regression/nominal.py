@@ -19,13 +19,13 @@ from sosml_friction.regression.signals import Signals, bump
 
 FloatArray = NDArray[np.float64]
 
-#: A bound is so many standard deviations of the prior.
+#: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
 _BOUND_SIGMAS = 3.0
 #: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
 #: and the instant at which friction turns around.
 _HOLD = 0.55
-#: After a reversal, friction builds up by a curve that the model does not know: so much of Coulomb
-#: friction may come sooner or later, and so much in another shape.
+#: After a reversal, friction builds up by a curve that the model does not know. Shares of Coulomb
+#: friction that may come sooner or later, and in another shape. Chosen, no measurement.
 _SOONER, _SHAPE = 0.2, 0.45
 #: Displacements of the sooner and the later state, as shares of the fitted one.
 TURNS = {'sooner': 0.3, 'later': 2.0}

@@ -28,17 +28,21 @@ from sosml_friction.regression.settings import DiagnosisSettings
 
 FloatArray = NDArray[np.float64]
 
-#: The sign of motion changes over so much of a joint's range, or so many quanta of position.
+#: Displacement over which the friction of a joint that turns around changes its sign: the larger
+#: of a share of its range of motion and a number of quanta of position. Chosen, no measurement.
 _SIGN_SHARE, _SIGN_QUANTA = 4e-4, 8.0
 #: Displacements tried, as shares of that.
 _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 1.0)
-#: White noise is seen beside a quantum from so much of it on.
+#: Least white noise that dithers a quantum of position, as a share of the quantum: less is
+#: rounding. Chosen, no measurement.
 _DITHER = 0.1
-#: A step is a multiple of another to within so much of it.
+#: Largest distance from a multiple of a quantum, in quanta, that counts as one. Chosen, no
+#: measurement.
 _OFF_STEP = 0.02
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
-#: A stretch without holes lasts at least so many cycles of the band's edge.
+#: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
+#: measurement.
 _SHORTEST_CYCLES = 60.0
 #: Narrowest band [Hz] for the noise of position alone, and where the motion is slow besides.
 _NARROWEST, _LOWEST = 12.0, 10.0

@@ -21,7 +21,8 @@ _RADIANS = 1.0
 #: Time constants of the fastest damping in a step.
 _DAMPED = 1.0
 _FEWEST, _MOST = 1, 500
-#: A motor lighter than this share of its body is simulated with so much.
+#: Least inertia of a simulated rotor, as a share of that of its body: a lighter one would need
+#: steps that cost more than they tell. Chosen, no measurement.
 _LIGHTEST = 1e-3
 #: Rounds in which the measured position is found from the true one.
 _ROUNDS = 4
@@ -127,8 +128,8 @@ class ForwardModel:
         """
         Return in how many steps a period is to be integrated.
 
-        So many that the fastest oscillation, of a body on friction that builds up, on a spring or
-        on a gear, has many steps in each of its cycles, and damping is slow beside a step.
+        A step must be short beside the period of the fastest oscillation (of a body on friction
+        that builds up, on a spring or on a gear) and beside the time constant of damping.
 
         :param q: a posture (n,); effort (n,): the largest, of the size that friction by load has.
         :raises ConfigurationError: if more than 1000 were needed.

@@ -29,14 +29,15 @@ from sosml_friction.simulation.simulated import Simulated
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
-#: A simulation that is so far away has run away [rad or m].
+#: Position beyond which a simulation has diverged [rad or m]: no joint of a robot gets there.
 _AWAY = 1e3
 #: Time over which the slope of the encoders' map is taken [s].
 _TINY = 1e-6
-#: Gears that give are simulated alone for so long before a window starts [s].
+#: Time for which elastic gears are simulated alone before a window starts [s]. Chosen, no
+#: measurement.
 _SETTLE_S = 0.5
-#: Share of critical damping that they have meanwhile at least, outside of a gap, where they would
-#: ring with the noise of the measured path, and their body start too fast.
+#: Least damping of the gears in that time, as a share of critical damping, outside of a gap. With
+#: less, the noise of the measured path makes them ring, and their body starts too fast.
 _SETTLE_DAMPING = 0.5
 
 

@@ -20,7 +20,8 @@ from sosml_friction.study.metrics import SETTLED, settled_after
 
 FloatArray = NDArray[np.float64]
 
-#: Runs with other noise: so many, and more until the mean error is known to a share of the jump.
+#: Runs with different noise: the fewest, the most, and the standard error of the mean error, as a
+#: share of the friction jump, at which they are enough. Chosen, no measurement.
 _SEEDS, _MOST_SEEDS, _KNOWN = 6, 32, 0.025
 #: Reversals in a run, of which the first half are for learning, and bounds of their spacing [s].
 _REVERSALS, _LEARNED, _SHORTEST, _LONGEST = 6, 3, 0.4, 3.0

@@ -20,7 +20,8 @@ SCORED_FROM_S = 0.5
 SETTLE_WINDOW_S, SETTLED = 0.8, 0.1
 #: A mean error whose noise is more than this share of what counts as settled tells nothing.
 _HIDDEN = 0.25
-#: Steady: over so long [s] the true friction changed by no more than this share of its range.
+#: The true friction is steady if over the first number [s] it changed by at most the second, as a
+#: share of its range. Chosen, no measurement.
 STEADY_S, STEADY = 0.25, 0.1
 
 

@@ -19,7 +19,6 @@ import numpy as np
 import pytest
 
 from sosml_friction import actuators
-from sosml_friction.actuators import actuator
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.inquiry import Inquiry
@@ -61,7 +60,7 @@ def parameters(driver):
 @pytest.fixture(autouse=True)
 def outside(monkeypatch):
     """Define the type from outside anew, and forget it after the test."""
-    monkeypatch.setattr(actuator, '_KINDS', dict(Actuator.kinds()))
+    monkeypatch.setattr(Actuator.registry, 'known', dict(Actuator.registry))
     spec = importlib.util.find_spec('bench_drive')
     module = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, 'bench_drive', module)
@@ -94,7 +93,7 @@ def own(driver_name):
 
 def test_every_type_there_is_has_its_sample_here():
     """A new type in the package is held to these promises, or this test says so."""
-    assert set(Actuator.kinds()) == set(SAMPLES)
+    assert set(Actuator.registry) == set(SAMPLES)
 
 
 # ---- what its class says
@@ -163,7 +162,7 @@ def test_a_file_in_the_folder_is_found_without_being_named(tmp_path, monkeypatch
     )
     (tmp_path / 'one_file.py').write_text(text)
     monkeypatch.setattr(actuators, '__path__', [*actuators.__path__, str(tmp_path)])
-    actuator._import_folder.cache_clear()
+    monkeypatch.setattr(Actuator.registry, '_loaded', False)
     assert Actuator.kind('one_file').__module__ == 'sosml_friction.actuators.one_file'
 
 

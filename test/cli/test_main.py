@@ -111,8 +111,8 @@ def test_a_command_of_another_package_is_run_and_listed(sosml):
 
 
 def test_version_is_that_of_the_package(sosml):
-    setup = (Path(__file__).resolve().parents[2] / 'setup.py').read_text()
-    version = re.search(r"version='([^']+)'", setup).group(1)
+    package = (Path(__file__).resolve().parents[2] / 'package.xml').read_text()
+    version = re.search(r'<version>(.+)</version>', package).group(1)
     assert sosml('--version') == (0, f'sosml {version}\n', '')
 
 

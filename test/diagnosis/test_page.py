@@ -42,7 +42,7 @@ def test_twins_are_those_of_the_effect(name):
     told = re.findall(r'`(\w+)`( \(I\))?', TABLE[name][4])
     kinds = [TERMS[name], *filter(None, [TERMS[name].everywhere])]
     inseparable = {twin for kind in kinds for twin in kind.inseparable}
-    assert {twin for twin, _ in told} == {*TERMS[name].twins} | inseparable
+    assert {twin for twin, _ in told} == {*TERMS[name].aliases} | inseparable
     assert {twin for twin, mark in told if mark} == inseparable
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sosml_friction.report.plan.planned_trajectory import plan_trajectory
 
 from sosml_friction.cli.main import main
 from sosml_friction.exceptions import TrajectoryError
@@ -18,6 +17,7 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion import trajectory_kinds
 from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, check_limits
 from sosml_friction.motion.fade import fade
+from sosml_friction.motion.plan import plan_trajectory
 from sosml_friction.motion.trajectories import (
     COMMON,
     LONGEST_S,
@@ -406,7 +406,7 @@ def nod():
             return motion.move(middle + way * factor, 0.5).move(middle, 0.5).build()
 
     yield Nod
-    del TrajectoryKind.registry['nod']
+    TrajectoryKind.registry.remove('nod')
 
 
 def test_a_kind_from_outside_the_package_is_listed_found_checked_and_built(nod):

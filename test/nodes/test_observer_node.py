@@ -135,7 +135,7 @@ def test_an_observer_from_outside_the_package_runs_in_the_node(
     ros, urdf_path, start_node, monkeypatch
 ):
     """Defined by another program, which then runs the node: every message gets its estimate."""
-    monkeypatch.setattr(Observer, 'known', dict(Observer.known))
+    monkeypatch.setattr(Observer.registry, 'known', dict(Observer.registry))
     define_observer()
     description = ros.node.create_publisher(String, 'robot_description', LATCHED)
     description.publish(String(data=urdf_path.read_text()))

@@ -33,7 +33,7 @@ from sosml_friction.study.run import StudySettings, run_study
 @pytest.fixture(autouse=True)
 def leaky(monkeypatch):
     """Define the observer for one test alone."""
-    monkeypatch.setattr(Observer, 'known', dict(Observer.known))
+    monkeypatch.setattr(Observer.registry, 'known', dict(Observer.registry))
     return define_observer()
 
 

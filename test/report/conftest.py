@@ -15,6 +15,7 @@ from known_robots import slider_model, slider_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
+from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -29,7 +30,6 @@ from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
-from sosml_friction.simulation.recorded.simulate_recording import simulate_recording
 
 ROLES = {
     'ladder': BagRole('T1', 'stated', 'stated'),
@@ -139,4 +139,4 @@ def diagnosis() -> Diagnosis:
 def simulated() -> RecordedSimulation:
     """Return the slider simulated in windows."""
     log = slider_recording(lambda v: 0.0 * v, seed=1)
-    return simulate_recording(log, slider_model(), {}, 0.3)
+    return simulate_model(log, slider_model(), {}, 0.3)

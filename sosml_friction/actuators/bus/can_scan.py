@@ -25,7 +25,7 @@ def scan_bus(inquiry: Inquiry) -> list[FoundActuator]:
 
     :raises ActuatorError: if the bus fails, or another host is talking on it.
     """
-    kinds = Actuator.kinds().values()
+    kinds = Actuator.registry.values()
     try:
         for frame in inquiry.listen(LISTEN_NS):
             if not any(kind.speaks_unasked(frame) for kind in kinds):

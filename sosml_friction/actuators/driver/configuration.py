@@ -47,7 +47,7 @@ class DriverConfiguration:
         range=(0.0005, 1.0),
     )
     missed_limit: int = parameter(
-        'an actuator that has not answered for so many periods is a fault',
+        'periods without an answer of an actuator that are a fault',
         40,
         unit='periods',
         range=(1, 1000),
@@ -72,7 +72,7 @@ class DriverConfiguration:
         range=(0.01, 1000.0),
     )
     host_timeout: float = parameter(
-        'callbacks of this node that hang for so long end in zero torque',
+        'time that callbacks of this node may hang; longer ends in zero torque',
         1.0,
         unit='s',
         range=(0.2, 10.0),

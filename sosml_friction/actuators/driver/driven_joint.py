@@ -63,7 +63,7 @@ class DrivenJoint:
         self._still_q = self._still_reference = math.nan
 
     def note_events(self) -> None:
-        """Take the watchdog's trips and the restarts so far for known."""
+        """Count the watchdog's trips and the restarts up to now as known."""
         self._timeouts, self._restarts = self.actuator.timeouts, self.actuator.restarts
 
     @property

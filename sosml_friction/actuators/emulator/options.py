@@ -56,7 +56,7 @@ class EmulatorOptions:
     @staticmethod
     def parameters() -> dict[str, tuple[Field[Any], Parameter]]:
         """Return every option there is, by name."""
-        types = [kind.emulated_type.options_type for kind in Actuator.kinds().values()]
+        types = [kind.emulated_type.options_type for kind in Actuator.registry.values()]
         return {
             key: said for own in (*types, _BusOptions) for key, said in parameters_of(own).items()
         }

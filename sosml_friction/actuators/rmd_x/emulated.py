@@ -45,7 +45,7 @@ class RmdXOptions:
     )
     rmd_current_limit: float = parameter("an RMD-X's own current limit", 7.2, unit='A')
     comm_timeout: float = parameter(
-        'a motor turns off after so long without a frame; 0: never', 0.05, unit='s'
+        'time without a frame after which a motor turns off; 0: never', 0.05, unit='s'
     )
     timeout_echo: bool = parameter(
         'whether a motor that has turned off so only echoes the next request', True

@@ -38,7 +38,7 @@ class ServoOptions:
         "derivative gain of the servo's position loop", 6.0, unit='A s/rad'
     )
     servo_watchdog: float = parameter(
-        'the bridge turns the servo off after so long without a command', 0.05, unit='s'
+        'time without a command after which the bridge turns the servo off', 0.05, unit='s'
     )
 
 

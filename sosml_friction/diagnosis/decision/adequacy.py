@@ -29,7 +29,7 @@ from sosml_friction.regression.curves.reversal import Reversal
 from sosml_friction.regression.curves.speed_curve import SpeedCurve
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import Fit, Score
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class _Probe:
     few: bool = False
 
 
-def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]:
+def _probes(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> list[_Probe]:
     """Return the free curves to try beside the causes of each joint."""
     accepted = [f for f in accepted if not f.effect.of_robot]
     if not accepted:
@@ -94,12 +94,12 @@ def _probes(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[_Probe]
     return probes
 
 
-def _price(laboratory: Laboratory) -> float:
+def _price(laboratory: WhitenedRegression) -> float:
     """Return what a parameter costs in evidence."""
     return float(np.log(laboratory.y.shape[0]))
 
 
-def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Leftover, ...]:
+def leftovers(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> tuple[Leftover, ...]:
     """
     Return what a free curve still predicts beside the causes of each joint with such an axis.
 
@@ -159,7 +159,7 @@ def leftovers(laboratory: Laboratory, accepted: Sequence[Finding]) -> tuple[Left
     return (*(x for x in result if (x.axis, x.joint) not in where), *instead)
 
 
-def _instead(laboratory: Laboratory, accepted: Sequence[Finding]) -> list[Leftover]:
+def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> list[Leftover]:
     """Return where one power of speed explains more than the causes by speed of a joint."""
     result = []
     power = SpeedPower()

@@ -15,7 +15,7 @@ from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class Confusability:
 
 
 def confusability(
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     accepted: Sequence[Finding] = (),
     bound: FloatArray | None = None,
 ) -> Confusability:
@@ -146,7 +146,7 @@ class _Nuisance:
 
 
 def _shares(
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     efforts: Sequence[tuple[CandidateColumns, FloatArray]],
     nuisance: _Nuisance,
 ) -> tuple[FloatArray, FloatArray]:

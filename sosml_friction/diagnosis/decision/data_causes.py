@@ -14,7 +14,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.contacts import Impacts
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Data checks that are a cause. The diagnosis uses no recorded velocity and bridges short holes:
 #: they leave nothing in the residual.
@@ -31,7 +31,7 @@ _NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(
 
 def data_causes(
     checks: Sequence[Check],
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     without: tuple[str, ...],
     selection: Selection,
 ) -> list[Cause]:
@@ -58,7 +58,10 @@ def _faults(checks: Sequence[Check]) -> list[Cause]:
 
 
 def _backlash(
-    laboratory: Laboratory, selection: Selection, impacts: Impacts, without: tuple[str, ...]
+    laboratory: WhitenedRegression,
+    selection: Selection,
+    impacts: Impacts,
+    without: tuple[str, ...],
 ) -> Cause:
     parameters = {
         **_gap(laboratory, selection, impacts.joint),
@@ -71,7 +74,7 @@ def _backlash(
     return Cause('backlash', name, parameters, _NO_EVIDENCE, rivals)
 
 
-def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, Parameter]:
+def _gap(laboratory: WhitenedRegression, selection: Selection, joint: int) -> dict[str, Parameter]:
     """
     Return gap and stiffness of the gear that leaves least of the impacts.
 
@@ -96,7 +99,7 @@ def _gap(laboratory: Laboratory, selection: Selection, joint: int) -> dict[str, 
     return {name: Parameter(float(inner[name]), units[name]) for name in effect.inner}
 
 
-def _contacts(laboratory: Laboratory) -> list[Cause]:
+def _contacts(laboratory: WhitenedRegression) -> list[Cause]:
     causes = []
     for i, name in enumerate(laboratory.robot.names):
         episodes = [e for e in laboratory.contacts.contacts if e.joint == i]

@@ -23,10 +23,10 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.nominal import LATE, TURNS
 from sosml_friction.regression.signals import Signals, bump
+from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.resimulation import simulate_windows
 
@@ -62,7 +62,7 @@ class ForwardGain:
 
     def __init__(
         self,
-        laboratory: Laboratory,
+        laboratory: WhitenedRegression,
         model: RobotModelFile,
         others: Sequence[Signals] | None = None,
     ) -> None:
@@ -158,7 +158,7 @@ class _ReversalShape(EffortTerm):
         return (bump(motion.sign[:, joint]),)
 
 
-def _of_folds(laboratory: Laboratory) -> list[WindowSet]:
+def _of_folds(laboratory: WhitenedRegression) -> list[WindowSet]:
     """Return windows inside of the blocks, evenly spread, those of one fold together."""
     blocks = laboratory.blocks
     found: dict[tuple[int, int], list[int]] = {}

@@ -13,7 +13,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
 
 def forward_gate(
-    forward: ForwardGain, laboratory: Laboratory, selection: Selection
+    forward: ForwardGain, laboratory: WhitenedRegression, selection: Selection
 ) -> tuple[FloatArray, FloatArray]:
     """
     Take back the last causes while they make the simulation of data left out worse.

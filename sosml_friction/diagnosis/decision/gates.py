@@ -13,14 +13,18 @@ from numpy.typing import NDArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
 from sosml_friction.regression.evidence import CandidateColumns, Fit, System
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
 
 def candidate_floor(
-    laboratory: Laboratory, fit: Fit, best: Finding, columns: CandidateColumns, generation: int
+    laboratory: WhitenedRegression,
+    fit: Fit,
+    best: Finding,
+    columns: CandidateColumns,
+    generation: int,
 ) -> float:
     """
     Return the gain on data left out that a candidate has to exceed: the largest of three.
@@ -28,7 +32,7 @@ def candidate_floor(
     ``floor (1 + ln g)``: what may choose among the g points of a grid has to explain more;
     ``floor_margin`` times its largest gain in null simulations; what noise of position feigns.
 
-    :param fit: of the causes accepted so far, which the null simulations hold.
+    :param fit: of the causes that are accepted already, which the null simulations hold.
     :param columns: of the candidate over its grid.
     :param generation: how many causes are accepted, for the seed.
     """
@@ -40,7 +44,7 @@ def candidate_floor(
     return max(settings.floor * choice, settings.floor_margin * float(most), laboratory.feigned)
 
 
-def structure_floor(laboratory: Laboratory, fit: Fit, generation: int) -> FloatArray:
+def structure_floor(laboratory: WhitenedRegression, fit: Fit, generation: int) -> FloatArray:
     """Return the gain on data left out (n,) that free curves of each joint have to exceed."""
     settings = laboratory.settings
     curves = [its.beside(fit.system) for its in laboratory.structure_columns]
@@ -50,7 +54,7 @@ def structure_floor(laboratory: Laboratory, fit: Fit, generation: int) -> FloatA
 
 
 def _largest_gains(
-    laboratory: Laboratory,
+    laboratory: WhitenedRegression,
     fit: Fit,
     beside: System,
     columns: Sequence[CandidateColumns],

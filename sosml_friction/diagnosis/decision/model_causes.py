@@ -12,10 +12,10 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.estimate import Estimate, estimate
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 
-def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
+def model_causes(laboratory: WhitenedRegression, selection: Selection) -> list[Cause]:
     """Return accepted findings as causes; several of one effect and joint are its harmonics."""
     names = laboratory.robot.names
     found = estimated(laboratory, selection)
@@ -47,7 +47,7 @@ def model_causes(laboratory: Laboratory, selection: Selection) -> list[Cause]:
     return list(causes.values())
 
 
-def estimated(laboratory: Laboratory, selection: Selection) -> Estimate:
+def estimated(laboratory: WhitenedRegression, selection: Selection) -> Estimate:
     """Return the accepted causes with one covariance of all that was fitted, as a fit has it."""
     return estimate(laboratory, [finding.placed for finding in selection.accepted])
 
@@ -63,7 +63,7 @@ def _evidence(finding: Finding) -> dict[str, float | None]:
     }
 
 
-def _rivals(laboratory: Laboratory, finding: Finding) -> tuple[str, ...]:
+def _rivals(laboratory: WhitenedRegression, finding: Finding) -> tuple[str, ...]:
     """Return what cannot be told from a finding, as effect@joint where that is another joint."""
     names = laboratory.robot.names
     _, own = finding.reported(names)

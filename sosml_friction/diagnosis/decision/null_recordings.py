@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.regression.evidence import System
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _SHARES, _SMOOTHED = (0.25, 1.5), (1.0, 1.5, 3.0)
 
 
 def null_recordings(
-    laboratory: Laboratory, system: System, x: FloatArray, beside: System, seed: list[int]
+    laboratory: WhitenedRegression, system: System, x: FloatArray, beside: System, seed: list[int]
 ) -> Iterator[FloatArray]:
     """
     Return whitened residuals (rows, n), without end: Z x with x anew, turning around, and noise.
@@ -52,7 +52,7 @@ def null_recordings(
         yield y + (noise if standstill is None else standstill.take_out(noise, range(n)))
 
 
-def _friction_variant(laboratory: Laboratory, rng: np.random.Generator) -> FloatArray:
+def _friction_variant(laboratory: WhitenedRegression, rng: np.random.Generator) -> FloatArray:
     """
     Return the whitened difference (rows, n) between friction of another build-up and s.
 
@@ -76,7 +76,7 @@ def _friction_variant(laboratory: Laboratory, rng: np.random.Generator) -> Float
     return laboratory.whitening.apply(parts)
 
 
-def _credible(laboratory: Laboratory, variant: FloatArray, system: System) -> FloatArray:
+def _credible(laboratory: WhitenedRegression, variant: FloatArray, system: System) -> FloatArray:
     """Return what of a variant of friction is beyond a system, as large as the data show it."""
     Z = system.Z
     result = np.empty_like(variant)

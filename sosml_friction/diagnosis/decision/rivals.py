@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.regression.evidence import Fit, System
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Rivals:
 
     def __init__(
         self,
-        laboratory: Laboratory,
+        laboratory: WhitenedRegression,
         system: System,
         top: Sequence[Finding],
         found: Sequence[Finding],
@@ -122,7 +122,7 @@ class Rivals:
             other
             for other in self._found
             if other.joint == best.joint
-            and other.effect.identifier in best.effect.twins
+            and other.effect.identifier in best.effect.aliases
             and not other.objection
             and other.delta_bic > least
         ]

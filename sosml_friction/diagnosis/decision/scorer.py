@@ -15,7 +15,7 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 
 class Scorer:
@@ -26,7 +26,7 @@ class Scorer:
     why.
     """
 
-    def __init__(self, laboratory: Laboratory) -> None:
+    def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
         self._trials = sum(len(c.grid) for c in laboratory.candidates)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import Leftover
 from sosml_friction.regression.evidence import Baseline, Fit, System
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class Selection:
         """Return the normal equations with the accepted causes."""
         return self.fit.system
 
-    def refit(self, laboratory: Laboratory) -> None:
+    def refit(self, laboratory: WhitenedRegression) -> None:
         """Fit the causes that are accepted now."""
         system = laboratory.system.extended([f.columns for f in self.accepted])
         self.fit = Fit.make(system, laboratory.y)

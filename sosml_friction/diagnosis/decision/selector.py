@@ -19,7 +19,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.regression.estimate import settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Candidates of a round whose inner parameters are refined before the best is chosen. Chosen, no
 #: measurement: each costs 25 fits per parameter.
@@ -35,7 +35,7 @@ class Selector:
     """Select causes in a laboratory."""
 
     def __init__(
-        self, laboratory: Laboratory, step: Callable[[str], None] = lambda text: None
+        self, laboratory: WhitenedRegression, step: Callable[[str], None] = lambda text: None
     ) -> None:
         self.laboratory = laboratory
         self.settings = laboratory.settings

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class EffortError:
     on: str
 
 
-def error_on_folds(laboratory: Laboratory, selection: Selection) -> EffortError:
+def error_on_folds(laboratory: WhitenedRegression, selection: Selection) -> EffortError:
     """Return the error on the folds of the recordings, each predicted by the fit without it."""
     y, Z = laboratory.unwhitened()
     wide = np.concatenate([Z, *(_columns(laboratory, f) for f in selection.accepted)], axis=2)
@@ -50,7 +50,7 @@ def error_on_folds(laboratory: Laboratory, selection: Selection) -> EffortError:
 
 
 def error_on_recording(
-    laboratory: Laboratory, selection: Selection, others: Sequence[Signals]
+    laboratory: WhitenedRegression, selection: Selection, others: Sequence[Signals]
 ) -> EffortError:
     """Return the error on the stretches of another recording, predicted by the fit to all data."""
     before, after, measured = [], [], []
@@ -70,7 +70,7 @@ def error_on_recording(
     )
 
 
-def stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]]:
+def stages(laboratory: WhitenedRegression, selection: Selection) -> list[dict[str, Any]]:
     """Return the relative effort error [%] by joint on folds left out, after each cause."""
     y, wide = laboratory.unwhitened()
     size = np.linalg.norm(laboratory.measured_in_motion(), axis=0)
@@ -96,12 +96,12 @@ def stages(laboratory: Laboratory, selection: Selection) -> list[dict[str, Any]]
     return result
 
 
-def _columns(laboratory: Laboratory, finding: Finding) -> FloatArray:
+def _columns(laboratory: WhitenedRegression, finding: Finding) -> FloatArray:
     return laboratory.own_columns(finding.effect, finding.joint, finding.inner)
 
 
 def _left(
-    laboratory: Laboratory, y: FloatArray, columns: FloatArray, fold_x: FloatArray
+    laboratory: WhitenedRegression, y: FloatArray, columns: FloatArray, fold_x: FloatArray
 ) -> FloatArray:
     """Return y - columns @ x (rows, n), x of each row that of the fit without its fold."""
     left = y.copy()

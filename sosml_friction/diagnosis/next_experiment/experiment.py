@@ -29,8 +29,8 @@ from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.signals import Signals, make_signals
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ _MOST_POINTS = 12
 
 
 def recommend(
-    laboratory: Laboratory, selection: Selection, causes: Sequence[Cause]
+    laboratory: WhitenedRegression, selection: Selection, causes: Sequence[Cause]
 ) -> Recommendation | None:
     """
     Return the experiment for the first ambiguous of the causes and its closest rival.
@@ -81,7 +81,7 @@ def recommend(
     best = next(
         (option for option in runs if option.margin > NEEDED and option.overlap < _HOPELESS), None
     )
-    aliases = other in finding.effect.twins or own in closest.effect.twins
+    aliases = other in finding.effect.aliases or own in closest.effect.aliases
     if best is not None and not aliases:
         return Recommendation(
             pair, where, here, margin, NEEDED, best.name, best.duration_s, best.overlap,
@@ -107,7 +107,7 @@ def _closest(finding: Finding) -> Finding | None:
     return finding.rivals[0] if finding.rivals else None
 
 
-def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
+def _of_impacts(laboratory: WhitenedRegression) -> Recommendation | None:
     """Return what tells a gap from a spring, where impacts alone show one of them."""
     if not laboratory.contacts.impacts:
         return None
@@ -118,7 +118,7 @@ def _of_impacts(laboratory: Laboratory) -> Recommendation | None:
     return Recommendation(pair, where, 1.0, 0.0, NEEDED, condition=instruction)
 
 
-def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Option, ...]:
+def weigh(laboratory: WhitenedRegression, cause: Supposed, rival: Supposed) -> tuple[Option, ...]:
     """Return every trajectory of the menu and change of condition, largest margin first."""
     first = laboratory.signals[0]
     options = []
@@ -137,7 +137,7 @@ def weigh(laboratory: Laboratory, cause: Supposed, rival: Supposed) -> tuple[Opt
     return tuple(sorted(options, key=lambda option: -option.margin))
 
 
-def supposed(laboratory: Laboratory, finding: Finding) -> Supposed:
+def supposed(laboratory: WhitenedRegression, finding: Finding) -> Supposed:
     """Return a finding as a cause that is supposed; its grid too, where that is small."""
     p = len(laboratory.nominal.bound)
     columns = finding.columns
@@ -161,7 +161,7 @@ def supposed(laboratory: Laboratory, finding: Finding) -> Supposed:
 
 
 def _small_grid(
-    laboratory: Laboratory, finding: Finding
+    laboratory: WhitenedRegression, finding: Finding
 ) -> tuple[Candidate, CandidateColumns] | None:
     """Return the candidate that a finding is a point of, with its columns, where it is small."""
     for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):

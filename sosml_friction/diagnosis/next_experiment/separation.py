@@ -13,13 +13,13 @@ from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.diagnosis.next_experiment.supposed import Supposed
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.evidence import falls, whiten_all
-from sosml_friction.regression.laboratory import Laboratory
+from sosml_friction.regression.whitened import WhitenedRegression
 
 FloatArray = NDArray[np.float64]
 
 
 def separation(
-    laboratory: Laboratory, cause: Supposed, rival: Supposed, more: Sequence[Stretch]
+    laboratory: WhitenedRegression, cause: Supposed, rival: Supposed, more: Sequence[Stretch]
 ) -> tuple[float, float]:
     """
     Return what a rival explains of a cause, and by how much the cause leads.
@@ -64,7 +64,7 @@ def separation(
 
 
 def _columns(
-    laboratory: Laboratory, stretch: Stretch, supposed: Supposed, points: Sequence[Inner]
+    laboratory: WhitenedRegression, stretch: Stretch, supposed: Supposed, points: Sequence[Inner]
 ) -> FloatArray:
     """Return whitened columns (g, rows, n, k) along a stretch."""
     parts = []
@@ -76,12 +76,12 @@ def _columns(
     return np.stack(parts)
 
 
-def _nominal(laboratory: Laboratory, stretch: Stretch) -> FloatArray:
+def _nominal(laboratory: WhitenedRegression, stretch: Stretch) -> FloatArray:
     """Return the whitened columns (rows, n, p) of the nominal deviations along a stretch."""
     return _whitened(laboratory, stretch, laboratory.nominal.columns(stretch.signals))
 
 
-def _whitened(laboratory: Laboratory, stretch: Stretch, columns: FloatArray) -> FloatArray:
+def _whitened(laboratory: WhitenedRegression, stretch: Stretch, columns: FloatArray) -> FloatArray:
     """Return columns (N, n, ...) along a stretch as the laboratory has its own (rows, n, ...)."""
     whitened = whiten_all([stretch.signals.band.apply(columns)], laboratory.noise)
     if stretch.signals.rests:

@@ -16,7 +16,8 @@ from sosml_friction.diagnosis.diagnosis import Diagnosis
 FloatArray = NDArray[np.float64]
 
 _BINS = 24
-#: A bin is at least so much of the range: narrower ones draw a plateau's noise as a vertical line.
+#: Narrowest bin, as a share of the range: in a narrower one the noise of a plateau is drawn as a
+#: vertical line. Chosen, no measurement.
 _NARROWEST = 0.02
 #: A mean of fewer rows is not given.
 _FEWEST_IN_BIN = 5

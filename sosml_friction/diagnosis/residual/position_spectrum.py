@@ -17,7 +17,8 @@ from sosml_friction.regression.kernels import squares
 FloatArray = NDArray[np.float64]
 
 _TURN = 2.0 * np.pi
-#: Lines to a range of motion, and in all; so many are made at a time.
+#: Lines per 2 pi / range of motion, most lines in all, and lines that are computed at a time,
+#: which bounds memory. Chosen, no measurement.
 _PER_SPAN, _MOST, _AT_ONCE = 4.0, 800, 32
 #: At this share of the speed a line still has to be within the band.
 _SLOW = 0.04

@@ -103,7 +103,7 @@ def odd_even_check(
 
     :param speeds: slowest and fastest speed (2,) [rad/s or m/s].
     :param odd: odd part at these (2,) [Nm or N]; ``even`` (2,) the even part.
-    :param chance: of an even part that changes so much by noise alone.
+    :param chance: probability that noise alone changes the even part by as much.
     :param asymmetric: whether the law has an asymmetry: such a part is then in it, and no fault.
     """
     unit = unit_of('velocity', effort_unit)

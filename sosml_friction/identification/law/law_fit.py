@@ -51,13 +51,16 @@ _NOTHING = 1e-9
 _ROUNDING = 1e-20
 _HUBER = 1.345  # 95 % efficient on normal noise
 _LEVEL = 0.95
-#: Huber's weights are solved for until none changes by more than this, or so many times.
+#: Iterations for Huber's weights end when no weight changes by more than the first number, or
+#: after the second. Chosen, no measurement.
 _SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
-#: Speeds of the profile, of the coarse search over v_s, and of that over v0.
+#: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
-#: Points of the profile about the best fit, and of it that other parameters are followed along.
+#: Number of points of the profile near the best fit, and of those at which the other parameters
+#: are solved for.
 _NEAR, _ALONG = 13, 5
-#: That v_s is known is asked of an interval so many times as wide as that of 95 %.
+#: v_s counts as known if an interval this many times as wide as that of 95 % is narrow, too:
+#: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, _HIDDEN = 8.0, 3.0
@@ -128,10 +131,10 @@ def fit_law(
     searched, the rest solved with Huber weights. The estimates' covariance is that of the
     delete-one-cluster jackknife of the linearised fit, all parameters and v0 together, so that
     noise may be correlated within a cluster and of any size in each, times (E w / E psi')^2
-    (Huber's estimate is less sure than least squares with his weights w would say). Intervals are
-    95 % with Student's t of (clusters - parameters) degrees of freedom; that of v_s is where the
-    profile of the cost stays below a limit, which is scaled so that the profile is as sure of v_s
-    as the jackknife is.
+    (the variance of Huber's estimate is larger than least squares with his weights w says).
+    Intervals are 95 % with Student's t of (clusters - parameters) degrees of freedom. That of v_s
+    is where the profile of the cost is below a limit, which is scaled so that the width agrees
+    with the standard error of the jackknife.
 
     The Stribeck term is kept if an F test at 95 % says that it explains more than its two
     parameters would by chance, v0 of the sign if one of one parameter does.
@@ -321,7 +324,7 @@ class _Problem:
         lower = np.array([0.0 if name in _NON_NEGATIVE else -np.inf for name in names])
         scale = np.linalg.norm(X, axis=0)
         scale[scale == 0.0] = 1.0
-        # What a fit of so many parameters leaves of the noise.
+        # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
         for _ in range(_MOST_SOLVED):
@@ -835,7 +838,8 @@ class _Search:
         v_s = profile.velocity_interval() if shown else (0.0, np.inf)
         reason = reason_for('stribeck_velocity', reach, v_s)
         if shown and not reason:
-            # A closed interval by luck alone: of three standard errors it is open, or lopsided.
+            # The interval of 95 % may be closed by chance; at three standard errors it is then
+            # open or lopsided.
             wide = profile.velocity_interval(_SURE**2)
             if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
                 reason = reason_for('stribeck_velocity', reach, wide)

@@ -20,12 +20,12 @@ class LawForm:
 
     ``law``: ``coulomb_viscous`` is equation (9), ``stribeck`` equation (17), ``auto`` the second
     where the data show its extra term. ``symmetric``: False lets C, B and S differ with direction.
-    ``alpha``: exponent of equation (10), 1 or 2; no recording that this package knows of tells it
-    from S and v_s, so it is chosen, not fitted. ``ridge``: the paper's light
-    regularisation on v_s and bias, 0 for none. The bias is drawn to zero with that share of its
-    own information, and a factor e of v_s away from the middle of the speeds (geometric mean of
-    the slowest and the fastest) costs that share of the residuals' squares. The intervals do not
-    know of the bias that it makes.
+    ``alpha``: exponent of equation (10), 1 or 2; it is collinear with S and v_s in every
+    recording that this package was tested with, so it is chosen, not fitted. ``ridge``: the
+    paper's light regularisation of v_s and bias, 0 for none. It draws the bias to zero with that
+    share of its own information. A v_s that is a factor e away from the geometric mean of the
+    slowest and the fastest speed costs that share of the residuals' squares. The intervals do not
+    contain the systematic error that this causes.
     """
 
     law: str = 'auto'

@@ -30,7 +30,7 @@ class LawProfile:
     half: FloatArray
 
     def velocity_interval(self, limits: float = 1.0) -> tuple[float, float]:
-        """Return the range of v_s within so many limits, 0 and infinite where it is open."""
+        """Return the range of v_s of an excess below ``limits``; an open end is 0 or infinite."""
         u, best = np.log(self.stribeck_velocity), int(np.argmin(self.excess))
         below = _crossing(u[: best + 1][::-1], self.excess[: best + 1][::-1] / limits)
         above = _crossing(u[best:], self.excess[best:] / limits)

@@ -18,7 +18,8 @@ from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
-#: Rows that share their noise with so many neighbours or more are joined to means.
+#: Rows are joined to means if as many neighbours or more share their noise. Chosen, no
+#: measurement.
 _JOINED = 4.0
 #: Exponentials of the curve, without a law, that is taken off to see the noise.
 _MOST_EXPONENTIALS = 4
@@ -87,8 +88,8 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
     """
     Return means of rows that share their noise, so that each row knows something of its own.
 
-    The law is averaged as the rows are: nothing is lost but how friction changes within a mean.
-    Rows that are next to independent stay as they are.
+    The law is averaged in the same way; only the change of friction within a mean is lost. Rows
+    that are nearly independent stay as they are.
     """
     if noise.shared < _JOINED:
         return rows
@@ -139,8 +140,8 @@ class LawStack:
         """
         Return the regression with a bias for each bag, of which only the mean is fitted.
 
-        What the other biases could explain is taken off both sides (Frisch and Waugh), so that the
-        law's parameters are those of a fit with all of them.
+        The other biases are projected out of both sides (Frisch and Waugh), so that the law's
+        parameters are those of a fit with all biases.
         """
         keep = _known(self.rows)
         one = np.where(keep, self.rows.lag(np.ones_like(np.nan_to_num(self.rows.v))), 0.0)

@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 _LOWER = np.array([1e-9, 0.0, 0.0, -np.inf])
 _FEWEST_CLUSTERS = 8
-#: So close to a bound, as a share of the first guess, is at it.
+#: Distance from a bound that counts as on it, as a share of the first guess.
 _AT_BOUND = 1e-3
 
 

@@ -30,18 +30,19 @@ FloatArray = NDArray[np.float64]
 
 _NAMES = ('coulomb', 'viscous', 'bias', 'stribeck', 'stribeck_velocity')
 _FEWEST_CLUSTERS = 8
-#: Over what velocity is taken where the recording has none, and at the start of a window [s].
+#: Time over which position is differenced where velocity was not recorded, and at the start of a
+#: window [s].
 _SLOPE_S = 0.06
 #: Width of the sign that is simulated where none is known, as a share of the top speed.
 _SHARPNESS = 1e-3
 #: Time constants of the sign's slope in a step of the integration.
 _TIME_CONSTANTS = 1.0
-#: Refinements of how fast each window begins, and the weight of what was measured of it, as a
-#: share of what the motion of a free joint says.
+#: Iterations for the initial velocity of each window, and the weight of its measured value, as a
+#: share of the information that the motion of a free joint has.
 _STARTS, _STAYS = 3, 1e-3
 #: Widths of the Stribeck term that the search begins at, as shares of the top speed.
 _WIDTHS = (0.02, 0.06, 0.2)
-#: Steps of the search from each of these, and of the search from the best.
+#: Most iterations of the search from each of these widths, and of the search from the best.
 _FIRST_STEPS, _MOST_STEPS = 4, 15
 
 
@@ -50,10 +51,10 @@ class WindowSettings:
     """
     Say how long a window is simulated before it starts afresh from the measurement [s].
 
-    In a longer one friction moves the joint farther beyond the resolution of the encoder, but so
-    does noise of the effort; and where friction falls with speed an error of the start grows by
-    exp(T S / (v_s M)) over a window T. ``cluster_s``: windows in the same stretch of so long are
-    taken to share their noise.
+    In a longer window friction moves the joint by more quanta of the encoder, but noise of effort
+    does so, too. Where friction falls with speed, an error of the start grows by
+    exp(T S / (v_s M)) over a window T. ``cluster_s`` [s]: length of a cluster; windows in one
+    cluster may share their noise.
     """
 
     window_s: float = 0.1

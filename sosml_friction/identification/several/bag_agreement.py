@@ -23,9 +23,9 @@ from sosml_friction.model.terms.stribeck import fade
 
 FloatArray = NDArray[np.float64]
 
-#: How often bags that agree may be said to differ.
+#: Significance level: the share of agreeing bags that may be reported to differ.
 _ALARM = 0.01
-#: A deviation that the others leave less of is not one that the bag could tell.
+#: Collinearity: a deviation of which the others leave a smaller share is not identifiable.
 _LEFT = 1e-3
 _LEVEL = 0.95
 _GRID = 30

@@ -23,9 +23,9 @@ class AsymmetricFriction(EffortTerm):
     """
     Add c_v |q'| + c_c |s|: slope and level forwards exceed those backwards by 2 c_v and 2 c_c.
 
-    ``by_speed`` is 1, or 0 for a difference of the level alone, c_v = 0. While the joint moves
-    the level's part is a constant, as a bias of effort is: only a hold without torque, or rest,
-    tells the two apart.
+    ``by_speed`` is 1, or 0 for a difference of the level alone, c_v = 0. While the joint moves,
+    c_c |s| is constant, as a bias of effort is: only standstill, or a hold without torque,
+    separates the two.
     """
 
     identifier: ClassVar[str] = 'asymmetric_friction'
@@ -36,7 +36,7 @@ class AsymmetricFriction(EffortTerm):
     inner: ClassVar[Mapping[str, str]] = {'by_speed': '1'}
     unspoken: ClassVar[tuple[str, ...]] = ('by_speed',)
     axis: ClassVar[str] = 'direction'
-    twins: ClassVar[tuple[str, ...]] = ('effort_bias',)
+    aliases: ClassVar[tuple[str, ...]] = ('effort_bias',)
 
     def effort(
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray

@@ -22,8 +22,8 @@ FloatArray = NDArray[np.float64]
 _TURN = 2.0 * np.pi
 #: The slowest passes, as a share of the top speed.
 _SLOW = 0.04
-#: Frequencies are tried at this distance, times the range of motion [rad]; two that differ by
-#: 2 pi are orthogonal.
+#: Step of the grid of frequencies, times the range of motion [rad]; two frequencies that are 2 pi
+#: apart are orthogonal.
 _SPACING = 2.5
 #: Fewest periods in the range of motion: fewer are a smooth curve of position, which a spring or
 #: gravity may be as well.

@@ -23,7 +23,7 @@ class EffortBias(MeasurementTerm):
     identifier: ClassVar[str] = 'effort_bias'
     amplitudes: ClassVar[Mapping[str, str]] = {'bias': '{effort}'}
     parameter_error: ClassVar[bool] = True
-    twins: ClassVar[tuple[str, ...]] = ('asymmetric_friction',)
+    aliases: ClassVar[tuple[str, ...]] = ('asymmetric_friction',)
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {
         'asymmetric_friction': (
             'free_hanging_hold',

@@ -18,7 +18,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 FloatArray = NDArray[np.float64]
 
 
-#: A stiffness is seen from this many standard errors on.
+#: Least stiffness that counts as seen, in standard errors.
 _CLEAR = 4.0
 #: Or where its rest position is within this many ranges of the motion from its middle: gravity
 #: within its tolerance may make up for the rest of a spring, but what is a constant alone relaxes

@@ -26,9 +26,10 @@ _WANDER = 0.01
 _UNREPORTED = 0.01
 #: Standard deviations by which no position is off what was predicted, unless something happened.
 _IMPOSSIBLE = 20.0
-#: An interval is cut into at most so many pieces.
+#: Most pieces that a sampling interval is cut into. Chosen, no measurement.
 _PIECES = 20
-#: Beyond so many times the knee, exp(-5) of it, a law is as good as linear.
+#: Speed, in multiples of v_s, above which the law counts as linear: exp(-5) = 0.7 % of the
+#: Stribeck term is left there.
 _KNEE = 5.0
 _STATES = 7
 

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any, ClassVar, Generic, TypeVar, get_args
@@ -13,6 +11,7 @@ from typing import Any, ClassVar, Generic, TypeVar, get_args
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.registry import import_folder
 from sosml_friction.report import figures as folder
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.html_page import picture
@@ -89,9 +88,7 @@ def figures(report: str) -> list[Figure[Any]]:
         has to, or two have one identifier.
     """
     _require_report(report)
-    package = importlib.import_module(f'{folder.__name__}.{report}')
-    for module in pkgutil.iter_modules(package.__path__, f'{package.__name__}.'):
-        importlib.import_module(module.name)
+    import_folder(f'{folder.__name__}.{report}')
     found: dict[str, Figure[Any]] = {}
     for figure in _finished():
         _require_report(figure.report)

@@ -30,9 +30,11 @@ from sosml_friction.report.common.number_text import NOT_IDENTIFIABLE_TEXT, rang
 
 _MODEL_ROW = '#f1f6f3'
 _ROW_IN = 0.36
-#: Where there are only ranges, the panel ends so many times above the narrowest.
+#: End of a panel that has only ranges, as a multiple of the smallest upper end. Chosen, no
+#: measurement.
 _WIDEST = 4.0
-#: Numbers that so many typical distances are from the middle one are beyond the panel.
+#: Half width of a panel in median distances from the median; farther numbers are not in it.
+#: Chosen, no measurement.
 _FARTHEST = 12.0
 
 

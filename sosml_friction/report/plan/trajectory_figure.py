@@ -20,7 +20,8 @@ from sosml_friction.report.common.labels import motion_units
 FloatArray = NDArray[np.float64]
 
 _LINE, _LIMIT = '#0072B2', '#D55E00'
-#: A limit is drawn where it is not farther from the line than so many times its height.
+#: Farthest that a limit may be from the line to be drawn, as a share of the line's height.
+#: Chosen, no measurement.
 _NEAR = 0.6
 
 

@@ -27,7 +27,7 @@ from sosml_friction.simulation.recorded.stretch import Stretch, measured_start, 
 
 FloatArray = NDArray[np.float64]
 
-#: A hole of more than this parts a recording [s]: the driver takes one of its own for a fault.
+#: Hole that divides a recording [s]: the driver counts one of its own as a fault.
 _LONGEST_S = 0.1
 
 
@@ -35,8 +35,8 @@ def bridged(log: JointLog) -> JointLog:
     """
     Return the log with its short holes filled, along lines at its usual step.
 
-    The driver goes on in a hole: its cycle was late, or the recorder lost a message. One of more
-    than 0.1 s, in which the driver would have ended the motion, is left.
+    In a short hole the driver kept running: its cycle was late, or the recorder lost a message. A
+    hole of more than 0.1 s stays: the driver would have ended the motion in it.
     """
     time = log.time
     steps = np.diff(time)

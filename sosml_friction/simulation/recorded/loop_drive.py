@@ -28,7 +28,7 @@ class LoopDrive(Drive):
         self._late = max(0.0, -model.delay) / period
         self._k = 0
         self._now = 0
-        #: What was asked for so far, (n,) each, and from which time on [samples].
+        #: Efforts that were commanded up to now, (n,) each, and from which time on [samples].
         self.commands: list[FloatArray] = []
         self.times: list[float] = []
         self._torques: list[FloatArray] = []

@@ -20,21 +20,22 @@ from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
 
 FloatArray = NDArray[np.float64]
 
-#: The beginning is looked for from so long before to so long after the trajectory was recorded,
-#: first in steps of this [s].
+#: Times before and after the message of the trajectory between which its beginning is searched,
+#: and the step of the coarse search [s]. Chosen, no measurement.
 _BEFORE_S, _AFTER_S, _STEP_S = 0.06, 0.5, 4e-3
-#: So much of the motion says when it began [s].
+#: Length of the motion that the search compares [s]. Chosen, no measurement.
 _LOOK_S = 20.0
-#: The driver's model is evaluated at so many of its cycles, and on lines between [s].
+#: Interval at which the driver's model is evaluated; it is interpolated linearly between [s].
+#: Chosen, no measurement.
 _TABLE_S = 1e-3
 #: A recording of fewer samples says nothing of it.
 _FEWEST = 20
 #: Rounds in which the place is found where the joints were held.
 _ROUNDS = 3
-#: A law that leaves more than this share of what its gains make, beyond what is fed forward, is
-#: not the one that was at work: the true one left 7 and 8 % of two recordings whose cycles took 1
-#: to 24 ms; with kp 20 % lower it left 16 and 17 %, with kp 40 % lower 28 and 30 %. Noise may
-#: leave besides such a share of the whole effort.
+#: Largest share of the feedback effort that a control law may leave unexplained; above, the law is
+#: not the recorded one. In two recordings with cycles of 1 to 24 ms the true law left 7 and 8 %,
+#: with kp 20 % lower 16 and 17 %, with kp 40 % lower 28 and 30 %. Noise may leave the same share
+#: of the whole effort besides.
 _MOST_LEFT, _NOISE = 0.2, 0.02
 
 
@@ -45,8 +46,8 @@ class LoopReference:
 
     ``start`` [s]: of the trajectory, after the first sample; the time that a sample takes from
     the beginning of its cycle is in it. ``q``, ``v`` (N, n) and ``ahead`` (N, n) [Nm or N]: the
-    effort that is fed forward. ``left`` [%]: by joint, how much the law does not make of what the
-    gains add to that, 100 mean |recorded - law| / mean |recorded - ahead|.
+    effort that is fed forward. ``left`` [%]: by joint, the share of the feedback effort that the
+    law does not explain, 100 mean |recorded - law| / mean |recorded - ahead|.
     """
 
     start: float
@@ -65,8 +66,8 @@ def find_reference(log: JointLog, loop: RecordedLoop) -> LoopReference:
         u_k = ahead(t_k) + kp (q_r(t_k) - q_{k-1}) + kd (v_r(t_k) - v_{k-1}),
 
     and sample k + 1 reports it. The start of the trajectory is where the mean of |report - u| is
-    least; at 1 rad/s and 250 Nm/rad a millisecond is 0.25 Nm. Where the joint was held before is
-    found with it, by least squares: its share of u is kp times the blend.
+    least; at 1 rad/s and 250 Nm/rad a millisecond is 0.25 Nm. The position at which the joint was
+    held before is fitted with it by least squares: its part of u is kp times the blend.
 
     :param log: all joints of the loop's robot, in its order.
     :raises DataError: if the law does not make the recorded effort, with the reason.

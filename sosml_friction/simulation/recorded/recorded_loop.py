@@ -18,10 +18,11 @@ from sosml_friction.exceptions import ConfigurationError, DataError, TrajectoryE
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
 
-#: A controller whose cycle is so many times shorter than the samples was not recorded.
+#: Largest sampling interval, in cycles of the controller, in which each of its cycles is still
+#: recorded: at 1 all are, at 2 every other. The middle.
 _SLOWER = 1.5
-#: The robot is taken to be under its controller from so long before a trajectory is recorded to so
-#: long after its time is over [s].
+#: Times before the trajectory is recorded, and after it ends, between which the robot is under its
+#: controller [s]. Chosen, no measurement.
 _BEFORE_S, _AFTER_S = 0.1, 1.0
 
 
@@ -137,7 +138,7 @@ def during(log: JointLog, loop: RecordedLoop) -> tuple[JointLog, RecordedLoop]:
     """
     Return the part of a log in which its trajectory was followed, and the loop as seen from there.
 
-    What was before and after may have been before the robot was enabled, or another motion.
+    Samples before and after may belong to a disabled robot, or to another motion.
 
     :raises DataError: if nothing is left.
     """

@@ -53,11 +53,12 @@ class Step(Protocol):
         """Take note."""
 
 
-#: A window lasts so long unless another length is asked for [s].
+#: Length of a window unless another is asked for [s]. Chosen, no measurement.
 HORIZON_S = 0.5
-#: A parabola through so much of the beginning says how fast a recording starts [s].
+#: Length of the beginning through which a parabola gives the initial velocity [s]. Chosen, no
+#: measurement.
 _START_S = 0.02
-#: Smoothing takes at most so much off a stretch [s].
+#: Most that the low-pass cuts off the ends of a stretch [s]. Chosen, no measurement.
 _MARGIN_S = 0.4
 
 

@@ -60,8 +60,8 @@ class Stretch(Protocol):
     def band(self) -> LowPass: ...  # noqa: D102
 
 
-#: Makes, of a log, the model to simulate and the stretches that last so long [s] or longer; a
-#: DataError says that there is none.
+#: prepare(log, shortest [s]) makes the model to simulate and the stretches of the log that last
+#: ``shortest`` or longer; a DataError says that there is none.
 Prepare = Callable[[JointLog, float], tuple[ForwardModel, Sequence[Stretch]]]
 
 

@@ -11,9 +11,9 @@ from known_robots import arm_model, arm_motion, recording, rigid_effort
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 
 
 @pytest.fixture(scope='module')
@@ -28,7 +28,9 @@ def laboratory():
     log = recording(('shoulder', 'elbow'), t, q, tau, v)
     settings = DiagnosisSettings(band=15.0)
     library = make_library(('cogging',))
-    return Laboratory.make(prepare([log], model, model.make_robot(), settings), library, settings)
+    return WhitenedRegression.make(
+        prepare([log], model, model.make_robot(), settings), library, settings
+    )
 
 
 def columns(laboratory, effect, joint, joints=(0, 1)):

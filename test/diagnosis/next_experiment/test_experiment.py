@@ -39,9 +39,9 @@ from sosml_friction.motion.building_blocks import begin_motion
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.laboratory import Laboratory
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 
 SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS') or 0)
 STEP = 4e-3
@@ -175,7 +175,7 @@ def margins(case, seed):
     signals = prepare([log], model, robot, SETTINGS)
     # Without the widest grid: it takes no part here, and most of the time.
     library = make_library(('cogging',))
-    laboratory = Laboratory.make(signals, library, SETTINGS)
+    laboratory = WhitenedRegression.make(signals, library, SETTINGS)
     one, other = found(laboratory, (effect, i), (rival, i))
     cause, against = supposed(laboratory, one), supposed(laboratory, other)
     here = separation(laboratory, cause, against, ())[1]
@@ -216,7 +216,7 @@ def margins(case, seed):
         acts = library['spring'].columns
         off = {id(s.q) for s in more}
         library['spring'].columns = lambda s, j, x: acts(s, j, x) * (id(s.q) not in off)
-    both = Laboratory.make([*signals, *more], library, SETTINGS)
+    both = WhitenedRegression.make([*signals, *more], library, SETTINGS)
     after = found(both, (effect, i), (rival, i))
     return (
         (here, 0.5 * (one.score.gain - other.score.gain)),

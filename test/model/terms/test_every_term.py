@@ -63,7 +63,7 @@ def test_units_are_of_the_joint_and_names_are_words(name):
 @pytest.mark.parametrize('name', NAMES)
 def test_what_it_says_of_others_are_terms_and_axes_that_exist(name):
     kind = TERMS[name]
-    others = {*kind.twins, *kind.inseparable, *kind.told_apart}
+    others = {*kind.aliases, *kind.inseparable, *kind.told_apart}
     assert others <= {*TERMS, *DATA_CAUSES}
     assert name not in others
     assert kind.axis in AXES

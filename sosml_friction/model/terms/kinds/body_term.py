@@ -57,7 +57,7 @@ def _effort(signals: Recording, change: Body) -> FloatArray:
 
 
 class ChangedBody(SimulatedTerm):
-    """Bodies that are changed by so much of each change."""
+    """Add each change, times its amplitude, to the bodies of the robot."""
 
     def __init__(self, changes: Sequence[Body], amplitude: Sequence[float] | FloatArray) -> None:
         self._changes = tuple(changes)

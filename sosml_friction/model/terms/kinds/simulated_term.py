@@ -78,7 +78,7 @@ class SimulatedTerm(ABC):  # noqa: B024 - a kind of term overrides what it has, 
         """
         Return the term's own states, (W, k), at the samples ``at`` of a measured path (N, n).
 
-        The path is what happened before: a state that remembers has it from there.
+        A state with memory is computed along the path up to there.
         """
         return np.zeros((len(at), 0))
 

@@ -50,11 +50,11 @@ class Term(ABC):
     ``axis``: along which axis it says how effort depends on it: ``speed``, ``position``,
     ``load``, ``effort``, ``acceleration`` or ``none``; ``free_axis``: the axis of the free curve
     that could stand for it; ``one_power``: one power of speed could stand for it; ``repeats``:
-    its ``frequency`` is a line in a periodogram over position. ``twins``: terms that are the same
-    but at reversals and rest; ``inseparable``: terms that joint sensors cannot tell from it at
-    all; ``told_apart``: by other term, the condition that separates the two and what is seen
-    then. ``worn``: it comes with a person or cable and goes with them; ``unspoken``: parameters
-    that a sentence leaves out.
+    its ``frequency`` is a line in a periodogram over position. ``aliases``: terms of the
+    same columns but at reversals and rest; ``inseparable``: terms that joint sensors cannot
+    tell from it at all; ``told_apart``: by other term, the condition that separates the two
+    and what is seen then. ``worn``: it comes with a person or cable and goes with them;
+    ``unspoken``: parameters that a sentence leaves out.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
@@ -74,7 +74,7 @@ class Term(ABC):
     free_axis: ClassVar[str] = ''
     one_power: ClassVar[bool] = False
     repeats: ClassVar[bool] = False
-    twins: ClassVar[tuple[str, ...]] = ()
+    aliases: ClassVar[tuple[str, ...]] = ()
     inseparable: ClassVar[tuple[str, ...]] = ()
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {}
     worn: ClassVar[bool] = False
@@ -106,7 +106,7 @@ class Term(ABC):
         """
         Return the columns of several points of the grid at once, (N, g, k), in ``joint`` alone.
 
-        None, as here, where they are not cheaper at once, or not zero in other joints.
+        None, as here, if that is no faster than one by one, or if they act in other joints, too.
         """
         return None
 

@@ -33,8 +33,8 @@ class TransmissionTerm(Term):
     """
     State a gear that gives: its column is simulated, so that its amplitude is 1 where it is right.
 
-    The motor angle is measured, the body follows through the gear; driven by what the nominal body
-    would need to follow exactly.
+    The motor angle is measured. The body follows it through the gear, driven by the effort that
+    the nominal body would need to follow exactly.
     """
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}

@@ -20,7 +20,7 @@ from sosml_friction.report.fit.joint_view import JointView
 
 #: The height of the panels, in units of the 95 % limit.
 _HEIGHT = 3.0
-#: S of laws that fit so many heights worse is not shown.
+#: Excess, in heights of the panel, above which S of a law is not drawn. Chosen, no measurement.
 _FAR = 10.0
 #: How far above the usual S the panel of S goes.
 _DECADES = 100.0

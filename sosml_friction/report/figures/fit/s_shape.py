@@ -36,7 +36,8 @@ _REJECTED_SHOWN = 40
 _BEYOND = 0.2
 _PALE = '#b0b0b0'
 _ZERO_BAND = '#ece7d8'
-#: The panel of speeds begins at this share of the zero band, at most so far below the data.
+#: Lower end of the axis of speed: a share of the zero band, but at least this share of the
+#: fastest speed. Chosen, no measurement.
 _BELOW_BAND, _DEEPEST = 0.6, 1e-3
 
 

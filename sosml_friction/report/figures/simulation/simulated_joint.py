@@ -22,7 +22,7 @@ from sosml_friction.simulation.recorded.recorded_simulation import (
 
 FloatArray = NDArray[np.float64]
 
-#: A line ends where so many usual steps are missing.
+#: Interval, in median sampling intervals, at which a line is broken. Chosen, no measurement.
 _HOLE = 10.0
 _SIMULATED, _ERROR = '#0072B2', '#D55E00'
 

@@ -31,7 +31,7 @@ _BLOCK_ROWS = 20
 
 
 @dataclass(frozen=True)
-class Laboratory:
+class WhitenedRegression:
     """
     Hold the whitened regression: any target can be tried against any candidate.
 
@@ -57,7 +57,7 @@ class Laboratory:
         library: dict[str, Term],
         settings: DiagnosisSettings,
         step: Callable[[str], None] = lambda text: None,
-    ) -> Laboratory:
+    ) -> WhitenedRegression:
         """
         Low-pass, whiten and multiply everything once.
 
