@@ -48,12 +48,18 @@ CHANGES = re.compile(
 )
 
 
-def annotations(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Return where the types stand, which nothing runs: (line, column) of start and end."""
+def beside_the_point(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """
+    Return (line, column) of start and end of what no test can notice.
+
+    Types, which nothing runs, and ``frozen`` and ``strict``, which only stop a programmer's slip.
+    """
     found = []
     for node in ast.walk(ast.parse(source)):
-        for name in ('annotation', 'returns'):
-            part = getattr(node, name, None)
+        parts = [getattr(node, name, None) for name in ('annotation', 'returns')]
+        if isinstance(node, ast.keyword) and node.arg in ('frozen', 'strict'):
+            parts.append(node)
+        for part in parts:
             if part is not None:
                 end = (part.end_lineno, part.end_col_offset)
                 found.append(((part.lineno, part.col_offset), end))
@@ -62,13 +68,13 @@ def annotations(source: str) -> list[tuple[tuple[int, int], tuple[int, int]]]:
 
 def mutations(db: WorkDB, source: str) -> list[MutationSpec]:
     """Return the changes to make, in the order of the file."""
-    types = annotations(source)
+    left_out = beside_the_point(source)
     all_of_them = (item.mutations[0] for item in db.work_items)
     kept = [
         mutation
         for mutation in all_of_them
         if CHANGES.fullmatch(mutation.operator_name)
-        and not any(start <= mutation.start_pos < end for start, end in types)
+        and not any(start <= mutation.start_pos < end for start, end in left_out)
     ]
     return sorted(kept, key=lambda mutation: (mutation.start_pos, mutation.operator_name))
 
