@@ -53,6 +53,10 @@ def test_a_step_is_doubted_above_twice_the_limit_and_slack(sign):
     )
 
 
+def test_the_time_of_a_step_is_told_in_milliseconds():
+    assert 'jumps by 9.0000 within 1000.0 ms' in LIMITS.doubt(Measurement(), math.nan, 9.0, 1.0)
+
+
 def test_a_temperature_is_doubted_below_the_coldest():
     assert doubt(temperature=-40.0) == ''
     assert doubt(temperature=-40.5) == (
