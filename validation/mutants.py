@@ -105,8 +105,8 @@ def forget_compiled(copy: Path) -> None:
         path.unlink()
 
 
-def run(path: str, plan: dict, copy: Path) -> Iterator[tuple[bool, str]]:
-    """Yield whether each change was noticed, and what to say of it."""
+def run(path: str, plan: dict, copy: Path) -> Iterator[tuple[bool, str, str]]:
+    """Yield whether each change was noticed, what it is, and why it need not be."""
     source = (copy / path).read_text(encoding='utf-8')
     compiled = 'njit' in source
     tests = shlex.join([sys.executable, '-m', 'pytest', '-qx', '-p', 'no:cacheprovider'])
@@ -127,11 +127,7 @@ def run(path: str, plan: dict, copy: Path) -> Iterator[tuple[bool, str]]:
         result = mutate_and_test([mutation], command, timeout)
         old, new = changed_lines(result.diff or '')
         says = f'{path}:{mutation.start_pos[0]}: {old}  ->  {new}'
-        known = reason(plan.get('survivors', ()), old, new)
-        if result.is_killed:
-            yield True, says
-        else:
-            yield False, f'{says}  ({known})' if known else says
+        yield result.is_killed, says, reason(plan.get('survivors', ()), old, new)
     if compiled:
         forget_compiled(copy)
 
@@ -164,14 +160,15 @@ def main() -> int:
         raise SystemExit(f'the tests would import {where.stdout.strip()}, not the changed copy')
     unexplained = 0
     for path in chosen:
-        killed = survived = 0
-        for was_killed, says in run(path, plans[path], copy):
-            killed += was_killed
-            survived += not was_killed
+        made = noticed = explained = 0
+        for was_killed, says, why in run(path, plans[path], copy):
+            made += 1
+            noticed += was_killed
             if not was_killed:
-                unexplained += not says.endswith(')')
-                print(f'survived  {says}', flush=True)
-        print(f'{path}: {killed} of {killed + survived} noticed', flush=True)
+                explained += bool(why)
+                print(f'{"explained" if why else "SURVIVED "} {says}  {why}', flush=True)
+        unexplained += made - noticed - explained
+        print(f'{path}: {noticed} of {made} noticed, {explained} explained', flush=True)
     return 1 if unexplained else 0
 
 

@@ -173,6 +173,7 @@ KNEE = {'stribeck': 1.0, 'stribeck_velocity': 0.1}
         ('coulomb_viscous', {**GOOD, **KNEE}, 0.0, "unknown ['stribeck', 'stribeck_velocity']"),
         ('coulomb_viscous', GOOD, -1.0, 'smoothing_velocity'),
         ('coulomb_viscous', GOOD, float('nan'), 'smoothing_velocity'),
+        ('coulomb_viscous', GOOD, float('inf'), 'smoothing_velocity'),
         ('coulomb_viscous', {**GOOD, 'viscous': float('nan')}, 0.0, 'viscous'),
         ('stribeck', {**GOOD, **KNEE, 'stribeck_velocity': 0.0}, 0.0, 'must be positive'),
         ('stribeck', {**GOOD, **KNEE, 'stribeck_velocity': -0.1}, 0.0, 'must be positive'),
