@@ -50,6 +50,8 @@ help:
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
 	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
 	echo "               (ten minutes; ARGS='--seconds 60' for less)"
+	echo "make mutants   change one sign, comparison or number at a time where it hurts most, and see which"
+	echo "               tests notice (hours; ARGS='plausibility.py' for one file): docs/mutants.md"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -96,6 +98,14 @@ identification: $(STAMP)
 .PHONY: soak
 soak: $(STAMP)
 	@$(BIN)/python benchmarks/soak.py $(ARGS)
+
+# The mutation tester is for this alone, so it comes here and not with make install.
+.PHONY: mutants
+mutants: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --prefer-binary \
+	  --constraint $(VENV)/constraints.txt --editable '.[mutants]'
+	export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
+	$(BIN)/python -m validation.mutants $(ARGS)
 
 .PHONY: lint
 lint: $(STAMP)

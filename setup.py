@@ -51,6 +51,8 @@ TEST_REQUIREMENTS = [
     'setuptools>=70.1,<80',
     'types-PyYAML>=6.0,<7',
 ]
+# For make mutants alone.
+MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
 
 def version():
@@ -102,7 +104,7 @@ setup(
     data_files=data_files(),
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
-    extras_require={'test': TEST_REQUIREMENTS},
+    extras_require={'test': TEST_REQUIREMENTS, 'mutants': MUTANT_REQUIREMENTS},
     entry_points={
         'console_scripts': [
             f'driver_node = {PACKAGE}.nodes.driver_node:main',

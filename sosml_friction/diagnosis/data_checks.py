@@ -8,15 +8,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
-
-FloatArray = NDArray[np.float64]
 
 #: Shares of samples lost or repeated that are named, and that make data useless. Chosen, no
 #: measurement.

@@ -11,9 +11,7 @@ The rule is stated on the 95 % interval of half width h that the data leave:
 * S and v_s: the profile interval is closed, and its ends differ by a factor of at most 3. That the
   term is there at all is tested by itself.
 
-S and v_s are identifiable together or not at all. The same rule on the interval that an ideal fit
-would have, from the Fisher information of a design, says what a recording can give:
-:func:`expected_reasons`.
+S and v_s are identifiable together or not at all.
 """
 
 from __future__ import annotations
@@ -22,7 +20,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.model.laws import unit_of
 
@@ -114,36 +111,3 @@ def experiment_for(name: str, reach: DataReach) -> str:
     if name == 'coulomb':
         return 'record T1, a speed ladder in both directions with plateaus over a decade of speeds'
     return 'record plateaus in both directions at the same places'
-
-
-def expected_reasons(
-    information: NDArray[np.float64],
-    truth: Mapping[str, float],
-    names: tuple[str, ...],
-    reach: DataReach,
-) -> dict[str, str]:
-    """
-    Return which parameters a design cannot give, and why: by the Cramer-Rao bound, without data.
-
-    :param information: Fisher information (P, P) of ``names``, at the truth.
-    :param truth: parameters of the Stribeck law.
-    """
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    C = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-14) / np.outer(scale, scale)
-    at = DataReach(reach.effort_unit, reach.slowest, reach.fastest, reach.level, truth)
-    result = {}
-    for k, name in enumerate(names):
-        if name not in truth:
-            continue
-        half = 1.96 * float(np.sqrt(C[k, k]))
-        value = truth[name]
-        interval = (value - half, value + half)
-        if name == 'stribeck_velocity':
-            # A velocity is a scale: symmetric in its logarithm.
-            factor = float(np.exp(min(half / value, 300.0)))
-            # Beyond a factor of 10 either way the profile of the knee is flat.
-            interval = (value / factor, value * factor) if factor < 10.0 else (0.0, np.inf)
-        reason = reason_for(name, at, interval)
-        if reason:
-            result[name] = reason
-    return result

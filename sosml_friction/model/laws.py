@@ -16,8 +16,6 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import TERMS
 
-FloatArray = NDArray[np.float64]
-
 #: Between the terms of a law that has no name of its own.
 JOINED = '+'
 

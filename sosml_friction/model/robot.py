@@ -140,10 +140,6 @@ class Robot:
             return p, drift, np.array(M)
         return p[self._order], drift[self._order], M[np.ix_(self._order, self._order)]
 
-    def momentum_rows(self, q: FloatArray) -> FloatArray:
-        """Return |row of M(q)| per joint, (n,): how encoder noise enters the momentum."""
-        return np.linalg.norm(self.inertia(q), axis=1)
-
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
         """Return q'' under the net effort ``tau`` (actuator minus friction), (n,)."""
         a = pinocchio.aba(self._model, self._data, self._in(q), self._in(v), self._in(tau))

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
@@ -15,8 +14,6 @@ from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.observers.search_space import Gains
-
-FloatArray = NDArray[np.float64]
 
 #: Bandwidth [rad/s] where none is given: settles in 0.1 s, well inside a plateau's trim.
 BANDWIDTH = 40.0

@@ -8,11 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.motion.reference import Reference
-
-FloatArray = NDArray[np.float64]
 
 #: About which joint 1 moves, and where joint 2 is held [rad].
 POSTURE = np.deg2rad([-50.0, 65.0])

@@ -10,7 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.laws import FRICTION_LAWS, make_friction_law, unit_of
+from sosml_friction.model.laws import (
+    FRICTION_LAWS,
+    law_definition,
+    law_of,
+    make_friction_law,
+    unit_of,
+)
 from sosml_friction.model.smooth_sign import smooth_sign
 
 positive = st.floats(1e-4, 1e2)
@@ -84,6 +90,49 @@ def test_breakaway_is_coulomb_plus_stribeck():
     assert law.torque(0.03) == pytest.approx(0.8 + 0.5 / np.e + 0.35 * 0.03 + 0.1, rel=1e-15)
 
 
+@pytest.mark.parametrize('way', ['', '_asymmetric'])
+@pytest.mark.parametrize(('name', 'exponent'), [('stribeck', 1.0), ('stribeck_gaussian', 2.0)])
+def test_the_extra_friction_fades_as_the_name_of_the_law_says(name, exponent, way):
+    """At twice the Stribeck velocity, where exp(-2) is not exp(-2^2)."""
+    values = dict.fromkeys(FRICTION_LAWS[name + way].parameter_names, 0.0)
+    law = make_friction_law(
+        name + way, {**values, 'stribeck': 0.5, 'stribeck_velocity': 0.03}, 0.0
+    )
+    assert law.torque(0.06) == pytest.approx(0.5 * np.exp(-(2.0**exponent)), rel=1e-12)
+
+
+@pytest.mark.parametrize('name', FRICTION_LAWS)
+def test_terms_are_the_law_whose_fixed_numbers_they_have(name):
+    law = FRICTION_LAWS[name]
+    assert law_of(law.terms[::-1], law.fixed) is law
+    if law.fixed:
+        free = law_of(law.terms, {'exponent': 1.5})
+        assert (free.identifier, free.fixed) == ('+'.join(law.terms), {})
+        assert 'exponent' in free.parameter_names
+
+
+def test_terms_that_are_no_law_are_joined_and_one_is_told_from_the_law_of_its_name():
+    assert law_of(['viscous', 'bias', 'viscous'], {}).identifier == 'viscous+bias'
+    alone = law_of(['stribeck'], {})
+    assert (alone.identifier, alone.terms) == ('stribeck+', ('stribeck',))
+    for law in (law_of(['viscous', 'bias'], {}), alone):
+        assert law_definition(law.identifier) == law
+
+
+@pytest.mark.parametrize('name', ['', '+', 'coulomb+no_such_term', 'gravity'])
+def test_what_is_no_law_is_refused_with_the_laws_and_the_terms(name):
+    with pytest.raises(
+        ConfigurationError, match=r'use one of coulomb_viscous, .* joined by \+, of'
+    ):
+        law_definition(name)
+
+
+def test_a_law_knows_the_units_of_amplitudes_and_inner_parameters():
+    law = FRICTION_LAWS['stribeck']
+    assert law.unit('viscous', 'N') == 'N s/m'
+    assert law.unit('stribeck_velocity', 'Nm') == 'rad/s'
+
+
 def test_a_law_answers_in_the_shape_it_is_asked():
     law = make_friction_law('coulomb_viscous', {'coulomb': 1, 'viscous': 2, 'bias': 0}, 0.0)
     v = np.array([[-1.0, 0.0], [0.5, 2.0]])
@@ -124,6 +173,7 @@ KNEE = {'stribeck': 1.0, 'stribeck_velocity': 0.1}
         ('coulomb_viscous', {**GOOD, **KNEE}, 0.0, "unknown ['stribeck', 'stribeck_velocity']"),
         ('coulomb_viscous', GOOD, -1.0, 'smoothing_velocity'),
         ('coulomb_viscous', GOOD, float('nan'), 'smoothing_velocity'),
+        ('coulomb_viscous', GOOD, float('inf'), 'smoothing_velocity'),
         ('coulomb_viscous', {**GOOD, 'viscous': float('nan')}, 0.0, 'viscous'),
         ('stribeck', {**GOOD, **KNEE, 'stribeck_velocity': 0.0}, 0.0, 'must be positive'),
         ('stribeck', {**GOOD, **KNEE, 'stribeck_velocity': -0.1}, 0.0, 'must be positive'),

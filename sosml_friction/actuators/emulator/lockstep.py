@@ -12,7 +12,6 @@ from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample
-from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator, hanging_position
 from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
 from sosml_friction.actuators.emulator.options import EmulatorOptions
@@ -20,7 +19,6 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.share import share_directory
 
 
@@ -142,38 +140,3 @@ def samples_to_log(names: tuple[str, ...], samples: list[JointSample]) -> JointL
         v=np.array([sample.v for sample in samples]).reshape(-1, n),
         tau=np.array([sample.tau for sample in samples]).reshape(-1, n),
     )
-
-
-def run_lockstep(
-    trajectory: Trajectory,
-    emulator: ExoskeletonEmulator,
-    configuration: DriverConfiguration | None = None,
-    robot: Robot | None = None,
-    *,
-    settle: float = 0.1,
-) -> JointLog:
-    """
-    Execute ``trajectory`` with the real driver core, codecs and emulator; return what it measured.
-
-    The driver is configured, runs ``settle`` [s] released, is enabled, follows the trajectory,
-    holds for ``settle`` and shuts down. The log has every sample from the enabling to the end of
-    the hold: exactly what the driver node would publish, stamped in emulated time.
-
-    :param configuration: the driver's, that of ``config/exoskeleton.yaml`` if None.
-    :param robot: the nominal model, that of ``config/exoskeleton`` if None.
-    :raises ActuatorError: if the driver refuses or faults.
-    :raises TrajectoryError: if the trajectory is refused.
-    """
-    with Lockstep(emulator, configuration, robot) as lockstep:
-        driver = lockstep.driver
-        driver.configure()
-        lockstep.run(settle)
-        driver.enable()
-        first = len(lockstep.samples)
-        driver.follow(trajectory)
-        lockstep.run_while(lambda: driver.trajectory_running, trajectory.duration + 1.0)
-        lockstep.run(settle)
-        report = driver.report()
-        if report.state is not DriverState.ENABLED:
-            raise ActuatorError(report.reason)
-    return lockstep.log(first)

@@ -24,7 +24,6 @@ from sosml_friction.actuators.rmd_x.configuration import (
     RmdXConfiguration,
 )
 from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
-from sosml_friction.actuators.rmd_x.motion_mode import MOTION_REQUEST_BASE
 from sosml_friction.actuators.rmd_x.motor import RmdXMotor
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.actuators.rmd_x.scan import scan_motors
@@ -106,7 +105,7 @@ class RmdXActuator(RmdXMotor):
 
     def request(self, message: rmd_x.Request, patience_ns: int = 0) -> Request:
         """Return the frame that says ``message`` to this motor, and the key of its reply."""
-        frame = rmd_x.encode_request(self._id, message, self.protocol or Protocol.V3)
+        frame = rmd_x.encode_request(self._id, message)
         return Request(frame, (self.reply_id, int(message.command)), patience_ns)
 
     @classmethod
@@ -131,7 +130,7 @@ class RmdXActuator(RmdXMotor):
             {
                 rmd_x.REQUEST_BASE + self._id,
                 rmd_x.BROADCAST_ID,
-                MOTION_REQUEST_BASE + self._id,
+                rmd_x.MOTION_REQUEST_BASE + self._id,
             }
         )
 

@@ -4,9 +4,8 @@
 The RMD-X motor protocol: bytes to physical values and back, no input or output.
 
 11-bit identifiers: the host sends to 0x140 + id (0x280 for all motors), the motor answers from
-0x240 + id. Layouts that depend on the firmware take a :class:`Protocol`. The messages can be had
-from here. The motion mode (0x400 + id) is in :mod:`~sosml_friction.actuators.rmd_x.motion_mode`,
-the identifiers themselves (0x300) in :mod:`~sosml_friction.actuators.rmd_x.identifier`.
+0x240 + id. Replies that depend on the firmware take a :class:`Protocol`. The messages can be had
+from here.
 """
 
 from __future__ import annotations
@@ -27,39 +26,32 @@ from sosml_friction.exceptions import CanProtocolError
 REQUEST_BASE = 0x140
 REPLY_BASE = 0x240
 BROADCAST_ID = 0x280
+MOTION_REQUEST_BASE = 0x400
+"""Of the motion mode, which is not coded."""
 MOTOR_IDS = range(1, 33)
 
 Request = Message
 Reply = Message
 
 
-def encode_request(motor_id: int, request: Request, protocol: Protocol = Protocol.V3) -> Frame:
+def encode_request(motor_id: int, request: Request) -> Frame:
     """
     Return the frame the host sends.
 
-    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or the protocol has no
-        such request.
+    :raises CanProtocolError: if the id is not 1..32, a value is not finite, or ``request`` is a
+        reply.
     """
-    return Frame(REQUEST_BASE + checked_id(motor_id), _pack(request, REQUESTS, protocol))
+    return Frame(REQUEST_BASE + checked_id(motor_id), _pack(request, REQUESTS, 'request'))
 
 
-def encode_broadcast(request: Request, protocol: Protocol = Protocol.V3) -> Frame:
-    """
-    Return the frame for every motor at once (0x280); each answers from its own identifier.
-
-    :raises CanProtocolError: as :func:`encode_request`.
-    """
-    return Frame(BROADCAST_ID, _pack(request, REQUESTS, protocol))
-
-
-def decode_request(frame: Frame, protocol: Protocol = Protocol.V3) -> tuple[int, Request]:
+def decode_request(frame: Frame) -> tuple[int, Request]:
     """
     Return the motor's id, 0 for all of them, and what it is asked.
 
     :raises CanProtocolError: if the frame is none of the requests.
     """
     motor_id = 0 if frame.can_id == BROADCAST_ID else _id_of(frame, REQUEST_BASE)
-    return motor_id, _unpack(frame, REQUESTS[protocol], 'asks')
+    return motor_id, _unpack(frame, REQUESTS, 'asks')
 
 
 def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) -> Frame:
@@ -69,7 +61,10 @@ def encode_reply(motor_id: int, reply: Reply, protocol: Protocol = Protocol.V3) 
     :raises CanProtocolError: if the id is not 1..32, a value is not finite, or the protocol has no
         such reply.
     """
-    return Frame(REPLY_BASE + checked_id(motor_id), _pack(reply, REPLIES, protocol))
+    return Frame(
+        REPLY_BASE + checked_id(motor_id),
+        _pack(reply, REPLIES[protocol], f'reply of {protocol.value}'),
+    )
 
 
 def decode_reply(frame: Frame, protocol: Protocol = Protocol.V3) -> tuple[int, Reply]:
@@ -92,14 +87,10 @@ def checked_id(motor_id: int) -> int:
     return motor_id
 
 
-def _pack(
-    message: Message, kinds: Mapping[Protocol, Mapping[int, type[Message]]], protocol: Protocol
-) -> bytes:
-    # A command byte may stand for another message in another protocol, or for one of several.
-    if type(message) not in kinds[protocol].values():
-        raise CanProtocolError(
-            f'{type(message).__name__} does not exist in the protocol {protocol.value}'
-        )
+def _pack(message: Message, kinds: Mapping[int, type[Message]], what: str) -> bytes:
+    # A command byte may stand for another message in another protocol.
+    if type(message) not in kinds.values():
+        raise CanProtocolError(f'{type(message).__name__} is no {what}')
     return message.pack()
 
 

@@ -72,7 +72,8 @@ class EmulatedRmdX(EmulatedActuator):
     off.
 
     Not modelled: motion mode (0x400), gains, accelerations and limits set over CAN, active replies
-    (0xB6), a brake that holds, torque ripple, backlash, voltage sag and saturation.
+    (0xB6), a brake that holds, torque ripple, backlash, voltage sag and saturation. What the codec
+    has no message for is not answered.
     """
 
     options_type = RmdXOptions
@@ -150,7 +151,7 @@ class EmulatedRmdX(EmulatedActuator):
         if tripped and self._options.timeout_echo:
             return Frame(rmd_x.REPLY_BASE + self._id, frame.data)
         try:
-            _, request = rmd_x.decode_request(frame, self._protocol)
+            _, request = rmd_x.decode_request(frame)
             reply = self._act(request, q, v) or self._answer(request, t_ns, q, v)
             return None if reply is None else rmd_x.encode_reply(self._id, reply, self._protocol)
         except CanProtocolError:
@@ -190,8 +191,6 @@ class EmulatedRmdX(EmulatedActuator):
             return request
         elif isinstance(request, rmd_x.SetTimeout):
             self._timeout_ns = request.milliseconds * 1_000_000
-            return request
-        elif isinstance(request, rmd_x.Function):
             return request
         else:
             return None

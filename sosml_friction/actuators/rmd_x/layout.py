@@ -71,7 +71,7 @@ class Layout:
 
 def _range(code: str) -> range:
     """Return what a place holds; nothing where it is no integer."""
-    if code in 'fs':
+    if code == 's':
         return range(0)
     bits = 8 * struct.calcsize(f'<{code}')
     return range(-(1 << (bits - 1)), 1 << (bits - 1)) if code.islower() else range(1 << bits)
@@ -146,50 +146,19 @@ def _angle(count: int) -> float:
     return math.radians(count / 100.0)
 
 
-def _angle_in_turn(count: int) -> float:
-    if count > 35999:
-        raise CanProtocolError(f'0xA6 asks for {count} hundredths of a degree within a turn')
-    return _angle(count)
-
-
-def _bitrate(bitrate: int, _: range) -> int:
-    if bitrate not in (500_000, 1_000_000):
-        raise CanProtocolError(
-            f'bit rate {bitrate} cannot be set: an RMD-X has 500000 and 1000000 bit/s'
-        )
-    return int(bitrate == 1_000_000)
-
-
-def _bitrate_of(count: int) -> int:
-    if count > 1:
-        raise CanProtocolError(f'0xB4 has the unknown bit rate {count}')
-    return 1_000_000 if count else 500_000
-
-
 def _mode_of(count: int) -> ControlMode:
     if count not in list(ControlMode):
         raise CanProtocolError(f'the motor is in the unknown mode {count}')
     return ControlMode(count)
 
 
-def _float32(value: float, _: range) -> float:
-    if not math.isfinite(value) or abs(value) > 3.4e38:
-        raise CanProtocolError(f'the gain {value} cannot be sent: it is no float32')
-    return value
-
-
 ANGLE = scaled(ANGLE_RESOLUTION, _angle)
-ANGLE_IN_TURN = Coding(lambda x, span: min(ANGLE.encode(x, span), 35999), _angle_in_turn)
 CURRENT = scaled(CURRENT_RESOLUTION, lambda count: count / 100.0)
 DEGREES = scaled(DEGREE, lambda count: count * DEGREE)
-PERIOD = scaled(0.01, lambda count: count / 100.0)
 TEMPERATURE = scaled(1.0, int)
 TENTHS = scaled(0.1, lambda count: count / 10.0)
 # To the motor 0 is no limit.
 MAX_SPEED = Coding(_max_speed, lambda count: count * DEGREE if count else math.inf)
 SWITCH = Coding(lambda on, _: int(on), lambda count: count != 0)
-INVERSE_SWITCH = Coding(lambda on, _: int(not on), lambda count: count == 0)
 ERRORS = Coding(lambda errors, _: int(errors) & 0xFFFF, ErrorFlag)
 MODE = Coding(lambda mode, _: int(mode), _mode_of)
-BITRATE = Coding(_bitrate, _bitrate_of)
-FLOAT32 = Coding(_float32, float)

@@ -12,7 +12,9 @@ What the wire can carry (unit here, counts there): angle 0.01 degree int32, curr
 speed command 0.01 degree/s int32, angle and speed of the standard reply 1 degree and 1 degree/s
 int16, voltage 0.1 V uint16. Values are rounded to the nearest count and saturated.
 
-Not coded: 0x9B (gone since V3), 0xA3 and 0xA5 (V3.4 to V3.6 only), 0xC0 and 0xC1 (undocumented).
+Not coded, as nothing here sends it: the motion mode (0x400 + id), gains and accelerations (0x30
+to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), positions and encoder values
+within a turn (0xA6, 0x90), writing the zero (0x63, 0x64), and unasked replies (0xB6).
 """
 
 from __future__ import annotations
@@ -23,7 +25,6 @@ from typing import Any, ClassVar, dataclass_transform, get_type_hints
 
 from sosml_friction.actuators.rmd_x.commands import Command
 from sosml_friction.actuators.rmd_x.layout import Layout
-from sosml_friction.actuators.rmd_x.protocol import Protocol
 
 
 @dataclass_transform(frozen_default=True)
@@ -77,14 +78,3 @@ def bare(name: str, command: Command) -> type[Message]:
 def by_command(*kinds: type[Message]) -> dict[int, type[Message]]:
     """Return messages by their byte 0."""
     return {int(kind.command): kind for kind in kinds}
-
-
-def by_protocol(
-    common: dict[int, type[Message]],
-    until_v4_1: tuple[type[Message], ...],
-    v4_2: tuple[type[Message], ...],
-    v4_4: tuple[type[Message], ...],
-) -> dict[Protocol, dict[int, type[Message]]]:
-    """Return the messages of each variant: those of all and its own."""
-    own = zip(Protocol, (until_v4_1, v4_2, v4_4), strict=True)
-    return {protocol: {**common, **by_command(*kinds)} for protocol, kinds in own}

@@ -18,9 +18,8 @@ class Protocol(Enum):
     """
     A layout of frames.
 
-    ``V3``: V3.x to V4.1, six gains of 8 bits in one frame. ``V4_2``: V4.2 and V4.3, one gain as a
-    float32. ``V4_4``: as V4.2, with other ranges of the motion mode, the MOS temperature in 0x9A
-    and the model in blocks of five characters.
+    ``V3``: V3.x to V4.1. ``V4_2``: V4.2 and V4.3, which differ from it only in gains, not used
+    here. ``V4_4``: the MOS temperature in 0x9A and the model in blocks of five characters.
     """
 
     V3 = 'V3.x to V4.1'

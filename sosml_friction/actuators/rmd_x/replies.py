@@ -8,24 +8,14 @@ from typing import Annotated
 
 from sosml_friction.actuators.rmd_x import layout as wire
 from sosml_friction.actuators.rmd_x.commands import (
-    ENCODER_COMMANDS,
     MOTION_COMMANDS,
     Command,
     ControlMode,
     ErrorFlag,
 )
-from sosml_friction.actuators.rmd_x.message import Message, bare, by_command, by_protocol
-from sosml_friction.actuators.rmd_x.requests import (
-    ECHOED,
-    Acceleration,
-    Gain,
-    Gains,
-    SetAcceleration,
-    SetGain,
-    SetGains,
-    StoreGain,
-    StoreGains,
-)
+from sosml_friction.actuators.rmd_x.message import Message, bare, by_command
+from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.actuators.rmd_x.requests import ECHOED
 
 
 class Motion(
@@ -50,15 +40,6 @@ class Motion(
     )
 
 
-class SingleTurnMotion(Message, command=Command.SINGLE_TURN_POSITION, places='BbhhH'):
-    """The reply to 0xA6: as :class:`Motion`, with the encoder [counts] in place of the angle."""
-
-    temperature: Annotated[int, wire.TEMPERATURE]
-    current: Annotated[float, wire.CURRENT]
-    speed: Annotated[float, wire.DEGREES]
-    encoder: Annotated[int, wire.whole('encoder')]
-
-
 class Angle(Message, command=Command.ANGLE, places='B3xi'):
     """The reply to 0x92: multi-turn ``angle`` of the output shaft [rad], in 0.01 degree."""
 
@@ -71,21 +52,10 @@ class SingleTurnAngle(Message, command=Command.SINGLE_TURN_ANGLE, places='B5xH')
     angle: Annotated[float, wire.ANGLE]
 
 
-class Encoder(Message, command=Command.ENCODER, places='B3xi', sequence=('of', 'counts')):
-    """The reply to 0x60 to 0x64, of which ``of`` is one: encoder ``counts``."""
+class Encoder(Message, command=Command.ENCODER, places='B3xi'):
+    """The reply to 0x60: encoder ``counts``, from its zero."""
 
     counts: Annotated[int, wire.whole('encoder')]
-    of: Annotated[Command, wire.answered_command(ENCODER_COMMANDS, 'encoder counts')] = (
-        Command.ENCODER
-    )
-
-
-class SingleTurnEncoder(Message, command=Command.SINGLE_TURN_ENCODER, places='Bx3H'):
-    """The reply to 0x90: ``position``, ``raw`` and ``offset`` [counts], 0 to 65535."""
-
-    position: Annotated[int, wire.whole('encoder')]
-    raw: Annotated[int, wire.whole('encoder')]
-    offset: Annotated[int, wire.whole('encoder')]
 
 
 class Status(
@@ -164,16 +134,15 @@ TimeoutExpired = bare('TimeoutExpired', Command.TIMEOUT_EXPIRED)
 """0xF1, unasked, about once a second: the motor's watchdog has switched its output off."""
 
 
-REPLIES = by_protocol(
-    {
-        **by_command(
-            *ECHOED, Angle, SingleTurnAngle, SingleTurnEncoder, Status, PhaseCurrents, Mode, Power,
-            Uptime, Version, SingleTurnMotion, Acceleration, SetAcceleration, TimeoutExpired,
-        ),
-        **{int(command): Motion for command in MOTION_COMMANDS},
-        **{int(command): Encoder for command in ENCODER_COMMANDS},
-    },
-    (SetGains, StoreGains, Gains, Model),
-    (SetGain, StoreGain, Gain, Model),
-    (SetGain, StoreGain, Gain, ModelBlock),
-)  # fmt: skip
+_COMMON = {
+    **by_command(
+        *ECHOED, Angle, SingleTurnAngle, Encoder, Status, PhaseCurrents, Mode, Power, Uptime,
+        Version, Model, TimeoutExpired,
+    ),
+    **{int(command): Motion for command in MOTION_COMMANDS},
+}  # fmt: skip
+REPLIES = {
+    Protocol.V3: _COMMON,
+    Protocol.V4_2: _COMMON,
+    Protocol.V4_4: {**_COMMON, **by_command(ModelBlock)},
+}

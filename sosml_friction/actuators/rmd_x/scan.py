@@ -58,7 +58,7 @@ def _describe(inquiry: Inquiry, motor: int, rounds: list[list[Frame]], kind: str
         found.remarks.append('its communication timeout had tripped')
     # While the others were waited for, its timeout may have passed again.
     dates = [date for replies in rounds for date in _dates(replies)] or _dates(
-        _ask_one(inquiry, motor, rmd_x.ReadVersion(), Protocol.V3)
+        _ask_one(inquiry, motor, rmd_x.ReadVersion())
     )
     if not dates:
         found.remarks.append('answers with an echo only')
@@ -70,7 +70,7 @@ def _describe(inquiry: Inquiry, motor: int, rounds: list[list[Frame]], kind: str
         found.remarks.append(str(error))
         return found
     found.model = _model(inquiry, motor, protocol)
-    for frame in _ask_one(inquiry, motor, rmd_x.ReadStatus(), protocol):
+    for frame in _ask_one(inquiry, motor, rmd_x.ReadStatus()):
         try:
             _, status = rmd_x.decode_reply(frame, protocol)
         except CanProtocolError as error:
@@ -87,7 +87,7 @@ def _model(inquiry: Inquiry, motor: int, protocol: Protocol) -> str | None:
     blocks = range(1, _BLOCKS + 1) if protocol is Protocol.V4_4 else (0,)
     text = ''
     for block in blocks:
-        for frame in _ask_one(inquiry, motor, rmd_x.ReadModel(block), protocol)[:1]:
+        for frame in _ask_one(inquiry, motor, rmd_x.ReadModel(block))[:1]:
             try:
                 _, reply = rmd_x.decode_reply(frame, protocol)
             except CanProtocolError:
@@ -99,10 +99,8 @@ def _model(inquiry: Inquiry, motor: int, protocol: Protocol) -> str | None:
     return text or None
 
 
-def _ask_one(
-    inquiry: Inquiry, motor: int, request: rmd_x.Request, protocol: Protocol
-) -> list[Frame]:
-    frame = rmd_x.encode_request(motor, request, protocol)
+def _ask_one(inquiry: Inquiry, motor: int, request: rmd_x.Request) -> list[Frame]:
+    frame = rmd_x.encode_request(motor, request)
     replies: list[Frame] = []
     for _ in range(_ATTEMPTS):
         replies = inquiry.ask({rmd_x.REPLY_BASE + motor: frame}, _answers)

@@ -8,13 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: An impossible candidate masks a possible one if it explains more than this many times as much,
 #: and leaves less than this share of the possible one's gain beside it. Chosen, no measurement.

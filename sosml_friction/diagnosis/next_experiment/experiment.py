@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.decision.cause import Cause
@@ -31,8 +30,6 @@ from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.signals import Signals, make_signals
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Log-likelihood by which the right cause has to lead: odds of exp(10) = 22 000 to 1.
 NEEDED = 10.0

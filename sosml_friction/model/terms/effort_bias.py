@@ -14,8 +14,6 @@ from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-FloatArray = NDArray[np.float64]
-
 
 class EffortBias(MeasurementTerm):
     """Add bias: an offset of the current sensor."""

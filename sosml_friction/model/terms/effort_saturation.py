@@ -15,8 +15,6 @@ from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
-FloatArray = NDArray[np.float64]
-
 
 class EffortSaturation(MeasurementTerm):
     """

@@ -14,9 +14,6 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.term import Inner
 
-FloatArray = NDArray[np.float64]
-
-
 _MASS = 'hang a known mass on the arm and record again: a wrong torque constant scales it'
 
 

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
@@ -16,8 +15,6 @@ from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
 
 
 class GravityTilt(BodyTerm):

@@ -7,9 +7,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.model.terms.kinds.term import Inner
@@ -18,8 +15,6 @@ from sosml_friction.model.terms.kinds.transmission_term import (
     gear_of,
     resonances,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class JointElasticity(TransmissionTerm):

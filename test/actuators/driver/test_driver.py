@@ -9,11 +9,11 @@ import math
 import can
 import numpy as np
 import pytest
+from lockstep_run import run_lockstep
 from quiet_emulator import moving
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.driver.report import DriverState
-from sosml_friction.actuators.emulator.lockstep import run_lockstep
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import ServoFlag

@@ -50,3 +50,25 @@ def test_what_is_not_finite_stays_so():
 def test_without_a_margin_the_effort_ends_at_the_limit():
     stop = SoftStop(LIMITS, np.array([8.0, 4.0]), np.zeros(2), 5.0, 0.0)
     assert stop.limit(np.array([8.0, 0.0]), np.array([1.001, 0.0]), ZERO)[0] == 0.0
+    # Another joint at its limit itself is not beyond it.
+    tau = stop.limit(np.array([8.0, 4.0]), np.array([1.001, 2.0]), ZERO)
+    np.testing.assert_array_equal(tau, [0.0, 4.0])
+
+
+@pytest.mark.parametrize('way', [1.0, -1.0])
+@pytest.mark.parametrize('v', [0.5, -0.5])
+def test_a_joint_inside_its_limits_is_left_alone_while_another_is_beyond(way, v):
+    stop = SoftStop(LIMITS, np.array([8.0, 4.0]), np.array([12.0, 12.0]), 5.0, 0.1)
+    tau = stop.limit(
+        np.array([-3.0 * way, 100.0 * way]), np.array([1.05 * way, 0.5]), np.array([0.0, v])
+    )
+    np.testing.assert_array_equal(tau, [-3.0 * way, 100.0 * way])
+
+
+@pytest.mark.parametrize('way', [1.0, -1.0])
+def test_far_beyond_the_margin_no_effort_outward_is_left_and_the_damping_is_whole(way):
+    q = np.array([1.2 * way, 0.0])
+    for tau, left in ((8.0, 0.0), (-3.0, -3.0)):
+        assert STOP.limit(np.array([tau * way, 0.0]), q, ZERO)[0] == left * way
+    moving = STOP.limit(np.array([-3.0 * way, 0.0]), q, np.array([0.5 * way, 0.0]))
+    assert moving[0] == pytest.approx((-3.0 - 12.0 * 0.5) * way)
