@@ -72,3 +72,5 @@ def test_far_beyond_the_margin_no_effort_outward_is_left_and_the_damping_is_whol
         assert STOP.limit(np.array([tau * way, 0.0]), q, ZERO)[0] == left * way
     moving = STOP.limit(np.array([-3.0 * way, 0.0]), q, np.array([0.5 * way, 0.0]))
     assert moving[0] == pytest.approx((-3.0 - 12.0 * 0.5) * way)
+    # On its way back in it is not damped.
+    assert STOP.limit(np.array([-3.0 * way, 0.0]), q, np.array([-0.5 * way, 0.0]))[0] == -3.0 * way
