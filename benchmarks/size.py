@@ -38,10 +38,10 @@ def code_lines(tree: ast.Module, text: str) -> dict[int, str]:
     lines = dict(enumerate(text.splitlines(), 1))
     for node in ast.walk(tree):
         body = getattr(node, 'body', None)
-        if isinstance(body, list) and body and isinstance(body[0], ast.Expr):
-            if isinstance(body[0].value, ast.Constant):
-                for number in range(body[0].lineno, body[0].end_lineno + 1):
-                    lines.pop(number, None)
+        first = body[0] if isinstance(body, list) and body else None
+        if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+            for number in range(first.lineno, first.end_lineno + 1):
+                lines.pop(number, None)
     return {k: x for k, x in lines.items() if x.strip() and not x.strip().startswith('#')}
 
 
