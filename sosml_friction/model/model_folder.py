@@ -252,6 +252,13 @@ def parse_model(text: str, where: str) -> RobotModelFile:
         parse, key, kind = _parse_joint_1, 'effects', 'effect'
     else:
         parse, key, kind = _parse_joint, 'terms', 'term'
+        known = ('format', 'name', 'urdf', 'joints', 'terms', 'provenance')
+        unknown = sorted(map(str, set(document) - set(known)))
+        if unknown:
+            raise ConfigurationError(
+                f'{where} has an unknown entry {unknown[0]}: remove it, or use one of '
+                f'{", ".join(known)}'
+            )
     joints = {str(name): parse(entry, f'{where}: {name}') for name, entry in entries.items()}
     provenance = document.get('provenance') or {}
     if not isinstance(provenance, dict):

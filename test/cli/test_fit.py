@@ -103,13 +103,13 @@ def test_fit_with_a_truth_shows_it(sosml, slider_bag, slider_fit, tmp_path):
 
 
 def test_a_joint_with_effort_that_cannot_be_fitted_is_a_no(sosml, slider_bag, monkeypatch):
-    from sosml_friction.identification import bag_analysis
+    from sosml_friction.identification import log_analysis
     from sosml_friction.identification.friction_fit import FrictionFit
 
     def without_slider(*_):
         return FrictionFit({}, {}, {'slider': 'the joint moved in one direction only'})
 
-    monkeypatch.setattr(bag_analysis, 'fit_friction', without_slider)
+    monkeypatch.setattr(log_analysis, 'fit_friction', without_slider)
     code, out, _ = sosml('fit', slider_bag, '--method', 'segments')
     assert code == 1
     assert 'one direction only' in out
@@ -174,7 +174,7 @@ def test_a_bandwidth_that_cannot_be_is_refused(refused, slider_bag, bandwidth):
     assert 'bandwidth' in refused('fit', slider_bag, f'--bandwidth={bandwidth}')
 
 
-@pytest.mark.parametrize('stage', ['analyse_bag', 'write_report'])
+@pytest.mark.parametrize('stage', ['analyse_bag', 'write_result'])
 def test_ctrl_c_ends_with_130_and_nothing_half_written(
     sosml, slider_bag, tmp_path, monkeypatch, stage
 ):

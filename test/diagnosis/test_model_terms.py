@@ -40,14 +40,15 @@ def test_gravity_under_its_own_vector_is_gravity_and_the_model_keeps_it(seven_jo
 @pytest.mark.parametrize(
     ('entry', 'what'),
     [
-        ('effects: {a: 1}', 'no list'),
-        ('effects: [{effect: stribeck}]', 'effect, joint and parameters'),
-        ('effects: [{effect: spring, joint: knee, parameters: {}}]', 'knee'),
-        ('effects: [{effect: spring, joint: elbow, parameters: 3}]', 'no mapping'),
-        ('effects: [{effect: spring, joint: elbow, parameters: {k: 3}}]', 'value: NUMBER'),
+        ('terms: {a: 1}', 'no list'),
+        ('terms: [{term: stribeck}]', 'term, joint and parameters'),
+        ('terms: [{term: spring, joint: knee, parameters: {}}]', 'knee'),
+        ('terms: [{term: spring, joint: elbow, parameters: 3}]', 'no mapping'),
+        ('terms: [{term: spring, joint: elbow, parameters: {k: 3}}]', 'value: NUMBER'),
+        ('effects: []', 'unknown entry effects'),
     ],
 )
-def test_a_wrong_list_of_effects_is_refused_in_one_sentence(entry, what):
+def test_a_wrong_list_of_terms_is_refused_in_one_sentence(entry, what):
     text = (share_directory() / 'config/exoskeleton/model.yaml').read_text() + '\n' + entry
     with pytest.raises(ConfigurationError, match=what):
         parse_model(text, 'model.yaml')

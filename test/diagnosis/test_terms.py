@@ -130,6 +130,12 @@ def test_a_model_folder_holds_the_effect_and_the_signals_have_it(signals, name, 
     model = replace(nominal_model(), effects=(EffectTerm(name, where, parameters),))
     model.write(tmp_path)
     model = read_model(tmp_path)
+    if effect.of_law and 'change' not in parameters:  # Then it is in the joint's law.
+        friction = model.joints['shoulder'].friction
+        assert friction is not None
+        values = [friction.parameters[key].value for key in (*effect.amplitudes, *effect.inner)]
+        assert values == pytest.approx([*amplitude, *inner.values()])
+        return
     (found,) = known_terms(model)
     assert (found.term.identifier, found.joint, found.inner) == (name, 0, inner)
     assert found.amplitude == pytest.approx(amplitude)

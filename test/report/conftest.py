@@ -25,6 +25,7 @@ from sosml_friction.identification.several.consolidation import (
     Consolidation,
     consolidate,
 )
+from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -133,6 +134,13 @@ def diagnosis() -> Diagnosis:
     """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
     log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
     return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
+
+
+@pytest.fixture(scope='session')
+def fitted_terms() -> TermFit:
+    """Return Coulomb and viscous friction fitted to the slider."""
+    log = slider_recording(lambda v: 0.0 * v, seed=1)
+    return fit_terms([log], slider_model(), ['m1'])
 
 
 @pytest.fixture(scope='session')

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common import figure as module
 from sosml_friction.report.common.figure import REPORTS, Figure, figures, figures_of
 from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJoint
@@ -28,7 +29,7 @@ def forgotten(monkeypatch):
 
 
 @pytest.fixture
-def views(analysis, truth, bags, diagnosis, tiny_study, simulated):
+def views(analysis, truth, bags, diagnosis, tiny_study, simulated, fitted_terms):
     """Return by report something of each kind that its figures draw."""
     view = joint_views(analysis, truth)[0]
     entry = model_entry(bags.consolidation, 'shoulder')
@@ -39,6 +40,7 @@ def views(analysis, truth, bags, diagnosis, tiny_study, simulated):
         'diagnosis': [*joint_residuals(diagnosis), diagnosis],
         'study': [tiny_study],
         'simulation': [SimulatedJoint(simulated, 0)],
+        'terms': along_axis(fitted_terms, fitted_terms.terms[0]),
     }
 
 
