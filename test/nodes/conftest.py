@@ -31,6 +31,9 @@ SHARED = Path(__file__).resolve().parents[1] / 'shared'
 #: A condition that has not come true by then never will; no test judges how long it took.
 PATIENCE = 60.0
 
+# The longest a node here takes to answer is the second of a failed CAN start-up. [s]
+REPLY_PATIENCE = 5.0
+
 
 @pytest.fixture(scope='session', autouse=True)
 def compiled() -> None:
@@ -90,6 +93,7 @@ class Ros:
         self.node = rclpy.create_node('test', context=self.context)
         self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
+        self._clients: dict[str, Any] = {}
 
     def spin_until(self, condition: Callable[[], Any], patience: float = PATIENCE) -> None:
         """Handle messages until ``condition()`` holds; fail the test if it never does."""
@@ -98,13 +102,32 @@ class Ros:
             assert time.monotonic() < end, 'the condition did not come true'
             self.executor.spin_once(timeout_sec=0.05)
 
-    def call(self, kind: Any, name: str, request: Any = None) -> Any:
-        """Call a service once it is there and return its response."""
-        client = self.node.create_client(kind, name)
+    def call(
+        self, kind: Any, name: str, request: Any = None, done: Callable[[], bool] = lambda: False
+    ) -> Any:
+        """
+        Call a service once it is there and return its response.
+
+        DDS loses the response to a client that a busy node has not discovered yet, so the
+        request is sent again where none comes: a service that would refuse it the second time
+        needs ``done``, which tells that the first was obeyed; the response is then None.
+        """
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        client = self._clients[name]
         self.spin_until(client.service_is_ready)
-        future = client.call_async(request or kind.Request())
-        self.spin_until(future.done)
-        return future.result()
+        end = time.monotonic() + PATIENCE
+        while True:
+            assert time.monotonic() < end, f'{name} did not answer'
+            future = client.call_async(request or kind.Request())
+            late = time.monotonic() + REPLY_PATIENCE
+            while not future.done() and time.monotonic() < late:
+                self.executor.spin_once(timeout_sec=0.05)
+            if future.done():
+                return future.result()
+            client.remove_pending_request(future)
+            if done():
+                return None
 
     def collect(self, kind: Any, topic: str, qos: Any, raw: bool = False) -> list[Any]:
         """Return a list that the messages of a topic are appended to, undecoded if ``raw``."""
