@@ -91,6 +91,15 @@ RefitInertiaOption = Annotated[
         'simulated with what was found.',
     ),
 ]
+BodyToleranceOption = Annotated[
+    float | None,
+    typer.Option(
+        metavar='SHARE',
+        help='How far each number of the rigid body (masses, first moments, inertias, rotors) may '
+        'be off, as a share of itself: it is refitted beside friction. 0: the URDF is exact. '
+        'Default: as the data say, which leaves a URDF alone that fits within 3.5 %.',
+    ),
+]
 BandwidthOption = Annotated[
     float | None,
     typer.Option(
@@ -127,6 +136,7 @@ def fit(
     role: RoleOption = None,
     own_bias: OwnBiasOption = None,
     refit_inertia: RefitInertiaOption = False,
+    body_tolerance: BodyToleranceOption = None,
     bandwidth: BandwidthOption = None,
     observers: ObserversOption = None,
     effort_hold: options.EffortHoldOption = None,
@@ -158,7 +168,9 @@ def fit(
 
     wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:
-        _fit_terms(bags, wanted, model, urdf, namespace, out, command_line(context), json)
+        _fit_terms(
+            bags, wanted, model, urdf, namespace, out, command_line(context), json, body_tolerance
+        )
         return
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
@@ -172,6 +184,7 @@ def fit(
         segments=SegmentSettings(**segments),
         refit_inertia=refit_inertia,
         form=LawForm(law, symmetric, alpha),
+        body_tolerance=body_tolerance,
     )
     with progress(f'reading and fitting {bags[0]}') as step:
         outcome = run_fit(
@@ -199,6 +212,7 @@ def _fit_terms(
     out: Path | None,
     command: str,
     json: bool,
+    body_tolerance: float | None,
 ) -> None:
     from sosml_friction.bags.source import bag_name
     from sosml_friction.identification.bag_terms import fit_bag_terms
@@ -210,7 +224,9 @@ def _fit_terms(
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
     require_writable(folder)
     with progress(f'reading {bags[0]}') as step:
-        fit, provenance = fit_bag_terms(bags, terms, model, urdf, namespace, command, step)
+        fit, provenance = fit_bag_terms(
+            bags, terms, model, urdf, namespace, command, step, body_tolerance
+        )
         view.write_term_fit(folder, fit, provenance, step)
     if json:
         print_json(view.term_fit_document(fit, provenance), output=str(folder))

@@ -11,6 +11,7 @@ from pathlib import Path
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import read_recorded_robot
 from sosml_friction.bags.source import bag_source
+from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
@@ -29,6 +30,7 @@ def analyse_bag(
     progress: Callable[[str], None] = lambda step: None,
     require: bool = True,
     command: str = '',
+    body: BodyRefit | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -59,6 +61,7 @@ def analyse_bag(
         progress,
         require,
         command,
+        body,
     )
 
 

@@ -31,6 +31,7 @@ def fit_bag_terms(
     namespace: str | None = None,
     command: str = '',
     step: Callable[[str], None] = lambda text: None,
+    body_tolerance: float | None = None,
 ) -> BagTerms:
     """
     Estimate the values of terms from the recordings in bags of one robot.
@@ -39,6 +40,7 @@ def fit_bag_terms(
     :param model: folder of the model that has the rest; None for the first bag's own.
     :param urdf: URDF file instead of either's.
     :param command: the command line, for the provenance.
+    :param body_tolerance: as for :func:`~sosml_friction.identification.term_fit.fit_terms`.
     :raises BagError: if a bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model is known, bags are of other robots or copies, or a
         term is unknown or can act in no joint.
@@ -60,7 +62,9 @@ def fit_bag_terms(
                 f'bags {first} and {label} are not of the same robot: their joints are '
                 f'{", ".join(one.nominal.joint_names)} and {", ".join(other.nominal.joint_names)}'
             )
-    fit = fit_terms([robot.log for robot in robots.values()], one.nominal, terms, step=step)
+    fit = fit_terms(
+        [robot.log for robot in robots.values()], one.nominal, terms, None, step, body_tolerance
+    )
     provenance = {
         'bags': [{'bag': label, 'sha256': digest} for label, digest in hashes.items()],
         'model': one.nominal.name,

@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.friction_fit import WEAK_FORM, FrictionFit, JointFit
+from sosml_friction.identification.friction_fit import (
+    REGRESSION,
+    WEAK_FORM,
+    FrictionFit,
+    JointFit,
+)
 from sosml_friction.identification.inverse_model import InverseFits
+from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.output_error.controlled import OutputErrorFit
 from sosml_friction.identification.output_error.fits import (
     OUTPUT_ERROR,
@@ -68,6 +74,24 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
             weak.inertia,
         )
     return FrictionFit(joints, fit.alternatives, unavailable, rows), tau_f
+
+
+def with_regression(fit: FrictionFit, laws: Mapping[str, LawFit]) -> FrictionFit:
+    """
+    Return the fits with those of the regression beside refitted bodies.
+
+    In joints whose Stribeck term the weak form does not identify: the regression has none.
+    """
+    joints = {name: dict(fits) for name, fits in fit.joints.items()}
+    for name, fits in joints.items():
+        weak = fits.get(WEAK_FORM)
+        if name not in laws or weak is None:
+            continue
+        if not np.isfinite(weak.fit.parameters['stribeck'].value):
+            fits[REGRESSION] = replace(
+                weak, observer=REGRESSION, method=REGRESSION, fit=laws[name], inertia=None
+            )
+    return replace(fit, joints=joints)
 
 
 def with_output_error(

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -14,24 +14,29 @@ import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source
-from sosml_friction.identification.friction_fit import WEAK_FORM, FitSettings, FrictionFit
+from sosml_friction.identification.friction_fit import (
+    REGRESSION,
+    WEAK_FORM,
+    FitSettings,
+    FrictionFit,
+)
 from sosml_friction.model.effort_correction import is_corrected
 from sosml_friction.model.laws import law_definition
-from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
+from sosml_friction.model.model_folder import EffectTerm, FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.registry import OBSERVERS
 
 #: The fit that becomes the model, where there are several: the first of these, else the first.
-PREFERRED = (WEAK_FORM, 'sosml')
+PREFERRED = (REGRESSION, WEAK_FORM, 'sosml')
 
 
 def preferred_observer(fits: Iterable[str]) -> str | None:
     """
     Return which of a joint's fits, by observer, becomes the model, None if there is none.
 
-    The weak form where it was asked for, else SOSML, else the first that ran; one that carries a
-    law only where there is no other.
+    The regression beside refitted bodies, the weak form where it was asked for, else SOSML, else
+    the first that ran; one that carries a law only where there is no other.
     """
     known = list(fits)
     for name in PREFERRED:
@@ -71,7 +76,10 @@ def unusable_reason(parameters: Mapping[str, Parameter]) -> str:
 
 
 def fitted_model(
-    nominal: RobotModelFile, fit: FrictionFit, provenance: Mapping[str, Any]
+    nominal: RobotModelFile,
+    fit: FrictionFit,
+    provenance: Mapping[str, Any],
+    loads: Sequence[EffectTerm] = (),
 ) -> RobotModelFile:
     """
     Return the nominal model with the friction that was fitted; a joint without a fit has none.
@@ -79,23 +87,34 @@ def fitted_model(
     Effects by which the effort was corrected before the fit stay. The others were part of the
     fitted friction, and the law now contains them; the provenance names them under
     ``effects_left_out``.
+
+    :param loads: friction by load that was fitted beside refitted bodies.
     """
     joints = {}
+    beside = set()
     for name, joint in nominal.joints.items():
         fits = fit.joints.get(name, {})
         observer = preferred_observer(fits)
         friction = None
         if observer is not None:
             law = fits[observer].fit
+            beside |= {name} if observer == REGRESSION else set()
             friction = friction_of(law.law, law.parameters, law.smoothing_velocity)
         joints[name] = replace(joint, friction=friction)
-    kept = {key: nominal.provenance[key] for key in ('rigid_body',) if key in nominal.provenance}
+    kept = {
+        key: nominal.provenance[key]
+        for key in ('rigid_body',)
+        if key in nominal.provenance and key not in provenance
+    }
     gone = [f'{t.effect} of {t.joint}' for t in nominal.effects if not is_corrected(t)]
     return replace(
         nominal,
         joints=joints,
         provenance={**provenance, **kept, **({'effects_left_out': gone} if gone else {})},
-        effects=tuple(term for term in nominal.effects if is_corrected(term)),
+        effects=(
+            *(term for term in nominal.effects if is_corrected(term)),
+            *(term for term in loads if term.joint in beside),
+        ),
     )
 
 

@@ -29,11 +29,14 @@ from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
+from sosml_friction.regression.body_width import check_tolerance
 
 FloatArray = NDArray[np.float64]
 METHODS = ('auto', 'segments', 'samples', 'weak', 'output_error')
 #: What stands for the observer in a fit that uses none.
 WEAK_FORM = 'weak_form'
+#: The fit beside a refitted rigid body.
+REGRESSION = 'regression'
 
 #: Plateaus that begin above this share of the top speed leave the intercept to extrapolation.
 REACH = 0.2
@@ -67,6 +70,9 @@ class FitSettings:
     ``refit_inertia``: whether inertia is fitted too, by the weak form where it is asked for and by
     :mod:`~sosml_friction.identification.inverse_model` in any case.
 
+    ``body_tolerance``: how far each number of the rigid body may be off, as a share of itself;
+    None for what the data say, 0 for not at all.
+
     ``form`` says which law, for every observer and the weak form. ``segments.trim_s`` is
     lengthened to what the slowest observer needs to settle to 1 %.
     """
@@ -77,10 +83,13 @@ class FitSettings:
     cluster_s: float = 0.5
     refit_inertia: bool = False
     form: LawForm = field(default_factory=LawForm)
+    body_tolerance: float | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise ConfigurationError(f'method is {self.method!r}: use one of {", ".join(METHODS)}')
+        if self.body_tolerance is not None:
+            check_tolerance(self.body_tolerance)
 
 
 @dataclass(frozen=True)
@@ -197,6 +206,20 @@ def fit_friction(
         reasons = '; '.join(f'{name}: {reason}' for name, reason in unavailable.items())
         raise DataError(f'no joint can be fitted. {reasons}')
     return FrictionFit(joints, others, unavailable, rows)
+
+
+def with_variance(fit: FrictionFit, variance: Mapping[str, Mapping[str, float]]) -> FrictionFit:
+    """Return the fits, to whose parameters a variance is added that their rows do not show."""
+    return replace(
+        fit,
+        joints={
+            joint: {
+                observer: replace(one, fit=one.fit.with_variance(variance.get(joint, {})))
+                for observer, one in fits.items()
+            }
+            for joint, fits in fit.joints.items()
+        },
+    )
 
 
 class _JointTask:

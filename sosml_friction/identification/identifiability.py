@@ -5,9 +5,10 @@ When a parameter counts as identifiable, why not if not, and what to record inst
 
 The rule is stated on the 95 % interval of half width h that the data leave:
 
-* C, B, bias and the asymmetries: h is at most a fifth of the value, or the torque it stands for is
-  at most 1 % of the friction level (the median of |tau_f|), 5 % for bias and asymmetries, which
-  are often next to zero: h itself, for viscous terms h times the fastest speed.
+* C and B: the interval leaves out 0, so that it is known that the term is there, or the torque
+  that h stands for is at most 1 % of the friction level (the median of |tau_f|): h itself, for
+  viscous terms h times the fastest speed. A wide interval is a number with a wide interval.
+* Bias and the asymmetries, which may well be 0: that torque is at most the friction level.
 * S and v_s: the profile interval is closed, and its ends differ by a factor of at most 3. That the
   term is there at all is tested by itself.
 
@@ -23,9 +24,9 @@ import numpy as np
 
 from sosml_friction.model.laws import unit_of
 
-#: Largest half width of an interval as a share of the value and of the friction level, and of that
-#: for what may be negative.
-SHARE, SHARE_OF_LEVEL, SHARE_OF_OFFSET = 0.2, 0.01, 0.05
+#: Largest half width of an interval as a share of the value, at which it still leaves out 0; the
+#: torque that it stands for as a share of the friction level, and that of what may well be 0.
+SHARE, SHARE_OF_LEVEL, SHARE_OF_OFFSET = 1.0, 0.01, 1.0
 #: Largest ratio of the ends of the intervals of S and v_s.
 SPREAD = 3.0
 
@@ -67,7 +68,7 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
         return ''
     unit = unit_of(name, reach.effort_unit)
     text = f'its 95 % interval is {low:.3g} to {high:.3g} {unit}, '
-    text += f'more than {100.0 * SHARE:.0f} % of it to either side'
+    text += 'which does not leave out 0'
     if name.startswith('viscous'):
         text += f', from speeds up to {reach.speed(reach.fastest)} only'
     return text

@@ -13,9 +13,14 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.body_refit import BodyRefit, refit_body
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
-from sosml_friction.identification.fits_without_observer import with_output_error, with_weak_form
+from sosml_friction.identification.fits_without_observer import (
+    with_output_error,
+    with_regression,
+    with_weak_form,
+)
 from sosml_friction.identification.fitted_model import (
     fit_provenance,
     fitted_model,
@@ -23,16 +28,19 @@ from sosml_friction.identification.fitted_model import (
     unusable_reason,
 )
 from sosml_friction.identification.friction_fit import (
+    REGRESSION,
     WEAK_FORM,
     FitSettings,
     FrictionFit,
     fit_friction,
+    with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
@@ -46,8 +54,8 @@ class BagAnalysis:
     Hold a fitted recording.
 
     ``estimates`` per observer (N, n) on the stamps of ``log``, whose joints are those of
-    ``model``; ``inverse`` is None where inertia was not to be fitted. ``model`` keeps the inertia
-    it had: friction was computed with it.
+    ``model``; ``inverse`` is None where inertia was not to be fitted. ``model`` has the inertia
+    that friction was computed with: its own, or that of ``body`` where the data contradict it.
     """
 
     log: JointLog
@@ -58,6 +66,7 @@ class BagAnalysis:
     inverse: InverseFits | None = None
     data_checks: DataChecks | None = None
     output_error: OutputErrorFits | None = None
+    body: BodyRefit | None = None
 
     @property
     def unmodelled(self) -> dict[str, str]:
@@ -83,6 +92,7 @@ def analyse_log(
     progress: Callable[[str], None] = lambda step: None,
     require: bool = True,
     command: str = '',
+    body: BodyRefit | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a recording and fit friction to what they say.
@@ -99,6 +109,7 @@ def analyse_log(
     :param progress: called with each step that begins, in words.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
+    :param body: a rigid body that was refitted, instead of one refitted to this log.
     :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
@@ -108,6 +119,14 @@ def analyse_log(
     robot = nominal.make_robot()
     log, checks = check_data(log, robot, source.recovery)
     log, checks = _with_corrected_effort(log, checks, nominal)
+    if body is None:
+        progress('comparing the rigid body with the motion')
+        body = refit_body([log], nominal, settings.body_tolerance, progress)
+    if body is not None:
+        nominal = body.model
+        robot = nominal.make_robot()
+        found = DataFinding('rigid_body', ALL_JOINTS, NOTE, body.sentence())
+        checks = replace(checks, findings=(*checks.findings, found))
     holds = effort_holds(robot.names, effort_hold or {}, recorded)
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
@@ -136,6 +155,9 @@ def analyse_log(
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
+        if body is not None:
+            fit = with_regression(with_variance(fit, body.variance), body.laws)
+            estimates = {**estimates, REGRESSION: tau_f}
         if require and not fit.joints:
             reasons = '; '.join(f'{name}: {why}' for name, why in fit.unavailable.items())
             raise DataError(f'no joint can be fitted. {reasons}')
@@ -152,8 +174,12 @@ def analyse_log(
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
-    fitted = fitted_model(nominal, fit, provenance)
-    return BagAnalysis(log, estimates, configuration, fit, fitted, inverse, checks, output_error)
+    if body is not None:
+        provenance['rigid_body'] = body.to_dict()
+    fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
+    return BagAnalysis(
+        log, estimates, configuration, fit, fitted, inverse, checks, output_error, body
+    )
 
 
 def effort_holds(
@@ -175,9 +201,9 @@ def _with_corrected_effort(
     :raises ConfigurationError: if the model's effects cannot be undone.
     """
     correction = EffortCorrection(model)
-    found = [DataFinding('effects', '*', LEFT_OUT, text) for text in correction.left_out]
+    found = [DataFinding('effects', ALL_JOINTS, LEFT_OUT, text) for text in correction.left_out]
     if correction:
         log = replace(log, tau=correction.torque(log.tau))
         sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
-        found.append(DataFinding('effects', '*', NOTE, sentence))
+        found.append(DataFinding('effects', ALL_JOINTS, NOTE, sentence))
     return log, replace(checks, findings=(*checks.findings, *found))

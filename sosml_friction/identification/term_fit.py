@@ -21,8 +21,15 @@ from sosml_friction.model.model_folder import (
     JointModel,
     RobotModelFile,
 )
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
+from sosml_friction.regression.body_width import (
+    WIDTHS,
+    BodyWidth,
+    check_tolerance,
+    choose_width,
+    with_width,
+)
 from sosml_friction.regression.estimate import Estimate, estimate, place, settle
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
@@ -34,9 +41,6 @@ FloatArray = NDArray[np.float64]
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
-#: Half width of a 95 % interval in standard errors: of the normal distribution, which Student's
-#: t is for many rows.
-Z_95 = 1.959964
 #: A parameter within this share of the end of its physical range sits on it.
 _AT_END = 1e-3
 
@@ -70,7 +74,8 @@ class TermFit:
     deviations of what was not listed, by name, with their standard errors in ``refit_errors``.
     ``before`` and ``after`` (n,) [Nm or N]: effort that is not explained in the band, root mean
     square, with the nominal model refitted without any of the terms, and with them;
-    ``measured`` (n,): the effort itself. ``left``: what was left out, and why.
+    ``measured`` (n,): the effort itself. ``left``: what was left out, and why. ``body``: how far
+    the rigid body may be off.
     """
 
     names: tuple[str, ...]
@@ -85,6 +90,7 @@ class TermFit:
     rows: int
     band_hz: float
     left: Mapping[str, str]
+    body: BodyWidth
     laboratory: WhitenedRegression
     estimate: Estimate
 
@@ -240,6 +246,7 @@ def fit_terms(
     terms: Sequence[str],
     settings: DiagnosisSettings | None = None,
     step: Callable[[str], None] = lambda text: None,
+    body_tolerance: float | None = None,
 ) -> TermFit:
     """
     Estimate the values of terms, with one covariance of all that is fitted.
@@ -247,7 +254,11 @@ def fit_terms(
     What is listed is free. What the model has besides stays as it is, within the tolerance of the
     settings: so the terms that a diagnosis named come out as it had them. A joint of which
     Coulomb or viscous friction is listed has its whole law fitted: what is not listed of it is 0,
-    but for its bias, which no recording is without.
+    but for its bias, which no recording is without. A rigid body that the data contradict within
+    that tolerance is refitted within the one that they make most likely.
+
+    :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
+        None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
 
     :param logs: recordings; their joints include the model's.
     :param terms: as for :func:`parse_terms`.
@@ -264,6 +275,7 @@ def fit_terms(
     laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step)
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
+    laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
     placed = settle(laboratory, place(laboratory, keys, step), step)
     # The order of the list, not that of the search.
     placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
@@ -283,12 +295,30 @@ def fit_terms(
         rows=len(laboratory.y),
         band_hz=signals[0].band.cutoff,
         left=left,
+        body=body,
         laboratory=laboratory,
         estimate=found,
     )
     return replace(
         result, before=_rms(_without_terms(laboratory, wanted)), after=_rms(result.residual())
     )
+
+
+def _with_body(
+    laboratory: WhitenedRegression,
+    keys: Sequence[tuple[str, int]],
+    told: float | None,
+    step: Callable[[str], None],
+) -> tuple[WhitenedRegression, BodyWidth]:
+    """Return the regression with the tolerance of the rigid body, told or most likely."""
+    if told is not None:
+        check_tolerance(told)
+        return with_width(laboratory, told), BodyWidth(told, {})
+    wide = with_width(laboratory, WIDTHS[-1])
+    placed = place(wide, keys, step)
+    system = laboratory.system.extended([each.columns for each in placed])
+    body = choose_width(laboratory, system)
+    return with_width(laboratory, body.tolerance) if body.is_wider else laboratory, body
 
 
 def _without_terms(

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,11 @@ _THIN, _SHARE = 1e-4, 0.5
 _MOST_STEPS = 5000
 #: Singular values below this share of the largest belong to combinations that nothing feels.
 _UNFELT = 1e-9
+#: Weight of staying at the model's bodies, as a share of the best known direction's: it decides
+#: what no motion feels.
+_STAY = 1e-9
+#: The bodies are found where a step moves them by less than this share of themselves.
+_CLOSE = 1e-8
 
 
 def pseudo_inertia(body: FloatArray) -> FloatArray:
@@ -91,11 +98,56 @@ def consistent_inertias(
     raise ConfigurationError('no bodies of positive mass move so')
 
 
+def nearest_bodies(
+    robot: Robot, rigid: Sequence[int], x: FloatArray, precision: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Return the most likely bodies (n, 10) and rotors (n,) that can exist, for an estimate.
+
+    And how far their base parameters b are from those of the robot, (p,). They minimise
+    (b - x)' A (b - x): a convex problem, by the alternating direction method of multipliers (Boyd
+    et al., Foundations and Trends in Machine Learning 3, 2011, sections 3 and 3.4.1).
+
+    :param rigid: which of the ten numbers per body and then the rotors are base parameters (p,).
+    :param x: estimated deviations of these (p,).
+    :param precision: A (p, p), the inverse of their covariance.
+    """
+    space = _Space(robot)
+    start = space.enter(robot.inertial_parameters(), np.array(robot.armature))
+    # What each direction of the space adds to the base parameters.
+    base = np.linalg.lstsq(space.numbers_to_effort[:, list(rigid)], space.efforts, rcond=None)[0]
+    H = base.T @ precision @ base
+    b = H @ (space.columns.T @ start) + base.T @ precision @ x
+    h, V = np.linalg.eigh(H)
+    # Directions that no motion feels stay where they are.
+    stay = _STAY * float(h[-1])
+    h, b = np.maximum(h, 0.0) + stay, V.T @ (b + stay * (space.columns.T @ start))
+    rho = float(np.sqrt(h[0] * h[-1]))
+    possible = space.onto_possible(start)
+    u = np.zeros_like(start)
+    for _ in range(_MOST_STEPS):
+        aim = V.T @ (space.columns.T @ (possible - u))
+        best = space.columns @ (V @ ((b + rho * aim) / (h + rho)))
+        before, possible = possible, space.onto_possible(best + u)
+        u += best - possible
+        apart = float(np.linalg.norm(best - possible))
+        moved = rho * float(np.linalg.norm(possible - before))
+        if max(apart, moved / rho) < _CLOSE * float(np.linalg.norm(possible)):
+            break
+        factor = (
+            2.0 if apart > 10.0 * moved / h[-1] else 0.5 if 10.0 * apart < moved / h[-1] else 1.0
+        )
+        rho, u = rho * factor, u / factor
+    return (*space.leave(possible), base @ (space.columns.T @ (possible - start)))
+
+
 class _Space:
     """
     The inertias of a robot as one vector, in which each body's own size is 1.
 
-    ``unfelt``: an orthonormal basis of what changes no effort.
+    ``columns``: an orthonormal basis of the symmetric pseudo-inertias and the rotors; ``efforts``:
+    what each needs at random states; ``numbers_to_effort``: what the ten numbers of each body and
+    the rotors need there; ``unfelt``: an orthonormal basis of what changes no effort.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -109,7 +161,7 @@ class _Space:
                 thinnest = float(np.linalg.eigvalsh(_scaled(pseudo_inertia(body), unit))[0])
                 self._floors[i] = min(_THIN, max(_SHARE * thinnest, 0.0))
         self.rotor_unit = np.array([m * length**2 for length, m in self._units])
-        self.unfelt = self._basis(robot)
+        self._span(robot)
 
     def enter(self, bodies: FloatArray, rotors: FloatArray) -> FloatArray:
         """Return the vector of bodies and rotors."""
@@ -142,7 +194,7 @@ class _Space:
         y[16 * self._n :] = np.maximum(x[16 * self._n :], 0.0)
         return y
 
-    def _basis(self, robot: Robot) -> FloatArray:
+    def _span(self, robot: Robot) -> None:
         n = self._n
         # The symmetric 4x4 matrices, the rotors, as columns of the ten numbers and rotors.
         entries = [k for k in range(n) if self._present[k]]
@@ -166,10 +218,11 @@ class _Space:
             column[16 * n + i] = 1.0
             columns.append(column)
             efforts.append(A[:, i] * self.rotor_unit[i])
-        E = np.column_stack(efforts)
-        _, values, rows = np.linalg.svd(np.linalg.qr(E, mode='r'))
+        self.numbers_to_effort = np.concatenate([Y, A], axis=1)
+        self.columns, self.efforts = np.column_stack(columns), np.column_stack(efforts)
+        _, values, rows = np.linalg.svd(np.linalg.qr(self.efforts, mode='r'))
         rank = int(np.sum(values > _UNFELT * values[0]))
-        return np.asarray(np.column_stack(columns) @ rows[rank:].T)
+        self.unfelt = np.asarray(self.columns @ rows[rank:].T)
 
 
 def _units(body: FloatArray) -> tuple[float, float]:

@@ -5,13 +5,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sosml_friction.exceptions import ConfigurationError
 
 AT_BOUND = 'at_bound'
 NOT_IDENTIFIABLE = 'not_identifiable'
+#: Half width of a 95 % interval in standard errors: of the normal distribution, which Student's
+#: t is for many rows.
+Z_95 = 1.959964
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,24 @@ class Parameter:
     flags: tuple[str, ...] = ()
     reason: str = ''
     experiment: str = ''
+
+    def with_variance(self, more: float) -> Parameter:
+        """
+        Return the parameter with a variance added, of an error independent of its own.
+
+        Both halves of the interval grow as its standard error does: in squares, by the square of
+        1.96 standard deviations of what is added.
+        """
+        std_error, interval = math.hypot(self.std_error, math.sqrt(more)), self.interval
+        if interval is not None:
+            low, high = interval
+            middle = self.value if math.isfinite(self.value) else 0.5 * (low + high)
+            add = Z_95 * math.sqrt(more)
+            if math.isfinite(middle):
+                low = middle - math.hypot(middle - low, add)
+                high = middle + math.hypot(high - middle, add)
+            interval = (low, high)
+        return replace(self, std_error=std_error, interval=interval)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings, unknown as None, ready for YAML or JSON."""

@@ -46,13 +46,15 @@ class Nominal:
 
     ``names``: what each is. ``bound`` (p,): |x| <= bound, infinite where the model does not know
     the parameter. ``prior`` (p,): standard deviation, of a Gaussian about 0 [same units].
-    ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors.
+    ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors;
+    ``rigid_columns``: where they are among the deviations.
     """
 
     names: tuple[str, ...]
     bound: FloatArray
     prior: FloatArray
     rigid: NDArray[np.int64]
+    rigid_columns: NDArray[np.int64]
 
     def columns(self, signals: Signals) -> FloatArray:
         """Return (N, n, p): effort per unit of each deviation."""
@@ -131,6 +133,7 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
             names.append(f'{joint} {name}')
             bound.append(tolerance * abs(value) if known else np.inf)
     rigid, rigid_bound = _base(robot, tolerance)
+    rigid_columns = len(names) + np.arange(len(rigid))
     for index, its_bound in zip(rigid, rigid_bound, strict=True):
         if index < 10 * robot.n:
             names.append(f'{robot.names[index // 10]} body {index % 10}')
@@ -145,7 +148,7 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid)
+    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns)
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:
@@ -168,7 +171,10 @@ def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray
     length = np.linalg.norm(own[:, 1:4], axis=1)
     allowed[:, 1:4] = np.maximum(np.abs(own[:, 1:4]), _ASKEW * length[:, None])
     allowed[:, 4:] = np.abs(own[:, [4, 6, 9]]).max(axis=1)[:, None]
-    limits = tolerance * np.concatenate([allowed.ravel(), robot.armature])
+    # A rotor that nobody stated may be of the size of what it moves.
+    moved = np.abs(np.diag(robot.inertia(np.zeros(n))))
+    rotors = np.where(np.array(robot.armature) > 0.0, robot.armature, moved)
+    limits = tolerance * np.concatenate([allowed.ravel(), rotors])
     order = [10 * n + i for i in range(n)]
     order += [10 * i + k for k in _ORDER[:3] for i in range(n)]
     order += [10 * i + k for k in _ORDER[3:] for i in range(n)]

@@ -18,13 +18,6 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.diagnosis.extended_model.rigid_changes import (
-    cause_change,
-    change_name,
-    refit_change,
-    tilted,
-    with_changes,
-)
 from sosml_friction.model.known_terms import read_term
 from sosml_friction.model.model_folder import (
     EffectTerm,
@@ -33,6 +26,13 @@ from sosml_friction.model.model_folder import (
     RobotModelFile,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.rigid_changes import (
+    cause_change,
+    change_name,
+    refit_change,
+    tilted,
+    with_changes,
+)
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.term import TERMS
 

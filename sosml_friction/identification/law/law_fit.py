@@ -110,6 +110,18 @@ class LawFit:
     fastest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
 
+    def with_variance(self, variance: Mapping[str, float]) -> LawFit:
+        """Return the fit with a variance added to parameters, that its rows do not show."""
+        parameters = dict(self.parameters)
+        covariance = None if self.covariance is None else self.covariance.copy()
+        for name, more in variance.items():
+            if name in parameters:
+                parameters[name] = parameters[name].with_variance(more)
+            if covariance is not None and name in self.covariance_of:
+                k = self.covariance_of.index(name)
+                covariance[k, k] += more
+        return replace(self, parameters=parameters, covariance=covariance)
+
 
 def fit_law(
     v: FloatArray,

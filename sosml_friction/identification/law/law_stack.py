@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,14 @@ _JOINED = 4.0
 #: Exponentials of the curve, without a law, that is taken off to see the noise.
 _MOST_EXPONENTIALS = 4
 _CLIP = 4.0
+
+
+#: The parameters that bags may have of their own, and the column of each.
+OWN: dict[str, Callable[[LawRows], FloatArray]] = {
+    'coulomb': lambda rows: smooth_sign(np.nan_to_num(rows.v), rows.smoothing_velocity),
+    'viscous': lambda rows: np.nan_to_num(rows.v),
+    'bias': lambda rows: np.ones_like(np.nan_to_num(rows.v)),
+}
 
 
 @dataclass(frozen=True)
@@ -136,23 +144,28 @@ class LawStack:
     rows: LawRows
     bag: NDArray[np.int64]
 
-    def own_bias(self) -> LawStack:
+    def own(self, names: Collection[str]) -> LawStack:
         """
-        Return the regression with a bias for each bag, of which only the mean is fitted.
+        Return the regression with parameters of each bag's own, of which only means are fitted.
 
-        The other biases are projected out of both sides (Frisch and Waugh), so that the law's
-        parameters are those of a fit with all biases.
+        The others are projected out of both sides (Frisch and Waugh), so that the law's
+        parameters are those of a fit with all of them.
+
+        :param names: some of :data:`OWN`, in which the law is linear whatever its other terms.
         """
         keep = _known(self.rows)
-        one = np.where(keep, self.rows.lag(np.ones_like(np.nan_to_num(self.rows.v))), 0.0)
         bags = np.unique(self.bag[keep])
-        basis = np.column_stack([one, *(one * (self.bag == b) for b in bags[:-1])])
-        contrasts = np.linalg.qr(basis)[0][:, 1:]
+        contrasts = []
+        for name in names:
+            column = np.where(keep, self.rows.lag(OWN[name](self.rows)), 0.0)
+            by_bag = np.column_stack([column, *(column * (self.bag == b) for b in bags[:-1])])
+            contrasts.append(np.linalg.qr(by_bag)[0][:, 1:])
+        gone = np.linalg.qr(np.hstack(contrasts))[0]
         lag = self.rows.lag
 
         def project(column: FloatArray) -> FloatArray:
             column = np.where(keep, column, 0.0)
-            return np.array(column - contrasts @ (contrasts.T @ column))
+            return np.array(column - gone @ (gone.T @ column))
 
         rows = replace(
             self.rows,

@@ -15,7 +15,8 @@ from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.identification.law.law_stack import LawStack
+from sosml_friction.identification.law.law_stack import OWN, LawStack
+from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -60,15 +61,22 @@ class Agreement:
     Hold how far bags agree.
 
     ``chi_square`` of ``degrees`` of freedom: how far C, B, bias (and S) of single bags are from
-    each other, in their errors; ``p_value``: how often that would be as large by chance. ``bias``:
-    that of each bag, by label, at a common law.
+    each other, in their errors; ``p_value``: how often that would be as large by chance. ``own``:
+    what each bag says of a parameter, by name and label: of the bias, and of those of Coulomb and
+    viscous friction in which bags differ, the rest of the law common.
     """
 
     chi_square: float
     degrees: int
     p_value: float
     disagreements: tuple[Disagreement, ...]
-    bias: dict[str, Parameter]
+    own: dict[str, dict[str, Parameter]]
+
+    @property
+    def differing(self) -> tuple[str, ...]:
+        """Return the parameters in which bags differ, in the order of the law."""
+        found = {entry.parameter for entry in self.disagreements}
+        return tuple(name for name in LAW_PARAMETERS if name in found)
 
 
 def find_agreement(
@@ -178,7 +186,9 @@ class _Comparison:
 
     def result(self) -> Agreement:
         chi_square, degrees, p_value = self._wald()
-        return Agreement(chi_square, degrees, p_value, self._disagreements(), self._biases())
+        found = self._disagreements()
+        own = {'bias', *(entry.parameter for entry in found if entry.parameter in OWN)}
+        return Agreement(chi_square, degrees, p_value, found, self._own(sorted(own)))
 
     def _wald(self) -> tuple[float, int, float]:
         """
@@ -272,18 +282,19 @@ class _Comparison:
         )
         return Disagreement(name, label, float(value), float(error), float(sigmas), unit, sentence)
 
-    def _biases(self) -> dict[str, Parameter]:
-        shared = [self.columns[name] for name in self.columns if name != 'bias']
-        X = np.column_stack([self._by_bag(['bias']), *shared])
+    def _own(self, names: Sequence[str]) -> dict[str, dict[str, Parameter]]:
+        shared = [self.columns[name] for name in self.columns if name not in names]
+        X = np.column_stack([self._by_bag(names), *shared])
         theta, residual = self._solve(X)
-        errors = self._errors(X, residual)
-        result = {}
-        for k, bag in enumerate(self.present):
-            value, error = float(theta[k]), float(errors[k])
-            half = error * float(t_distribution.ppf(0.5 + _LEVEL / 2.0, self._freedom(int(bag))))
-            result[self.labels[int(bag)]] = Parameter(
-                value, self.unit, error, (value - half, value + half)
-            )
+        errors = iter(zip(theta, self._errors(X, residual), strict=True))
+        result: dict[str, dict[str, Parameter]] = {}
+        for name in names:
+            for bag in self.present.tolist():
+                value, error = map(float, next(errors))
+                half = error * float(t_distribution.ppf(0.5 + _LEVEL / 2.0, self._freedom(bag)))
+                result.setdefault(name, {})[self.labels[bag]] = Parameter(
+                    value, unit_of(name, self.unit), error, (value - half, value + half)
+                )
         return result
 
 

@@ -61,9 +61,10 @@ def bag_points(fit: FrictionFit, joint: str, observer: str) -> BagPoints | None:
 
 def own_bias(entry: Consolidated, bag: str, common: float) -> float:
     """Return the bias of a recording in the joint fit, ``common`` where it has none of its own."""
-    if not entry.own_bias or bag not in entry.bias:
+    biases = entry.by_bag.get('bias', {})
+    if not entry.own_bias or bag not in biases:
         return common
-    own = entry.bias[bag].value
+    own = biases[bag].value
     return own if math.isfinite(own) else common
 
 

@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.bags.recorded_robot import read_nominal, read_recorded_robot
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.body_refit import BodyRefit, refit_body
 from sosml_friction.identification.fitted_model import friction_of, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -81,18 +82,40 @@ def analyse_bags(
         hashes[label] = bag_hash(path)
         refuse_copies(hashes)
         require_same_robot(models)
+    body, settings = _common_body(
+        labels, model, urdf, settings or FitSettings(), namespace, progress
+    )
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
         try:
             analyses[label] = analyse_bag(
                 path, model, urdf, settings, bandwidth, namespace, observers, effort_hold,
-                require=False, command=command,
+                require=False, command=command, body=body,
             )  # fmt: skip
         except DataError as error:
             raise DataError(f'bag {label}: {error}') from error
     progress('consolidating')
     return consolidate_analyses(analyses, roles, own_bias, command)
+
+
+def _common_body(
+    labels: Mapping[str, str | Path],
+    model: str | Path | None,
+    urdf: str | Path | None,
+    settings: FitSettings,
+    namespace: str | None,
+    progress: Callable[[str], None],
+) -> tuple[BodyRefit | None, FitSettings]:
+    """Return the rigid body refitted to all bags, and settings with which none refits its own."""
+    progress('comparing the rigid body with the motion')
+    robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
+    logs = [recorded.log for recorded in robots]
+    body = refit_body(logs, robots[0].nominal, settings.body_tolerance, progress)
+    if body is not None:
+        # The friction of each bag is put together from its own fits.
+        body = replace(body, laws={}, loads=())
+    return body, replace(settings, body_tolerance=0.0)
 
 
 def consolidate_analyses(

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,13 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.friction_fit import FrictionFit, JointFit
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_rows import LawRows
-from sosml_friction.identification.law.law_stack import RowNoise, joined, row_noise, stack_rows
+from sosml_friction.identification.law.law_stack import (
+    OWN,
+    RowNoise,
+    joined,
+    row_noise,
+    stack_rows,
+)
 from sosml_friction.identification.several.bag_agreement import (
     Agreement,
     Disagreement,
@@ -78,8 +84,9 @@ class Consolidated:
     ``fits`` are the fits of single bags, ``unavailable`` says why a bag has none; both by the
     label of the bag. ``rule`` is the paper's, ``joint_fit`` the law fitted to all bags at once,
     None where that is not possible; its residual is in units of a bag of usual noise. ``noise`` is
-    the standard deviation that each bag's rows were weighted by [Nm or N]. ``bias`` is each bag's
-    own bias at a common law; ``own_bias`` says whether the joint fit leaves it to each.
+    the standard deviation that each bag's rows were weighted by [Nm or N]. ``by_bag``: what each
+    bag says of a parameter, by name and label, at a common law; ``own``: the parameters that the
+    joint fit leaves to each bag.
 
     ``chi_square`` of ``degrees`` of freedom holds the bags against one law for all, ``p_value`` is
     how often it would be as large by chance. ``preferred`` is ``joint`` or ``rule``, empty where
@@ -94,8 +101,8 @@ class Consolidated:
     rule: RuleFit
     joint_fit: LawFit | None
     noise: Mapping[str, float]
-    bias: Mapping[str, Parameter]
-    own_bias: bool
+    by_bag: Mapping[str, Mapping[str, Parameter]]
+    own: tuple[str, ...]
     disagreements: tuple[Disagreement, ...]
     chi_square: float
     degrees: int
@@ -107,25 +114,20 @@ class Consolidated:
     def parameters(self) -> Mapping[str, Parameter]:
         """Return the parameters of the way that is preferred, empty where there is none."""
         if self.preferred == JOINT and self.joint_fit is not None:
-            return {**self.joint_fit.parameters, **self._bias_of_bags()}
+            return {**self.joint_fit.parameters, **self._of_bags()}
         return self.rule.parameters if self.preferred == BY_RULE else {}
 
-    def _bias_of_bags(self) -> dict[str, Parameter]:
-        """Return the bias where it differs between bags: by the rule, else a range."""
-        if not self.own_bias:
-            return {}
-        if self.rule.sources.get('bias'):
-            return {'bias': self.rule.parameters['bias']}
-        assert self.joint_fit is not None
-        intervals = np.array([p.interval or (np.nan, np.nan) for p in self.bias.values()])
-        low, high = np.nanmin(intervals[:, 0]), np.nanmax(intervals[:, 1])
-        bias = replace(
-            self.joint_fit.parameters['bias'],
-            interval=(float(low), float(high)),
-            reason='it differs between the bags',
-            experiment='find out what changed between them: temperature, posture, zero of current',
-        )
-        return {'bias': bias}
+    @property
+    def own_bias(self) -> bool:
+        """Tell whether each bag has a bias of its own."""
+        return 'bias' in self.own
+
+    def _of_bags(self) -> dict[str, Parameter]:
+        """Return what differs between bags: a bias by the rule where it has one, else a spread."""
+        result = {name: spread_over(self.by_bag[name]) for name in self.own}
+        if self.own_bias and self.rule.sources.get('bias'):
+            result['bias'] = self.rule.parameters['bias']
+        return result
 
     @property
     def law(self) -> str:
@@ -162,8 +164,12 @@ class Consolidated:
                 'clusters': fit.clusters,
             },
             'noise': dict(self.noise),
-            'bias': {label: p.to_dict() for label, p in self.bias.items()},
+            'bias': {label: p.to_dict() for label, p in self.by_bag.get('bias', {}).items()},
             'own_bias': self.own_bias,
+            'own': {
+                name: {label: p.to_dict() for label, p in self.by_bag[name].items()}
+                for name in self.own
+            },
             'disagreements': [entry.to_dict() for entry in self.disagreements],
             'chi_square': self.chi_square,
             'degrees': self.degrees,
@@ -248,8 +254,8 @@ def consolidate(
         rule,
         found.fit,
         {label: noise.effective for label, noise in found.noise.items()},
-        agreement.bias,
-        found.own_bias,
+        agreement.own,
+        found.own,
         agreement.disagreements,
         agreement.chi_square,
         agreement.degrees,
@@ -271,7 +277,7 @@ class _JointFit:
     ) -> None:
         self.fit: LawFit | None = None
         self.problem = ''
-        self.own_bias = bool(own_bias)
+        self.own: tuple[str, ...] = ('bias',) if own_bias else ()
         self.noise: dict[str, RowNoise] = {}
         self.agreement = Agreement(np.nan, 0, np.nan, (), {})
         known = {label: rows for label, rows in parts.items() if rows.keep.any()}
@@ -288,16 +294,18 @@ class _JointFit:
         weights = [usual / max(n.effective, least) for n in self.noise.values()]
         stack = stack_rows(list(known.values()), weights)
         try:
-            self.fit = (stack.own_bias() if self.own_bias else stack).rows.fit(unit)
+            self.fit = (stack.own(self.own) if self.own else stack).rows.fit(unit)
         except DataError as error:
             self.problem = str(error)
             return
         labels = list(known)
         self.agreement = find_agreement(stack, labels, unit, self.fit)
-        differs = any(entry.parameter == 'bias' for entry in self.agreement.disagreements)
-        if own_bias is None and differs:
-            self.own_bias = True
-            self.fit = stack.own_bias().rows.fit(unit)
+        differing = {n for n in self.agreement.differing if n in OWN}
+        if own_bias is not None:
+            differing = differing - {'bias'} | set(self.own)
+        if differing - set(self.own):
+            self.own = tuple(name for name in OWN if name in differing)
+            self.fit = stack.own(self.own).rows.fit(unit)
 
 
 def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
@@ -308,8 +316,8 @@ def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
             return BY_RULE, f'No law can be fitted to all bags at once ({found.problem}).'
         return '', f'Neither way gives a law: {found.problem}; {rule.reason}.'
     agreement = found.agreement
-    of_law = [entry for entry in agreement.disagreements if entry.parameter != 'bias']
-    of_bias = [entry for entry in agreement.disagreements if entry.parameter == 'bias']
+    of_law = [entry for entry in agreement.disagreements if entry.parameter not in OWN]
+    of_bags = [entry for entry in agreement.disagreements if entry.parameter in OWN]
     if of_law:
         said = '; '.join(entry.sentence for entry in agreement.disagreements)
         if usable and not rule.missing:
@@ -318,11 +326,17 @@ def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:
             f'The bags are not of one law: {said}. The rule cannot be applied '
             f'({rule.reason or "a bag it needs has no fit"}), so that all bags are averaged.'
         )
-    if of_bias:
-        said = '; '.join(entry.sentence for entry in of_bias)
+    if of_bags:
+        said = '; '.join(entry.sentence for entry in of_bags)
+        if agreement.differing == ('bias',):
+            return JOINT, (
+                f'The bags agree in friction and not in bias: {said}. An offset of gravity or of '
+                'the current has changed, and each bag has its own in the joint fit.'
+            )
+        words = ' and '.join(name.replace('_', ' ') for name in agreement.differing)
         return JOINT, (
-            f'The bags agree in friction and not in bias: {said}. An offset of gravity or of the '
-            'current has changed, and each bag has its own in the joint fit.'
+            f'The bags differ in {words}: {said}. Each bag has its own in the joint fit, which '
+            'shares the rest; the value given is the mean over bags, its interval holds them all.'
         )
     if len(found.noise) == 1:
         return JOINT, 'There is one bag with motion of this joint.'
@@ -389,6 +403,36 @@ def _open(name: str, unit: str, own: Sequence[Parameter], wanted: Sequence[str])
     interval = (low, high) if ranges and not low > high else None
     return Parameter(
         np.nan, unit_of(name, unit), np.nan, interval, (NOT_IDENTIFIABLE,), reason, experiment
+    )
+
+
+def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
+    """
+    Return a parameter that differs between bags: their mean, and how far they are spread.
+
+    The random effect of DerSimonian and Laird (Controlled Clinical Trials 7, 1986): weights
+    1 / (s_k^2 + d^2), d the standard deviation between bags; the standard error is that of another
+    bag, sqrt(d^2 + s^2). The interval reaches from the lowest to the highest end of any bag.
+    """
+    known = {label: p for label, p in bags.items() if np.isfinite(p.std_error)}
+    values, errors = (
+        np.array([getattr(p, n) for p in known.values()]) for n in ('value', 'std_error')
+    )
+    w = np.maximum(errors, 1e-12 * max(float(np.abs(values).max()), 1e-300)) ** -2.0
+    q = float(w @ (values - w @ values / w.sum()) ** 2)
+    between = max(0.0, (q - (len(values) - 1)) / float(w.sum() - w @ w / w.sum()))
+    w = 1.0 / (1.0 / w + between)
+    ends = np.array([p.interval or (np.nan, np.nan) for p in known.values()])
+    told = ', '.join(
+        f'{label} {p.value:.3g} ± {p.std_error:.2g} {p.unit}' for label, p in known.items()
+    )
+    return Parameter(
+        float(w @ values / w.sum()),
+        next(iter(known.values())).unit,
+        float(np.sqrt(between + 1.0 / w.sum())),
+        (float(np.nanmin(ends[:, 0])), float(np.nanmax(ends[:, 1]))),
+        reason=f'it differs between the bags: {told}',
+        experiment='find out what changed between them: temperature, posture, zero of current',
     )
 
 

@@ -58,6 +58,7 @@ _STYLES = {
     'kalman_stribeck_wrong_knee': Style('#009E73', 'd', ':', 1.6),
     'smoother': Style('#E69F00', '*', '-.', 1.6),
     'weak_form': Style('#117733', 'D', '-', 1.6),
+    'regression': Style('#882255', '^', '-', 1.6),
     'output_error': Style('#332288', 'X', '-', 1.6),
 }
 _OTHERS = (

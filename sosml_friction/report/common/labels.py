@@ -20,7 +20,11 @@ SYMBOLS = {
 #: Those that only laws have that differ with direction.
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Estimates that no observer makes.
-_METHODS = {'weak_form': 'Weak form', 'output_error': 'Output error'}
+_METHODS = {
+    'weak_form': 'Weak form',
+    'regression': 'Regression',
+    'output_error': 'Output error',
+}
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
 
@@ -38,7 +42,7 @@ def observer_label(identifier: str) -> str:
 def fit_label(observer: str, method: str) -> str:
     """Return what a fit is called: observer and method, once where they are the same."""
     label = observer_label(observer)
-    return label if observer in ('weak_form', 'output_error') else f'{label}, {method}'
+    return label if observer in _METHODS else f'{label}, {method}'
 
 
 def symbols_of(*parameters: Collection[str]) -> dict[str, str]:

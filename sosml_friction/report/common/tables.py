@@ -11,6 +11,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.model.model_folder import RobotModelFile
@@ -119,6 +120,7 @@ def method_text(view: JointView) -> str:
     pairs = {
         'segments': 'the levels of {} steady windows',
         'weak': '{} means of position and effort, without an observer',
+        REGRESSION: '{} rows of position and effort, beside the rigid body',
         OUTPUT_ERROR: '{} samples of a forward simulation',
     }
     return pairs.get(fit.method, '{} samples in motion').format(fit.fit.pairs)

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.joint_motion import missing_share
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -32,6 +33,8 @@ def joint_sentence(view: JointView) -> str:
         return f'{view.name}: its friction is not available, because {view.unavailable}.'
     fit = view.model.fit
     text = law_sentence(view.name, fit.parameters, fit.law)
+    if view.load is not None and view.preferred == REGRESSION:
+        text += f'; {_with_error(view.load)} of its load is lost to friction besides'
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
 
 

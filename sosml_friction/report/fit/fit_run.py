@@ -79,11 +79,18 @@ def _write_one(
         folder,
         {bag: analysis},
         document,
-        found=answers(views),
+        found=[*answers(views), *_body_sentence(analysis)],
         table=parameter_table(analysis, truth),
         open_ends=caveats(views),
         failed=[j for j in fit.unavailable if j not in fit.joints] + list(analysis.unmodelled),
     )
+
+
+def _body_sentence(analysis: BagAnalysis) -> list[str]:
+    if analysis.body is None:
+        return []
+    text = analysis.body.sentence()
+    return [f'{text[:1].upper()}{text[1:]}.']
 
 
 def _write_several(

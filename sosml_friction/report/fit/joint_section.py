@@ -30,6 +30,7 @@ _PAIRS = {
     'segments': 'levels',
     'samples': 'samples',
     'weak': 'means',
+    'regression': 'rows beside the rigid body',
     'output_error': 'simulated samples',
 }
 

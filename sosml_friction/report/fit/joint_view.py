@@ -54,6 +54,7 @@ class JointView:
     truth: FrictionParameters | None = None
     preferred: str | None = None
     zero_band: float = SegmentSettings.zero_band
+    load: Parameter | None = None
 
     @property
     def position_unit(self) -> str:
@@ -111,6 +112,8 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
     units = analysis.model.make_robot().effort_units
     stated = analysis.model.provenance.get('settings', {}).get('segments', {})
     zero_band = float(stated.get('zero_band', SegmentSettings.zero_band))
+    fitted = () if analysis.body is None else analysis.body.loads
+    loads = {t.joint: t.parameters['load_coefficient'] for t in fitted}
     views = []
     for i, name in enumerate(log.names):
         fits = analysis.fit.joints.get(name, {})
@@ -131,6 +134,7 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
                 known.get(name),
                 preferred_observer(fits),
                 zero_band,
+                loads.get(name),
             )
         )
     return views

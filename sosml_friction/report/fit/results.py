@@ -129,6 +129,8 @@ def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, An
         entry['inverse_model'] = analysis.inverse.to_dict()
     if analysis.output_error is not None:
         entry['output_error'] = analysis.output_error.to_dict()
+    if analysis.body is not None:
+        entry['rigid_body'] = analysis.body.to_dict()
     if analysis.data_checks is not None:
         entry['data_checks'] = analysis.data_checks.to_dict()
     return entry

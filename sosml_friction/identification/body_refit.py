@@ -1,0 +1,232 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A rigid body that the data contradict, refitted beside friction before anything uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
+from sosml_friction.model.consistent_inertias import nearest_bodies
+from sosml_friction.model.laws import unit_of
+from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
+from sosml_friction.model.robot import Robot
+from sosml_friction.regression.body_width import body_precision, body_variance
+from sosml_friction.regression.nominal import Nominal
+
+#: The friction that stands beside the bodies: what can be taken for weight or inertia.
+_LOAD = 'load_dependent_friction'
+_FRICTION = ('coulomb', 'viscous', _LOAD)
+#: Speeds of the data are told without the slowest of this share, which are turning points.
+_TURNING = 0.02
+#: The ten numbers of a body, in the joint's frame and about its origin.
+_MOMENTS = tuple((f'first moment {axis}', 'kg m') for axis in 'xyz')
+_INERTIAS = tuple((f'inertia {axes}', 'kg m2') for axes in ('xx', 'xy', 'yy', 'xz', 'yz', 'zz'))
+_NUMBERS = (('mass', 'kg'), *_MOMENTS, *_INERTIAS)
+
+
+@dataclass(frozen=True)
+class BodyRefit:
+    """
+    Hold a refitted rigid body.
+
+    ``model``: the model with the bodies that fit. ``laws``: by joint, the friction that was fitted
+    beside them; ``loads``: friction by load, where the data show it. ``tolerance``: how far each
+    number was allowed to be off, as a share of itself; ``log_evidence``: of tolerances against the
+    usual one, empty where it was told. ``deviations``: by name, refitted minus the model's.
+    ``variance``: by joint and parameter, what not knowing the bodies adds to its variance.
+    ``refused``: why the bodies are not in the model, '' if they are.
+    """
+
+    model: RobotModelFile
+    laws: Mapping[str, LawFit]
+    loads: tuple[EffectTerm, ...]
+    tolerance: float
+    log_evidence: Mapping[float, float]
+    deviations: Mapping[str, Parameter]
+    variance: Mapping[str, Mapping[str, float]]
+    refused: str = ''
+
+    @classmethod
+    def of(cls, fit: TermFit, model: RobotModelFile) -> BodyRefit:
+        """Return the bodies that a fit of terms has beside them, and the model with these."""
+        nominal = fit.laboratory.nominal
+        robot = fit.laboratory.robot
+        columns = nominal.rigid_columns
+        x = np.array([fit.refit[nominal.names[k]] for k in columns])
+        precision = body_precision(fit.estimate.fit.system, columns)
+        bodies, rotors, deviation = nearest_bodies(robot, nominal.rigid.tolist(), x, precision)
+        change = Change(
+            REFIT, bodies - robot.inertial_parameters(), rotors - np.array(robot.armature)
+        )
+        deviations = {
+            label: Parameter(float(value), unit, fit.refit_errors[nominal.names[k]])
+            for (label, unit), value, k in zip(
+                _labels(nominal, robot), deviation, columns, strict=True
+            )
+        }
+        changed = with_changes(model, [change])
+        variance = {
+            joint: {
+                name: body_variance(
+                    fit.estimate.fit.system,
+                    nominal.rigid_columns,
+                    nominal.names.index(f'{joint} {name}'),
+                )
+                for name in ('coulomb', 'viscous', 'bias')
+            }
+            for joint in robot.names
+        }
+        return cls(
+            changed.model,
+            {joint: _law(fit, i) for i, joint in enumerate(robot.names)},
+            tuple(
+                EffectTerm(term.term, term.joint, term.parameters)
+                for term in fit.terms
+                if term.term == _LOAD and not (term.objection or _is_flagged(term))
+            ),
+            fit.body.tolerance,
+            fit.body.log_evidence,
+            deviations,
+            variance,
+            changed.refused.get(REFIT, ''),
+        )
+
+    def sentence(self) -> str:
+        """Return for a person what was done, and why."""
+        share = f'{100.0 * self.tolerance:g} % of itself'
+        if not self.log_evidence:
+            text = f'each number of the rigid body was refitted within {share}, as told'
+        else:
+            ratio = self.log_evidence[self.tolerance] / np.log(10.0)
+            text = (
+                'the data contradict the bodies of the URDF: the rigid body was refitted within '
+                f'{share}, which the data make 10^{ratio:.0f} times as likely as the usual '
+                'tolerance'
+            )
+        clearest = sorted(self.deviations.items(), key=lambda item: -_sigmas(item[1]))[:3]
+        told = ', '.join(
+            f'{name} {p.value:+.3g} ± {p.std_error:.2g} {p.unit}' for name, p in clearest
+        )
+        text += f' (clearest: {told})' if told else ''
+        if self.refused:
+            text += f'; the model keeps its own bodies: {self.refused}'
+        return text
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings."""
+        return {
+            'tolerance': self.tolerance,
+            'log_evidence': {f'{w:g}': value for w, value in self.log_evidence.items()},
+            'deviations': {name: p.to_dict() for name, p in self.deviations.items()},
+            'loads': [
+                {'joint': t.joint, 'parameters': {n: p.to_dict() for n, p in t.parameters.items()}}
+                for t in self.loads
+            ],
+            'refused': self.refused,
+        }
+
+
+def refit_body(
+    logs: Sequence[JointLog],
+    model: RobotModelFile,
+    tolerance: float | None = None,
+    step: Callable[[str], None] = lambda text: None,
+) -> BodyRefit | None:
+    """
+    Return the rigid body that fits, None where the model's does within the usual tolerance.
+
+    Beside Coulomb, viscous and load-dependent friction, so that a weight that is off is not taken
+    for friction, nor friction by load for a weight.
+
+    :param logs: the motion; its joints include the model's.
+    :param tolerance: how far each number may be off, as a share of itself; None for what the data
+        say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at all.
+    :raises DataError: if a tolerance was told and the recording is too short for a refit.
+    """
+    if tolerance == 0.0:
+        return None
+    bare = replace(model, effects=())
+    try:
+        fit = fit_terms(logs, bare, _FRICTION, None, step, tolerance)
+    except DataError:
+        if tolerance is None:
+            return None
+        raise
+    if tolerance is None and not fit.body.is_wider:
+        return None
+    return BodyRefit.of(fit, model)
+
+
+def _is_flagged(term: FittedTerm) -> bool:
+    return any(p.flags for p in term.parameters.values())
+
+
+def _law(fit: TermFit, i: int) -> LawFit:
+    """Return Coulomb and viscous friction of joint ``i`` as other fits hold them."""
+    joint, unit = fit.names[i], fit.units[i]
+    nominal = fit.laboratory.nominal
+    known = ('coulomb', 'viscous', 'bias')
+    index = [nominal.names.index(f'{joint} {name}') for name in known]
+    parameters = {}
+    for name, k in zip(known, index, strict=True):
+        value, error = fit.refit[nominal.names[k]], fit.refit_errors[nominal.names[k]]
+        low, high = value - Z_95 * error, value + Z_95 * error
+        told = Parameter(value, unit_of(name, unit), error, (low, high))
+        if name != 'bias' and low <= 0.0:
+            reason = (
+                f'its 95 % interval, {low:.3g} to {high:.3g} {told.unit}, does not leave out 0'
+            )
+            told = replace(told, value=np.nan, flags=(NOT_IDENTIFIABLE,), reason=reason)
+        parameters[name] = told
+    for name in ('stribeck', 'stribeck_velocity'):
+        parameters[name] = Parameter(
+            np.nan,
+            unit_of(name, unit),
+            flags=(NOT_IDENTIFIABLE,),
+            reason='beside the bodies, Coulomb and viscous friction and friction by load were '
+            'fitted: sosml fit --terms fits any',
+        )
+    left = fit.residual()[:, i]
+    own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in _FRICTION)
+    speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
+    return LawFit(
+        'coulomb_viscous',
+        parameters,
+        float(np.std(left)),
+        100.0 * float(np.linalg.norm(left) / max(float(np.linalg.norm(left + own)), 1e-300)),
+        fit.rows,
+        fit.laboratory.settings.blocks,
+        drawn={name: fit.refit[nominal.names[k]] for name, k in zip(known, index, strict=True)},
+        drawn_law='coulomb_viscous',
+        slowest=float(np.quantile(speed, _TURNING)),
+        fastest=float(speed.max()),
+    )
+
+
+def _sigmas(p: Parameter) -> float:
+    return abs(p.value) / p.std_error if p.std_error > 0.0 else 0.0
+
+
+def _labels(nominal: Nominal, robot: Robot) -> list[tuple[str, str]]:
+    """Return what each deviation of the rigid body is, in words, and its unit."""
+    result = []
+    for index in nominal.rigid.tolist():
+        body, number = divmod(index, 10)
+        if body < robot.n:
+            words, unit = _NUMBERS[number]
+            result.append((f'{robot.names[body]} {words}', unit))
+        else:
+            joint = index - 10 * robot.n
+            unit = 'kg m2' if robot.effort_units[joint] == 'Nm' else 'kg'
+            result.append((f'{robot.names[joint]} armature', unit))
+    return result

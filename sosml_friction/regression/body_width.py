@@ -1,0 +1,140 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far the rigid body of a model may be off, told or chosen from the data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.whitened import WhitenedRegression
+
+FloatArray = NDArray[np.float64]
+
+#: Tolerances that are tried beside the usual one, as shares of the model's own numbers: half a
+#: decade apart, over which the evidence changes little, up to bodies that say nothing.
+WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
+#: Twice the logarithm of the ratio of the evidences from which it is very strong (Kass and
+#: Raftery, J. Am. Stat. Assoc. 90, 1995).
+VERY_STRONG = 10.0
+
+
+@dataclass(frozen=True)
+class BodyWidth:
+    """
+    Say how far each number of the rigid body may be off, as a share of itself.
+
+    ``log_evidence``: log p(data | tolerance) - log p(data | the usual one), by tolerance; empty
+    where the tolerance was told.
+    """
+
+    tolerance: float
+    log_evidence: Mapping[float, float]
+
+    @property
+    def is_wider(self) -> bool:
+        """Tell whether the data contradict the model's bodies within their usual tolerance."""
+        return self.log_evidence.get(self.tolerance, 0.0) > 0.0
+
+
+def check_tolerance(tolerance: float) -> None:
+    """
+    Refuse a tolerance that is none.
+
+    :raises ConfigurationError: if it is negative or no number.
+    """
+    if not (math.isfinite(tolerance) and tolerance >= 0.0):
+        raise ConfigurationError(
+            f'the tolerance of the rigid body is {tolerance:g}: give a share, such as 0.3'
+        )
+
+
+def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
+    """
+    Return the tolerance with the largest evidence, the usual one unless another is far better.
+
+    With Gaussian priors N(0, (tolerance / 3 times its number)^2) of the rigid body, evidence of
+    the whitened rows y = Z x + e is Gaussian in closed form:
+    2 log p = r' A^-1 r / s - log det A + sum log(prior), A = Z'Z / s + prior, r = Z'y / s.
+    s is the noise's variance: 1 in whitened rows, more where the widest model leaves more.
+
+    :param system: the laboratory's, with the columns of the terms that are fitted beside.
+    """
+    usual = laboratory.settings.tolerance
+    G, r, yy = _products(laboratory, system)
+    widths = [usual, *(w for w in WIDTHS if w > usual)]
+    count = float(laboratory.known.sum())
+    widest = np.diag(_prior(laboratory, system, widths[-1]))
+    s = max(float(yy - r @ np.linalg.solve(G + widest, r)) / count, 1.0)
+    evidence = {w: _log_evidence(G / s, r / s, _prior(laboratory, system, w)) for w in widths}
+    evidence = {w: value - evidence[usual] for w, value in evidence.items()}
+    best = max(evidence, key=lambda w: evidence[w])
+    wider = 2.0 * evidence[best] > VERY_STRONG
+    return BodyWidth(best if wider else usual, evidence)
+
+
+def with_width(laboratory: WhitenedRegression, tolerance: float) -> WhitenedRegression:
+    """Return the regression with another tolerance of the rigid body."""
+    nominal = laboratory.nominal
+    factor = np.ones(len(nominal.bound))
+    factor[nominal.rigid_columns] = tolerance / laboratory.settings.tolerance
+    nominal = replace(nominal, bound=nominal.bound * factor, prior=nominal.prior * factor)
+    system = replace(laboratory.system, bound=nominal.bound, prior=nominal.prior)
+    rows = replace(laboratory.rows, nominal=nominal)
+    return replace(laboratory, rows=rows, system=system)
+
+
+def _products(
+    laboratory: WhitenedRegression, system: System
+) -> tuple[FloatArray, FloatArray, float]:
+    target = Fit.make(system, laboratory.y).target
+    return system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1)), float(target.yy.sum())
+
+
+def _prior(laboratory: WhitenedRegression, system: System, tolerance: float) -> FloatArray:
+    """Return the precision of each parameter's prior (p,), with that tolerance of the bodies."""
+    wide = with_width(laboratory, tolerance).system
+    free = np.full(system.Z.shape[2] - len(wide.bound), np.inf)
+    bound, prior = np.concatenate([wide.bound, free]), np.concatenate([wide.prior, free])
+    return replace(system, bound=bound, prior=prior).penalty()
+
+
+def _log_evidence(G: FloatArray, r: FloatArray, prior: FloatArray) -> float:
+    scale = 1.0 / np.sqrt(np.diag(G) + prior)
+    A = (G + np.diag(prior)) * scale * scale[:, None]
+    _, size = np.linalg.slogdet(A)
+    b = r * scale
+    explained = float(b @ np.linalg.solve(A, b))
+    return 0.5 * (explained - float(size) + float(np.log(prior * scale**2).sum()))
+
+
+def body_precision(system: System, rigid: NDArray[np.int64]) -> FloatArray:
+    """Return the inverse covariance of the rigid body (p, p), all else fitted beside it."""
+    A = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
+    others = np.setdiff1d(np.arange(len(A)), rigid)
+    across = A[np.ix_(others, rigid)]
+    return np.asarray(
+        A[np.ix_(rigid, rigid)] - across.T @ np.linalg.solve(A[np.ix_(others, others)], across)
+    )
+
+
+def body_variance(system: System, rigid: NDArray[np.int64], index: int) -> float:
+    """
+    Return the variance that not knowing the rigid body adds to a parameter.
+
+    Its variance in the fit less that with the bodies held where the fit has them.
+    """
+    A = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
+    scale = 1.0 / np.sqrt(np.diag(A))
+    A = A * scale * scale[:, None]
+    held = np.setdiff1d(np.arange(len(A)), rigid)
+    full = np.linalg.inv(A)[index, index]
+    at = int(np.searchsorted(held, index))
+    alone = np.linalg.inv(A[np.ix_(held, held)])[at, at]
+    return float(max(full - alone, 0.0) * scale[index] ** 2)
