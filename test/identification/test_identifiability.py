@@ -157,7 +157,8 @@ def test_one_that_is_next_to_zero_is_known_where_it_does_not_matter():
     assert reason_for('viscous', reach, (-0.01, 0.012)) == ''
     assert reason_for('viscous', reach, (-0.1, 0.1)) != ''
     assert reason_for('bias', reach, (-0.04, 0.04)) == ''
-    assert reason_for('bias', reach, (-0.2, 0.2)) != ''
+    assert reason_for('bias', reach, (-0.2, 0.2)) == ''
+    assert reason_for('bias', reach, (-1.2, 1.2)) != ''
 
 
 def test_asymmetric_friction_is_told_by_direction():

@@ -203,7 +203,7 @@ def test_what_the_data_cannot_give_is_flagged_and_nothing_else(runs, study_fits)
     assert expected == {
         'T1 + T2 + T3': set(),
         'T1': set(),
-        'T2': {'viscous'},
+        'T2': set(),
         'T3': {'viscous'},
     }
     for title, fits in study_fits.items():
