@@ -14,7 +14,10 @@ from sosml_friction.observers import kinds
 
 OBSERVER_NAMES = ', '.join(kinds.NAMES)
 #: What sosml import reads; written out, so that --help loads nothing.
-IMPORTED = ('.csv', '.mat', '.npy', '.npz')
+IMPORTED = (
+    '.csv', '.tsv', '.txt', '.dat', '.mat', '.npy', '.npz', '.parquet', '.json', '.jsonl',
+    '.ndjson',
+)  # fmt: skip
 
 
 def json_option(instead: str) -> Any:

@@ -200,6 +200,7 @@ def test_start_time_is_added(source, mapping, start, ns):
     [
         ('position', 'rad', {}, 2.0),
         ('position', 'deg', {}, math.radians(2.0)),
+        ('position', 'turns', {}, 4.0 * math.pi),
         ('position', 'm', {}, 2.0),
         ('position', 'mm', {}, 0.002),
         ('position', 'counts', {'counts_per_unit': 1000}, 0.002),
@@ -209,6 +210,7 @@ def test_start_time_is_added(source, mapping, start, ns):
         ('velocity', 'rad/s', {}, 2.0),
         ('velocity', 'deg/s', {}, math.radians(2.0)),
         ('velocity', 'rpm', {}, 2.0 * 2.0 * math.pi / 60.0),
+        ('velocity', 'turns/s', {}, 4.0 * math.pi),
         ('velocity', 'm/s', {}, 2.0),
         ('velocity', 'mm/s', {}, 0.002),
         ('velocity', 'counts/s', {'counts_per_unit': 1000}, 0.002),
@@ -326,7 +328,7 @@ FAULTS = [
     ({'time/unit': None}, 'time has no unit: known are s, ms, us, ns'),
     (
         {'joints/shoulder/position/unit': 'degree'},
-        "joints.shoulder.position has the unknown unit 'degree': known are rad, deg, m, mm",
+        "joints.shoulder.position has the unknown unit 'degree': known are rad, deg, turns, m, mm",
     ),
     ({'joints/shoulder/effort/unit': 'W'}, "unknown unit 'W': known are Nm, mNm, N, kN, A, mA, V"),
     (
@@ -359,7 +361,7 @@ FAULTS = [
     ({'joints/shoulder/effort/scale': [1]}, r'effort.scale is \[1\]: a number is needed'),
     ({'joints/shoulder/effort/scale': math.nan}, 'a finite number is needed'),
     ({'joints/shoulder/effort/variable': None}, 'joints.shoulder.effort has no variable'),
-    ({'joints/shoulder/effort/variable': 3}, 'effort.variable is 3: a name is needed'),
+    ({'joints/shoulder/effort/variable': -3}, 'effort.variable is -3: a name is needed'),
     ({'joints/shoulder/effort/column': -1}, 'effort.column is -1: count from 0'),
     (
         {'joints/shoulder/effort/column': 0, 'joints/shoulder/effort/row': 0},
@@ -376,7 +378,7 @@ FAULTS = [
     ({'urdf': 'no.urdf'}, "urdf is 'no.urdf' and .*no.urdf does not exist"),
     ({'model': 'no.yaml'}, "model is 'no.yaml' and .*no.yaml does not exist"),
     ({'rows': 'abc'}, "rows is 'abc': a list of names is needed"),
-    ({'rows': ['a']}, 'rows and columns name the parts of an .npy table'),
+    ({'rows': ['a']}, 'name the parts of a table without names, and .*source.npz has'),
     (
         {'joints/shoulder/temperature': {'variable': 'q', 'unit': 'K', 'offset': 1}},
         'is in K and has an offset',
@@ -465,7 +467,7 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
 @pytest.mark.parametrize(
     ('name', 'content', 'sentence'),
     [
-        ('x.csv', b'', 'is empty: a CSV file needs a header line'),
+        ('x.csv', b'', 'is empty: a CSV file needs rows of numbers'),
         ('x.csv', b't,q,tau\n', 'holds no samples'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2\n', 'line 3 has 2 cells where the header has 3'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2,two\n', "line 3, column 'tau': 'two' is not a number"),
@@ -474,14 +476,14 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
         ('x.mat', b'not a mat file' * 20, 'is no readable MAT file'),
         ('x.npz', b'PK not a zip', 'is no readable NPZ file'),
         (
-            'x.txt',
+            'x.xls',
             b'',
-            'is not of a kind that can be imported: give one of .mat, .csv, .npz, .npy',
+            'is not of a kind that can be imported: give one of .mat, .npz, .npy, .parquet',
         ),
         (
             'x.mat',
             b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM' + b'\x89HDF\r\n\x1a\n',
-            "is of MATLAB version 7.3 .HDF5., which is not read: save it with '-v7'",
+            r'is of MATLAB version 7.3 \(HDF5\), which needs h5py|is no readable MAT',
         ),
     ],
 )
@@ -496,7 +498,6 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path, mapping, name, con
 @pytest.mark.parametrize(
     ('table', 'names', 'sentence'),
     [
-        (np.zeros((3, 5)), None, 'has no names of its own: the mapping must name either its rows'),
         (np.zeros((3, 5)), ['t', 'q'], 'has 3 rows and the mapping names 2 .t, q.'),
         (np.zeros((2, 5)), ['t', 't'], 'names 2 .t, t.: give each its own name'),
         (np.zeros(5), ['t'], r'shape \(5,\): a table is needed'),
