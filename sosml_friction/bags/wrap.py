@@ -22,8 +22,8 @@ def recognise_wrap(position: NDArray[np.generic]) -> float | None:
     Return the period at which a position (N,) jumps back, None if it does not.
 
     A wrap shows itself by jumps that are all of one and the same size, which is the whole range of
-    the values, and that leave no trace once they are undone: every step is then less than a
-    quarter of the period, so that no other number of turns could be meant. The period is the mean
+    the values, against the motion beside them, and that leave no trace once they are undone: every
+    step is then less than a quarter of the period. The period is the mean
     jump, with the motion through it taken from the steps beside, or the round number (a turn,
     a power of two, three digits) that it cannot be told from.
     """
@@ -45,6 +45,9 @@ def recognise_wrap(position: NDArray[np.generic]) -> float | None:
     for k, jump in enumerate(jumps):
         beside = [i for i in (jump - 1, jump + 1) if 0 <= i < len(steps) and i not in jumps]
         through[k] = np.mean(steps[beside]) if beside else 0.0
+    # It goes on the way it went: pulses and values that come and go do not.
+    if np.mean(np.sign(through) == -np.sign(steps[jumps])) <= 0.5:
+        return None
     sizes = np.sign(steps[jumps]) * (steps[jumps] - through)
     period = float(np.mean(sizes))
     largest = float(np.abs(ordinary).max(initial=0.0))
