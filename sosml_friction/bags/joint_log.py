@@ -68,6 +68,16 @@ class JointLog:
                 'effort [Nm or N], or map it when the recording is imported'
             )
 
+    def reported_together(self) -> tuple[str, ...]:
+        """
+        Return the joints of those samples that tell of most joints.
+
+        Where an arm and a gripper publish on one topic by turns, these are the joints of the arm.
+        """
+        says = np.isfinite(self.q) | np.isfinite(self.v) | np.isfinite(self.tau)
+        most = says[int(np.argmax(says.sum(axis=1)))]
+        return tuple(name for name, told in zip(self.names, most, strict=True) if told)
+
     def rows(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
         """
         Return the log of the samples ``rows``, all joints.

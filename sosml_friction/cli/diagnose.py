@@ -23,6 +23,7 @@ def diagnose(
             'model and robot_description.'
         ),
     ] = None,
+    armature: options.ArmatureOption = None,
     holdout: Annotated[
         Path | None,
         typer.Option(
@@ -66,7 +67,8 @@ def diagnose(
     require_writable(folder)
     leave = options.parse_names(without or None) or ()
     with progress(f'reading {bags[0]}') as step:
-        found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
+        source = options.stated_model(bags[0], model, armature, urdf, namespace)
+        found = diagnose_bags(bags, source, urdf, namespace, holdout, leave, step=step)
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
     if json:

@@ -44,9 +44,9 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort or
-    rest; ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a
-    person; ``values``: the numbers, SI units in their names.
+    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort,
+    rest or held_joints; ``severity``: note, warning or bad; ``joint``: its name, or '*';
+    ``sentence`` for a person; ``values``: the numbers, SI units in their names.
     """
 
     kind: str

@@ -107,6 +107,8 @@ def analyse_log(
     settings = settings or FitSettings()
     robot = nominal.make_robot()
     log, checks = check_data(log, robot, source.recovery)
+    held = [DataFinding('held_joints', '*', NOTE, said) for said in robot.remarks]
+    checks = replace(checks, findings=(*checks.findings, *held))
     log, checks = _with_corrected_effort(log, checks, nominal)
     holds = effort_holds(robot.names, effort_hold or {}, recorded)
     if recorded is None or bandwidth is not None or observers is not None:

@@ -153,6 +153,17 @@ class RobotModelFile:
                 joints[name] = replace(joints[name], armature=known)
         return replace(self, joints=joints)
 
+    def with_locked(self, locked: Mapping[str, float]) -> RobotModelFile:
+        """
+        Return the model with joints held still at positions [rad or m] beside those that are.
+
+        :raises ConfigurationError: if it is left without a joint.
+        """
+        joints = {name: joint for name, joint in self.joints.items() if name not in locked}
+        if not joints:
+            raise ConfigurationError(f'all joints of model {self.name} are locked: leave one')
+        return replace(self, joints=joints, locked={**self.locked, **locked})
+
     @property
     def is_rigid_body_identified(self) -> bool:
         """Tell whether ``urdf`` has a rigid body that a diagnosis found, in its provenance."""

@@ -93,18 +93,27 @@ def free_model(inertia: float, joint: str = 'joint') -> RobotModelFile:
     return _simple('shaft', joint, urdf, rotor, ['gravity does not turn the shaft'])
 
 
-def skeleton_model(urdf_text: str, joints: Sequence[str] | None = None) -> RobotModelFile:
+def skeleton_model(
+    urdf_text: str, joints: Sequence[str] | None = None, require_all: bool = False
+) -> RobotModelFile:
     """
     Return a model of a URDF in which all that the URDF does not state is marked as not known.
 
     It has every joint that moves by itself: revolute, continuous or prismatic, no mimic.
     ``provenance`` has ``not_known``, by joint, what is missing and what for.
 
-    :param joints: these alone; the others are held still. One that mimics another follows it
-        even if it is named here.
+    :param joints: these alone, as many as there are; the others are held still. One that mimics
+        another follows it even if it is named here.
+    :param require_all: whether each of ``joints`` must be there.
     :raises ConfigurationError: if the URDF cannot be read or no joint is left.
     """
     stated = read_joints(urdf_text)
+    absent = [name for name in joints or () if name not in stated.joints]
+    if require_all and absent:
+        raise ConfigurationError(
+            f'the URDF has no joint {", ".join(absent)} that moves: use some of '
+            f'{", ".join(stated.joints)}'
+        )
     chosen = {
         name: joint
         for name, joint in stated.joints.items()
