@@ -201,6 +201,7 @@ class Bag:
         """
         Return the measured motion: the JointState messages of ``topic``, or of joint_states.
 
+        If no topic is called so, the only one of that type is taken.
         Joints go by name: they are those of all messages, in order of first appearance, and a
         sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
         (``joint_temperatures``, frame_id = joint) are those last measured at or before each
@@ -370,6 +371,16 @@ class Bag:
 
     def _joint_state_topic(self, topic: str | None) -> str:
         chosen = self._find('joint_states') if topic is None else self._known(topic)
+        if chosen is None:
+            # Another driver may call it otherwise; what this package writes beside it is none.
+            others = [
+                name
+                for name, entry in self._in_namespace().items()
+                if entry.type_name == JOINT_STATE
+                and len(entry)
+                and not re.search(r'friction_estimate|controller_reference|injected_effort', name)
+            ]
+            chosen = others[0] if len(others) == 1 else None
         if chosen is None:
             within = '' if self._namespace is None else f' in the namespace {self._namespace}'
             raise BagError(

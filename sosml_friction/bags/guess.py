@@ -16,9 +16,9 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.joint_log import FloatArray
-from sosml_friction.bags.mapping import FILL_IN, UNITS, open_places
+from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS, open_places
 from sosml_friction.bags.wrap import recognise_wrap
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 
 #: Two figures of one quantity agree if they are this close: units are further apart.
@@ -28,6 +28,22 @@ _RAD_SPAN = (0.5, 4.0 * math.pi)
 #: Share of an effort that the motion must explain for it to be proposed.
 _EXPLAINED = 0.2
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
+
+
+@dataclass(frozen=True)
+class Columns:
+    """
+    State what columns are, as on a command line.
+
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
+    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
+    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
+    """
+
+    quantities: Mapping[str, Sequence[str]]
+    time: str = ''
+    scales: Sequence[float] = ()
+    counts_per_turn: float | None = None
 
 
 @dataclass
@@ -47,6 +63,18 @@ class Guess:
     def left_open(self) -> list[str]:
         """Return the keys that are to be filled in."""
         return open_places(self.content)
+
+    def sentences(self) -> list[str]:
+        """Return what every column was taken for, and why."""
+        told = []
+        for key, why in self.reasons.items():
+            entry: Any = self.content
+            for part in key.split('.', 2):
+                entry = entry[part]
+            unit = '' if entry == FILL_IN else f' [{entry.get("unit", FILL_IN)}]'
+            name = '' if entry == FILL_IN else f' is {entry["variable"]}'
+            told.append(f'{key.removeprefix("joints.")}{name}{unit}: {why}')
+        return told
 
     def to_yaml(self, title: str) -> str:
         """Return the text of the mapping file, each reason beside its line."""
@@ -96,9 +124,23 @@ def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
     return _Guesser(data, urdf_text).guess()
 
 
+def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
+    """
+    Return the mapping of columns whose quantities are stated; time and units are proposed.
+
+    :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
+        says how to state it.
+    :raises ConfigurationError: if an effort that is no torque has no constant.
+    """
+    return _Guesser(data, urdf_text, columns).map_stated()
+
+
 class _Guesser:
-    def __init__(self, data: DataFile, urdf_text: str | None) -> None:
+    def __init__(
+        self, data: DataFile, urdf_text: str | None, columns: Columns | None = None
+    ) -> None:
         self.data = data
+        self.columns = columns
         self.series = data.series()
         self.result = Guess()
         self.is_named = not all(name.isdecimal() for name in data)
@@ -112,10 +154,12 @@ class _Guesser:
             for name, joint in joints.items()
             if joint.is_single and joint.mimic is None
         }
-        self.time = evidence.find_time(self.series)
-        self.t: FloatArray = (
-            np.arange(max((len(x) for x in self.series.values()), default=0)) * 1.0
-        )
+        time, _, unit = (columns.time if columns else '').partition(':')
+        self.time = evidence.find_time(self.series, self._whole(time) if time else '')
+        if unit:
+            self.time = evidence.Time(self.time.name, _known(unit, TIME_UNITS, time), 'stated')
+        count = max((len(x) for x in self.series.values()), default=0)
+        self.t: FloatArray = np.arange(float(count))
         if self.time.name and self.time.unit:
             self.t = evidence.seconds(self.series[self.time.name], self.time.unit)
         others = {name: x for name, x in self.series.items() if name != self.time.name}
@@ -140,6 +184,106 @@ class _Guesser:
             self._put_joint(joint, roles)
         self._put_remarks()
         return self.result
+
+    def map_stated(self) -> Guess:
+        """Return the mapping of the columns that are stated."""
+        assert self.columns is not None
+        stated = {
+            quantity: [self._stated(quantity, entry) for entry in entries]
+            for quantity, entries in self.columns.quantities.items()
+        }
+        count = len(stated['position'])
+        for quantity, names in stated.items():
+            if len(names) != count:
+                raise ConfigurationError(
+                    f'{len(names)} columns of {quantity} are stated and {count} of position: name '
+                    'one for each joint'
+                )
+        self._put_time()
+        if not self.time.unit:
+            raise DataError(
+                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
+                '--time NAME:ms'
+            )
+        keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
+        joints = list(self._joint_names(keys).values())
+        self.roles = {
+            joint: {quantity: names[k] for quantity, names in stated.items()}
+            for k, joint in enumerate(joints)
+        }
+        self.result.content['joints'] = {}
+        for k, (joint, roles) in enumerate(self.roles.items()):
+            self._put_joint(joint, roles)
+            self._close(joint, self.result.content['joints'][joint], k)
+        return self.result
+
+    def _whole(self, name: str) -> str:
+        """Return the name of a series as the file has it."""
+        found = self.data.find(name) or name
+        if found not in self.series:
+            raise DataError(
+                f'{self.data.path} has no series {name!r}: it has {", ".join(self.series)}'
+            )
+        return found
+
+    def _stated(self, quantity: str, entry: str) -> str:
+        """Return the column of ``NAME`` or ``NAME:UNIT``, and keep what is known of its unit."""
+        name, _, unit = entry.rpartition(':') if self.data.find(entry) is None else (entry, '', '')
+        name, unit = (unit, '') if not name else (name, unit)
+        whole = self._whole(name)
+        word = self.words[whole]
+        said = word.unit if word.quantity == quantity else ''
+        if unit:
+            said = _known(unit, UNITS[quantity], entry)
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
+        self.why[whole] = 'stated'
+        return whole
+
+    def _close(self, joint: str, own: dict[str, Any], index: int) -> None:
+        """Fill in what was stated beside the columns; refuse what is still open."""
+        assert self.columns is not None
+        position = own['position']
+        turn = self.columns.counts_per_turn
+        for entry in (position, own.get('velocity', {})):
+            if 'counts_per_turn' in entry and turn is not None:
+                entry['counts_per_turn'] = turn
+        if position['unit'] == FILL_IN:
+            reason = self.result.reasons[f'joints.{joint}.position']
+            raise DataError(
+                f'{self.data.path}, position {position["variable"]}: {reason.split("; ", 1)[1]}: '
+                f'say which, as --position {position["variable"]}:deg'.replace(f'{FILL_IN}: ', '')
+            )
+        if FILL_IN in own.get('velocity', {}).values():
+            why = self.result.reasons.pop(f'joints.{joint}.velocity')
+            name = own.pop('velocity')['variable']
+            self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
+        effort = own.get('effort')
+        if effort is None:
+            return
+        scales = self.columns.scales
+        if effort['unit'] == FILL_IN:
+            slides = position['unit'] in LINEAR_UNITS
+            effort['unit'] = 'N' if slides else 'Nm'
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'taken as {effort["unit"]}, as nothing tells another unit'
+            )
+        if UNITS['effort'][effort['unit']] is None:
+            if not scales:
+                raise ConfigurationError(
+                    f'effort {effort["variable"]} is in {effort["unit"]}: give the Nm (or N) at '
+                    f'the joint that one of it makes, as --kt 1.8'
+                )
+            scale = scales[index % len(scales)]
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'stated, {scale:g} {"N" if position["unit"] in LINEAR_UNITS else "Nm"} per '
+                f'{effort["unit"].removeprefix("m")}'
+            )
+            effort['scale'] = scale * {'mA': 1e-3, 'mV': 1e-3}.get(effort['unit'], 1.0)
+        elif scales:
+            raise ConfigurationError(
+                f'--kt is given and effort {effort["variable"]} is in {effort["unit"]}: leave '
+                f'--kt out, or state the unit, as --effort {effort["variable"]}:A'
+            )
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons
@@ -213,7 +357,8 @@ class _Guesser:
         of_urdf = list(self.kinds)
         numbered = len(keys) == 1 or all(key.isdecimal() for key in keys)
         if len(of_urdf) == len(keys) and numbered and not set(keys) & set(of_urdf):
-            self._remark('the joints are in the order of the URDF')
+            if len(keys) > 1:
+                self._remark('the joints are in the order of the URDF')
             return dict(zip(keys, of_urdf, strict=True))
         named = {}
         for key in keys:
@@ -532,6 +677,14 @@ class _Guesser:
         rest = [n for n in self.series if n not in taken]
         if rest:
             self._remark(f'not used: {", ".join(rest)}')
+
+
+def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
+    if unit not in units:
+        raise ConfigurationError(
+            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
+        )
+    return unit
 
 
 def _agree(one: float, other: float) -> bool:

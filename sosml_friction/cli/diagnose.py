@@ -11,9 +11,11 @@ import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark
+from sosml_friction.cli.tables import takes_tables
 
 
 @app.command()
+@takes_tables
 def diagnose(
     bags: options.BagsArgument,
     model: Annotated[

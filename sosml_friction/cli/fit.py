@@ -12,6 +12,7 @@ import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, command_line, print_blocks, print_json, progress, remark
+from sosml_friction.cli.tables import takes_tables
 
 if TYPE_CHECKING:
     from sosml_friction.bags.recorded_robot import ModelSource
@@ -114,6 +115,7 @@ TruthOption = Annotated[
 
 
 @app.command()
+@takes_tables
 def fit(
     context: typer.Context,
     bags: options.BagsArgument,

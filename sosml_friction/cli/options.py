@@ -58,6 +58,18 @@ def stated(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def parse_numbers(option: str, text: str) -> list[float]:
+    """
+    Read numbers with commas between them.
+
+    :raises ConfigurationError: if one is none.
+    """
+    try:
+        return [float(part) for part in text.split(',')]
+    except ValueError:
+        raise ConfigurationError(f'{option} {text} is no number: give numbers') from None
+
+
 def parse_values(option: str, entries: list[str]) -> dict[str, float]:
     """
     Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
@@ -93,8 +105,13 @@ def stated_model(
     return stated_armature(Bag.open(bag, namespace), bag, model, urdf, known)
 
 
+def is_table(path: Path) -> bool:
+    """Tell whether a recording is a file that sosml import reads."""
+    return path.suffix.lower() in IMPORTED and path.is_file()
+
+
 def _refuse_data_file(bag: Path) -> Path:
-    if bag.suffix.lower() in IMPORTED and bag.is_file():
+    if is_table(bag):
         raise BagError(
             f'{bag} is no bag: turn it into one first with sosml import {bag} --map MAPPING.yaml'
         )
