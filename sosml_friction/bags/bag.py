@@ -479,7 +479,7 @@ def _mcap_files(path: Path) -> list[Path]:
     if path.is_file():
         if path.suffix == '.db3':
             raise BagError(
-                f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
+                f'{path} is stored in SQLite: make it MCAP with sosml import, or record '
                 'with -s mcap'
             )
         return [path]
@@ -502,8 +502,7 @@ def _mcap_files(path: Path) -> list[Path]:
         )
     if any(name.endswith('.db3') for name in names):
         raise BagError(
-            f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
-            'with -s mcap'
+            f'{path} is stored in SQLite: make it MCAP with sosml import, or record with -s mcap'
         )
     raise BagError(f'{path} is no bag: the folder holds no .mcap file; give the folder of one bag')
 

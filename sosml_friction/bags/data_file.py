@@ -94,10 +94,11 @@ class DataFile(Mapping[str, NDArray[Any]]):
         """Return the whole name of the variable that ``name`` means, None if there is none."""
         if name in self._variables:
             return name
-        for form in (lambda x: _UNIT.sub('', x), lambda x: _UNIT.sub('', x).casefold()):
-            found = [known for known in self._variables if form(known) == form(name)]
-            if len(found) == 1:
-                return found[0]
+        for form in (str, str.casefold):
+            for bare in (str, lambda known: _UNIT.sub('', known)):
+                found = [known for known in self._variables if form(bare(known)) == form(name)]
+                if len(found) == 1:
+                    return found[0]
         if name.isdecimal() and int(name) < len(self._variables):
             return list(self._variables)[int(name)]
         return None

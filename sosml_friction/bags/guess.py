@@ -165,6 +165,7 @@ class _Guesser:
         others = {name: x for name, x in self.series.items() if name != self.time.name}
         self.moving = evidence.moving(others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
+        self.stated_units: set[str] = set()
         self.roles: dict[str, dict[str, str]] = {}
         self.why: dict[str, str] = {}
 
@@ -188,9 +189,12 @@ class _Guesser:
     def map_stated(self) -> Guess:
         """Return the mapping of the columns that are stated."""
         assert self.columns is not None
+        named, positions = zip(
+            *map(self._of_joint, self.columns.quantities['position']), strict=True
+        )
         stated = {
             quantity: [self._stated(quantity, entry) for entry in entries]
-            for quantity, entries in self.columns.quantities.items()
+            for quantity, entries in {**self.columns.quantities, 'position': positions}.items()
         }
         count = len(stated['position'])
         for quantity, names in stated.items():
@@ -205,8 +209,22 @@ class _Guesser:
                 f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
                 '--time NAME:ms'
             )
+        time = self.series.get(self.time.name, np.zeros(1))
+        if (np.diff(time) < 0).any():
+            raise DataError(
+                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
+                'column that grows all the time'
+            )
         keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
-        joints = list(self._joint_names(keys).values())
+        joints = list(named) if all(named) else list(self._joint_names(keys).values())
+        strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
+        if strange or len(set(joints)) < count:
+            known = ', '.join(self.kinds) or 'joint'
+            raise ConfigurationError(
+                f'the columns of position are stated for {", ".join(joints)}, and the robot has '
+                f'{known}: say which joint each is, as --position {known.split(", ")[0]}='
+                f'{positions[0]}'
+            )
         self.roles = {
             joint: {quantity: names[k] for quantity, names in stated.items()}
             for k, joint in enumerate(joints)
@@ -216,6 +234,11 @@ class _Guesser:
             self._put_joint(joint, roles)
             self._close(joint, self.result.content['joints'][joint], k)
         return self.result
+
+    def _of_joint(self, entry: str) -> tuple[str, str]:
+        """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
+        joint, _, column = entry.rpartition('=')
+        return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
 
     def _whole(self, name: str) -> str:
         """Return the name of a series as the file has it."""
@@ -235,6 +258,7 @@ class _Guesser:
         said = word.unit if word.quantity == quantity else ''
         if unit:
             said = _known(unit, UNITS[quantity], entry)
+            self.stated_units.add(whole)
         self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
         self.why[whole] = 'stated'
         return whole
@@ -554,7 +578,7 @@ class _Guesser:
         name = self.roles[joint]['position']
         word = self.words[name]
         if word.unit:
-            return word.unit, 'its name has the unit'
+            return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
         period = recognise_wrap(self.series[name])
         by_turn = {2 * math.pi: 'rad', math.pi: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns'}
         if period in by_turn:

@@ -49,15 +49,14 @@ def read_text_table(path: Path) -> Columns:
         rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
-    first = _first_of_numbers(rows)
-    comment = re.compile(r'\s*[#%]')
-    rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
     if delimiter != ',' and _has_decimal_commas(rows[:_LOOK]):
         rows = [
             _Row(k, [c.replace(',', '.') if _DECIMAL_COMMA.fullmatch(c) else c for c in cells])
             for k, cells in rows
         ]
-        first = _first_of_numbers(rows)
+    first = _first_of_numbers(rows)
+    comment = re.compile(r'\s*[#%]')
+    rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
     above = [cells for _, cells in rows[max(0, first - 2) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
@@ -119,9 +118,8 @@ def _is_number(cell: str) -> bool:
 
 def _has_decimal_commas(rows: list[_Row]) -> bool:
     cells = [cell for _, row in rows for cell in row]
-    return any(map(_DECIMAL_COMMA.fullmatch, cells)) and not any(
-        '.' in cell and _is_number(cell) for cell in cells
-    )
+    points = sum('.' in cell and _is_number(cell) for cell in cells)
+    return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
 
 
 def _first_of_numbers(rows: list[_Row]) -> int:

@@ -41,10 +41,12 @@ def recognise_wrap(position: NDArray[np.generic]) -> float | None:
         return None
     ordinary = np.delete(steps, jumps)
     # What the joint moved during a jump, from the steps on both sides of it.
-    through = np.zeros(len(jumps))
+    through, doubt = np.zeros(len(jumps)), np.zeros(len(jumps))
     for k, jump in enumerate(jumps):
         beside = [i for i in (jump - 1, jump + 1) if 0 <= i < len(steps) and i not in jumps]
-        through[k] = np.mean(steps[beside]) if beside else 0.0
+        if beside:
+            through[k] = np.mean(steps[beside])
+            doubt[k] = 0.5 * np.ptp(steps[beside]) if len(beside) == 2 else abs(through[k])
     # It goes on the way it went: pulses and values that come and go do not.
     if np.mean(np.sign(through) == -np.sign(steps[jumps])) <= 0.5:
         return None
@@ -58,8 +60,8 @@ def recognise_wrap(position: NDArray[np.generic]) -> float | None:
         or max(largest, np.abs(steps[jumps] - np.sign(steps[jumps]) * period).max()) > period / 4
     ):
         return None
-    scatter = float(np.std(sizes)) / math.sqrt(len(sizes)) if len(sizes) > 2 else largest
-    within = max(2.0 * scatter, 1e-9 * period)
+    scatter = float(np.std(sizes)) / math.sqrt(len(sizes))
+    within = max(2.0 * scatter, float(np.mean(doubt)), 1e-9 * period)
     for known in (*_TURNS, float(f'{period:.2g}'), float(f'{period:.3g}')):
         if abs(known - period) <= within and known >= span:
             return known

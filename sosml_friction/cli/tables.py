@@ -37,7 +37,8 @@ _TABLE_OPTIONS: dict[str, Any] = {
         str | None,
         _columns_option(
             'Column of position in a table, by name or by number from 0, with its unit if that is '
-            'not plain, such as q:deg; several joints with commas, here and below.'
+            'not plain, such as q:deg; several joints with commas, here and below, and which '
+            'joint of the URDF it is before it: elbow=q2.'
         ),
     ],
     'velocity': Annotated[str | None, _columns_option('Column of velocity.')],
@@ -118,8 +119,11 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     :param given: the arguments of the command, which are changed.
     :return: the bag that was made of each table.
     """
+    from sosml_friction.bags.other_bag import copy_bag, is_other_bag
+
     paths = [*given['bags'], *filter(None, [given.get('holdout')])]
     tables = [path for path in dict.fromkeys(paths) if is_table(path)]
+    others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
         raise ConfigurationError(
@@ -146,18 +150,29 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
             '--free INERTIA, or --urdf FILE with --armature or --model'
         )
-    bags = {path: place / str(k) / path.stem for k, path in enumerate(tables)}
-    urdf = simple.urdf if simple is not None else _text_of(given['urdf'])
-    for path, bag in bags.items():
-        _make_bag(path, bag, said, urdf)
+    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
+    urdf = None if simple is None else simple.urdf
+    if tables and simple is None:
+        urdf = _urdf_of(given['urdf'], given['model'])
+    for path in tables:
+        _make_bag(path, bags[path], said, urdf)
+    for path in others:
+        copy_bag(path, bags[path])
     given['bags'] = [bags.get(path, path) for path in given['bags']]
     if given.get('holdout') in bags:
         given['holdout'] = bags[given['holdout']]
     return bags
 
 
-def _text_of(path: Path | None) -> str | None:
-    return None if path is None or not path.is_file() else path.read_text(encoding='utf-8')
+def _urdf_of(urdf: Path | None, model: Path | None) -> str | None:
+    from sosml_friction.model.model_folder import read_model
+
+    if urdf is None:
+        return None if model is None else read_model(model).urdf
+    try:
+        return urdf.read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
 
 
 def _simple_model(said: dict[str, Any], recording: Path) -> RobotModelFile | None:
