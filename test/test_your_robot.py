@@ -80,9 +80,8 @@ def test_from_a_csv(sosml, tmp_path):
     check(tmp_path / 'pendulum_fit')
     assert sosml(*diagnose)[0] == 0
     diagnosis = json.loads((tmp_path / 'pendulum_why' / 'diagnosis.json').read_text())
-    named = {cause['effect']: cause['parameters'] for cause in diagnosis['causes']}
-    value = named['coulomb']['coulomb']['value']
-    assert value == pytest.approx(COULOMB, rel=COULOMB_WITHIN)
+    # Coulomb and viscous friction is all there is, and any model has that refitted.
+    assert diagnosis['verdict'] == 'nothing_above_floor'
 
 
 def test_from_a_urdf_and_a_recording(sosml, tmp_path):

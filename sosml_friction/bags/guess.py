@@ -15,9 +15,9 @@ import numpy as np
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
+from sosml_friction.bags.importer import recognised_wrap
 from sosml_friction.bags.joint_log import FloatArray
 from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS, open_places
-from sosml_friction.bags.wrap import recognise_wrap
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 
@@ -163,7 +163,7 @@ class _Guesser:
         if self.time.name and self.time.unit:
             self.t = evidence.seconds(self.series[self.time.name], self.time.unit)
         others = {name: x for name, x in self.series.items() if name != self.time.name}
-        self.moving = evidence.moving(others)
+        self.moving = evidence.moving(self.t, others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()
         self.roles: dict[str, dict[str, str]] = {}
@@ -579,7 +579,7 @@ class _Guesser:
         word = self.words[name]
         if word.unit:
             return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
-        period = recognise_wrap(self.series[name])
+        period = self._wrap(name)
         by_turn = {2 * math.pi: 'rad', math.pi: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns'}
         if period in by_turn:
             return by_turn[period], f'it wraps at {period:.6g}'
@@ -609,6 +609,9 @@ class _Guesser:
             return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
 
+    def _wrap(self, name: str, unit: str = '') -> float | None:
+        return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
+
     def _slope(self, position: str, velocity: str | None) -> evidence.Slope | None:
         mine = [s for s in self.slopes if (s.position, s.velocity) == (position, velocity)]
         return mine[0] if mine else None
@@ -622,7 +625,7 @@ class _Guesser:
         own['position'] = {'variable': self._variable(name), 'unit': unit}
         if unit == 'counts':
             own['position']['counts_per_turn'] = FILL_IN
-        period = recognise_wrap(self.series[name])
+        period = self._wrap(name, unit)
         if period is not None:
             own['position']['wrap'] = float(f'{period:.9g}')
             why += '; it jumps back by one and the same size'

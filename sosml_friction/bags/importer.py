@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import tempfile
@@ -28,13 +29,15 @@ from sosml_friction.bags.mapping import (
     Signal,
     read_mapping,
 )
-from sosml_friction.bags.wrap import recognise_wrap, unwrap
+from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 
 #: Takes a sentence about what was done to the data.
 Tell = Callable[[str], None]
 #: More repeated stamps than these are no slips of a logger: the time is too coarse.
 _REPEATED = 0.05
+#: A period is that of a counter's register if it is this close: the motion in the jump blurs it.
+_REGISTER = 0.02
 
 
 def _silent(sentence: str) -> None:
@@ -70,10 +73,10 @@ def import_recording(
             f'{destination} exists and is not overwritten: choose another name or remove it'
         )
     data = DataFile(source, plan.rows, plan.columns)
-    log, kept = _read_log(data, plan, tell)
+    log, t_ns = _read_log(data, plan, tell)
     positions = {name: loop.reference for name, loop in plan.controllers.items()}
-    reference = _table(data, plan, 'reference', positions, kept, tell)
-    injected = _table(data, plan, 'injected signal', plan.injected, kept, tell)
+    reference = _table(data, plan, 'reference', positions, t_ns, tell)
+    injected = _table(data, plan, 'injected signal', plan.injected, t_ns, tell)
     robot_description = None if plan.urdf is None else _robot_description(plan.urdf, plan)
     model_description = None if plan.model is None else _text(plan.model)
     # Made beside its place and moved there whole, so that no half of a bag is ever found.
@@ -121,16 +124,15 @@ def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent
 
 def _read_log(
     data: DataFile, plan: ImportMapping, tell: Tell
-) -> tuple[JointLog, NDArray[np.bool_]]:
-    """Return the log, and which samples (N,) of the file it has."""
+) -> tuple[JointLog, NDArray[np.int64]]:
+    """Return the log, and the stamps (N,) of all samples of the file [ns]."""
     names = tuple(plan.joints)
     first = plan.joints[names[0]]['position'].series
     count = len(_series(data, first if plan.time is None else plan.time))
     if count == 0:
         raise DataError(f'{data.path} holds no samples: give a recording')
     t_ns = _stamps(data, plan, count)
-    kept = np.ones(count, dtype=bool)
-    kept[1:] = np.diff(t_ns) != 0
+    kept = _kept(t_ns)
     if not kept.all():
         left_out = int(np.sum(~kept))
         tell(
@@ -140,7 +142,7 @@ def _read_log(
     arrays: dict[str, FloatArray] = {}
     for quantity in ('position', 'velocity', 'effort', 'temperature'):
         signals = {n: own[quantity] for n, own in plan.joints.items() if quantity in own}
-        values = _table(data, plan, quantity, signals, kept, tell)
+        values = _table(data, plan, quantity, signals, t_ns, tell)
         unknown = np.full((int(kept.sum()), len(names)), np.nan)
         arrays[quantity] = unknown if values is None else values
     has_temperature = any('temperature' in signals for signals in plan.joints.values())
@@ -153,7 +155,12 @@ def _read_log(
         arrays['temperature'] if has_temperature else None,
         {**plan.tags, **_controller_tags(data, plan)},
     )
-    return log, kept
+    return log, t_ns
+
+
+def _kept(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which samples (N,) do not repeat the stamp before them."""
+    return np.append(True, np.diff(t_ns) != 0)
 
 
 def _table(
@@ -161,7 +168,7 @@ def _table(
     plan: ImportMapping,
     what: str,
     signals: Mapping[str, Signal],
-    kept: NDArray[np.bool_],
+    t_ns: NDArray[np.int64],
     tell: Tell,
 ) -> FloatArray | None:
     """
@@ -172,11 +179,12 @@ def _table(
     """
     if not signals:
         return None
+    kept = _kept(t_ns)
     table = np.full((int(kept.sum()), len(plan.joints)), np.nan)
     for j, name in enumerate(plan.joints):
         if name not in signals:
             continue
-        values = _values(data, signals[name], f'{what} of {name}', tell)
+        values = _values(data, signals[name], t_ns, f'{what} of {name}', tell)
         if len(values) != len(kept):
             raise DataError(
                 f'{data.path} has {len(kept)} samples of time and {len(values)} of the {what} '
@@ -236,24 +244,37 @@ def _one_number(data: DataFile, value: float | str) -> float:
     return float(values.reshape(()))
 
 
-def _values(data: DataFile, signal: Signal, what: str, tell: Tell) -> FloatArray:
+def _values(
+    data: DataFile, signal: Signal, t_ns: NDArray[np.int64], what: str, tell: Tell
+) -> FloatArray:
     """Return a signal in SI units, (N,), without the jumps of a wrap."""
     values: FloatArray = _series(data, signal.series).astype(np.float64)
     period = signal.wrap
-    if period is None:
-        period = recognise_wrap(values)
+    if period is None and len(values) == len(t_ns):
+        period = recognised_wrap((t_ns - t_ns[0]) * 1e-9, values, signal.unit)
         if period is not None:
             tell(
                 f'{data.path}: the {what} wraps at a period of {period:.6g} {signal.unit} and was '
                 "unwrapped (say 'wrap: no' in the mapping if it is not so, or another period)"
             )
     if period:
-        values = unwrap(values, period)
+        known = np.isfinite(values)
+        values[known] = np.unwrap(values[known], period=period)
     for factor in (signal.factor, _one_number(data, signal.scale)):
         if factor != 1.0:
             values = values * factor
     offset = _one_number(data, signal.offset)
     return values + offset if offset != 0.0 else values
+
+
+def recognised_wrap(time: FloatArray, values: FloatArray, unit: str) -> float | None:
+    """Return the period [its unit] at which a position jumps back, None if it does not."""
+    period = wrap_period(time, values)
+    if period is None or unit != 'counts':
+        return period
+    # A counter has some number of bits.
+    register = 2.0 ** round(math.log2(period))
+    return register if abs(period / register - 1.0) < _REGISTER else period
 
 
 def _stamps(data: DataFile, plan: ImportMapping, count: int) -> NDArray[np.int64]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.header_words import read_header
 from sosml_friction.bags.joint_log import FloatArray
 from sosml_friction.bags.mapping import TIME_UNITS
-from sosml_friction.bags.wrap import recognise_wrap, unwrap
+from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
 _RATES = (10.0, 10_000.0)
@@ -91,7 +91,7 @@ def seconds(series: NDArray[Any], unit: str) -> FloatArray:
     return from_start
 
 
-def moving(series: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
+def moving(t: FloatArray, series: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
     """Return the series that change, unwrapped where a wrap is recognised, gaps filled in."""
     found = {}
     for name, raw in series.items():
@@ -100,8 +100,8 @@ def moving(series: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
         if known.sum() < 2 * _SAMPLES or np.ptp(values[known]) == 0.0:
             continue
         values = np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
-        period = recognise_wrap(values)
-        found[name] = values if period is None else unwrap(values, period)
+        period = wrap_period(t, values)
+        found[name] = values if period is None else np.unwrap(values, period=period)
     return found
 
 

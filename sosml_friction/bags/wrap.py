@@ -1,76 +1,106 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""A position that begins anew at the end of its range: recognise the period, and unwrap."""
+"""Positions that wrap: an encoder's register that begins anew at the end of its range."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.joint_log import FloatArray
+if TYPE_CHECKING:
+    from sosml_friction.bags.joint_log import JointLog
 
-#: A turn in rad, deg and turns, and the ranges of counters; the usual encoder is one of them.
-_TURNS = (2.0 * math.pi, math.pi, 360.0, 180.0, 1.0, *(2.0**k for k in range(8, 33)))
-#: Samples that a stay between two jumps needs: fewer are a glitch or a flicker at the end.
-_STAY = 3
+FloatArray = NDArray[np.float64]
+
+#: A register wraps by its whole range: a step of less than half of it is told from none by nobody.
+_HALF = 0.5
+#: Wraps are of one period; the motion within a step is known by its neighbours, to this share.
+_SAME = 0.02
+#: Steps before and after a wrap that must go the same way: one sample beside the others is none.
+_BESIDE = 2
+#: A period that is a turn, or a round number of rad, deg or m, within its error is that one.
+_TURNS = (2.0 * np.pi, 4.0 * np.pi, np.pi, 360.0, 180.0)
+_DIGITS = (1, 2)
+#: Fewest wraps by another period: one or two may be recordings that were joined.
+_FEWEST = 3
+#: A longer step than this [median steps] is a hole, and no wrap.
+_HOLE = 5.0
 
 
-def recognise_wrap(position: NDArray[np.generic]) -> float | None:
+def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
     """
-    Return the period at which a position (N,) jumps back, None if it does not.
+    Return the period by which a position wraps [its unit], None if it does not.
 
-    A wrap shows itself by jumps that are all of one and the same size, which is the whole range of
-    the values, against the motion beside them, and that leave no trace once they are undone: every
-    step is then less than a quarter of the period. The period is the mean
-    jump, with the motion through it taken from the steps beside, or the round number (a turn,
-    a power of two, three digits) that it cannot be told from.
+    A wrap is a step of a whole range of motion against the motion before and after it, and all of
+    them are one period, which no two positions are further apart than.
+
+    :param time: stamps (N,) [s]; ``position`` (N,), NaN where it is not known.
     """
-    values = np.asarray(position, dtype=np.float64)
-    values = values[np.isfinite(values)]
-    if len(values) < 2 * _STAY:
-        return None
-    steps = np.diff(values)
-    span = float(np.ptp(values))
-    jumps = np.flatnonzero(np.abs(steps) > 0.5 * span)
-    stays = np.diff([-1, *jumps, len(steps)])
-    if not len(jumps) or span == 0.0 or stays.max(initial=0) < _STAY:
-        return None
-    if not ((stays[:-1] >= _STAY) & (stays[1:] >= _STAY)).any():
-        return None
-    ordinary = np.delete(steps, jumps)
-    # What the joint moved during a jump, from the steps on both sides of it.
-    through, doubt = np.zeros(len(jumps)), np.zeros(len(jumps))
-    for k, jump in enumerate(jumps):
-        beside = [i for i in (jump - 1, jump + 1) if 0 <= i < len(steps) and i not in jumps]
-        if beside:
-            through[k] = np.mean(steps[beside])
-            doubt[k] = 0.5 * np.ptp(steps[beside]) if len(beside) == 2 else abs(through[k])
-    # It goes on the way it went: pulses and values that come and go do not.
-    if np.mean(np.sign(through) == -np.sign(steps[jumps])) <= 0.5:
-        return None
-    sizes = np.sign(steps[jumps]) * (steps[jumps] - through)
-    period = float(np.mean(sizes))
-    largest = float(np.abs(ordinary).max(initial=0.0))
-    # The values beside a jump are its two ends, up to a step or two.
-    if (
-        np.abs(sizes - period).max() > 2.0 * largest
-        or span > period + largest
-        or max(largest, np.abs(steps[jumps] - np.sign(steps[jumps]) * period).max()) > period / 4
-    ):
-        return None
-    scatter = float(np.std(sizes)) / math.sqrt(len(sizes))
-    within = max(2.0 * scatter, float(np.mean(doubt)), 1e-9 * period)
-    for known in (*_TURNS, float(f'{period:.2g}'), float(f'{period:.3g}')):
-        if abs(known - period) <= within and known >= span:
-            return known
-    return max(period, span)
-
-
-def unwrap(position: FloatArray, period: float) -> FloatArray:
-    """Return a position (N,) with every jump of more than half a period undone; NaN stays."""
-    unwrapped = position.copy()
     known = np.isfinite(position)
-    unwrapped[known] = np.unwrap(position[known], period=period)
-    return unwrapped
+    t, q = time[known], position[known]
+    with np.errstate(all='ignore'):
+        return _period(t, q)
+
+
+def _period(t: FloatArray, q: FloatArray) -> float | None:
+    """Return the period by which a known position (N,) wraps, None if it does not."""
+    forwards = np.append(True, np.diff(t) > 0.0) if len(t) else np.zeros(0, dtype=bool)
+    t, q = t[forwards], q[forwards]
+    if len(q) < 2 * _BESIDE + 2:
+        return None
+    span = float(np.ptp(q))
+    steps, dt = np.diff(q), np.diff(t)
+    jumps = np.flatnonzero(np.abs(steps) > _HALF * span)
+    if not len(jumps) or span == 0.0:
+        return None
+    speed = steps / dt
+    sizes, errors = [], []
+    for k in jumps[dt[jumps] <= _HOLE * float(np.median(dt))]:
+        near = np.r_[max(0, k - _BESIDE) : k, k + 1 : min(k + 1 + _BESIDE, len(steps))]
+        beside = speed[near]
+        # At the edge of the range noise alone goes to and fro: such a step says nothing more.
+        against = (np.sign(beside) == -np.sign(steps[k])).all()
+        if len(near) == 2 * _BESIDE and against and not np.isin(near, jumps).any():
+            sizes.append(abs(steps[k]) + abs(float(np.mean(beside))) * dt[k])
+            errors.append(0.5 * float(np.ptp(beside)) * dt[k])
+    if not sizes:
+        return None
+    period = float(np.median(sizes))
+    off = np.abs(np.array(sizes) - period)
+    error = float(np.median(errors)) / np.sqrt(len(sizes))
+    alike = (off <= _SAME * period + np.array(errors)).all() and error <= _SAME * period
+    whole = (np.abs(np.abs(steps[jumps]) - period) <= _HALF * period).all()
+    if not (alike and whole and span <= (1.0 + _SAME) * period):
+        return None
+    name = _named(period, max(error, 1e-4 * period))
+    return name if name is not None or len(sizes) < _FEWEST else period
+
+
+def _named(period: float, error: float) -> float | None:
+    """Return the turn or the roundest number within three errors of a period, None if neither."""
+    rounded = [float(f'{period:.{digits}g}') for digits in _DIGITS]
+    for name in (*_TURNS, *rounded):
+        if abs(period - name) <= 3.0 * error:
+            return name
+    return None
+
+
+def unwrapped(log: JointLog) -> JointLog:
+    """
+    Return a recording with the positions that wrap made continuous; ``log.wraps`` has the periods.
+
+    Every step of more than half of a period is taken for the shorter way around.
+    """
+    q, wraps = log.q, dict(log.wraps)
+    for i, name in enumerate(log.names):
+        period = wrap_period(log.time, log.q[:, i])
+        if period is None:
+            continue
+        known = np.isfinite(log.q[:, i])
+        q = q.copy()
+        q[known, i] = np.unwrap(q[known, i], period=period)
+        wraps[name] = period
+    return log if q is log.q else replace(log, q=q, wraps=wraps)

@@ -1,69 +1,64 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""A wrap is recognised by its jumps, and by nothing else that jumps."""
+"""Positions that wrap are made continuous, and nothing else is taken for a wrap."""
 
-import math
+from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from sosml_friction.bags.wrap import recognise_wrap, unwrap
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.wrap import unwrapped, wrap_period
 
-
-def motion(seed, step, samples=600):
-    """Return a smooth motion whose largest step is ``step``."""
-    rng = np.random.default_rng(seed)
-    phase = np.linspace(0.0, rng.uniform(6.0, 12.0), samples)
-    path = np.sin(phase) + 0.3 * np.sin(2.3 * phase + rng.uniform(0.0, 6.0))
-    return path * step / np.abs(np.diff(path)).max()
+T = 0.02 * np.arange(3000)
 
 
-def wrapped(path, period, low):
-    return (path - low) % period + low
+def turning(speed=8.0) -> np.ndarray:
+    """Return a shaft that turns many times to and fro."""
+    return speed * 9.0 * np.sin(T / 9.0)
 
 
-@given(
-    seed=st.integers(0, 1000),
-    share=st.floats(0.02, 0.1),
-    period=st.sampled_from([2 * math.pi, 360.0, 1.0, 25.0, 4096.0, 0.7]),
-    low=st.sampled_from([-0.5, 0.0]),
+def wrapped(q, period):
+    return np.mod(q + 0.5 * period, period) - 0.5 * period
+
+
+@pytest.mark.parametrize('period', [25.0, 2.0 * np.pi, 360.0, 8.0])
+def test_the_period_of_a_wrap_is_found_whatever_the_register(period):
+    noise = np.random.default_rng(0).normal(0.0, 1e-3, len(T))
+    assert wrap_period(T, wrapped(turning(0.6 * period) + noise, period)) == period
+
+
+def test_samples_lost_at_a_wrap_do_not_hide_it():
+    kept = np.random.default_rng(1).random(len(T)) > 0.1
+    assert wrap_period(T[kept], wrapped(turning(), 25.0)[kept]) == 25.0
+
+
+@pytest.mark.parametrize(
+    'q',
+    [
+        turning(),
+        np.where(np.arange(len(T)) == 700, 0.0, turning() + 100.0),
+        np.where(T < 20.0, turning(), turning() - 40.0),
+        np.sign(np.sin(T)),
+        np.rint(np.sin(T)) * 1e-4,
+        np.zeros(len(T)),
+        np.full(len(T), np.nan),
+    ],
+    ids=['motion', 'outlier', 'zero_set_anew', 'square', 'two_counts', 'rest', 'unknown'],
 )
-def test_a_wrapped_motion_is_recognised_and_undone(seed, share, period, low):
-    path = motion(seed, share * period)
-    seen = wrapped(path, period, low * period)
-    found = recognise_wrap(seen)
-    assert found == pytest.approx(period, rel=2e-3)
-    if period in (2 * math.pi, 360.0, 25.0, 4096.0):
-        assert found == pytest.approx(period, rel=1e-12)
-    whole = unwrap(seen, period)
-    np.testing.assert_allclose(whole - whole[0], path - path[0], atol=1e-9 * period)
+def test_what_is_no_wrap_is_none(q):
+    assert wrap_period(T, q) is None
 
 
-@given(seed=st.integers(0, 1000), step=st.floats(1e-4, 10.0))
-def test_a_motion_without_a_wrap_is_left_alone(seed, step):
-    assert recognise_wrap(motion(seed, step)) is None
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_pulses_levels_and_lost_samples_are_no_wraps(seed):
-    rng = np.random.default_rng(seed)
-    path = motion(seed, 0.02)
-    pulses = 5.0 * (np.arange(600) % 60 < 20)
-    assert recognise_wrap(pulses) is None
-    assert recognise_wrap(31.0 + (np.arange(600) > 300)) is None
-    lost = path + 3.0
-    lost[rng.integers(0, 600, 4)] = 0.0
-    assert recognise_wrap(lost) is None
-    assert recognise_wrap(rng.integers(0, 2, 600)) is None
-    assert recognise_wrap(rng.normal(size=600)) is None
-
-
-def test_unknown_samples_stay_unknown():
-    path = wrapped(motion(1, 0.3), 2 * math.pi, -math.pi)
-    path[100:105] = np.nan
-    whole = unwrap(path, 2 * math.pi)
-    assert np.isnan(whole).sum() == 5
-    known = np.isfinite(whole)
-    assert np.abs(np.diff(whole[known])).max() < math.pi
+def test_a_bag_is_read_unwrapped_and_says_so(tmp_path):
+    q = np.column_stack([turning(), np.sin(T)])
+    raw = np.column_stack([wrapped(turning(), 25.0), np.sin(T)])
+    t_ns = np.rint(T * 1e9).astype(np.int64)
+    nothing = np.full_like(q, np.nan)
+    log = JointLog(('shaft', 'arm'), t_ns, raw, nothing, nothing)
+    read = Bag.open(write_joint_log(log, tmp_path / 'bag')).joint_log()
+    assert read.wraps == {'shaft': 25.0}
+    np.testing.assert_allclose(read.q, q, atol=1e-9)
+    assert unwrapped(read) is read
