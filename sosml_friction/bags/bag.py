@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import FloatArray, JointLog
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
 from sosml_friction.bags.serialization import deserialize
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -205,7 +206,8 @@ class Bag:
         Joints go by name: they are those of all messages, in order of first appearance, and a
         sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
         (``joint_temperatures``, frame_id = joint) are those last measured at or before each
-        sample.
+        sample. A position that wraps is made continuous here, for all that reads a bag, and the
+        log says by which period.
 
         :raises BagError: if there is no such topic, or more than one; if a message contradicts
             itself, or no message carries a stamp.
@@ -213,7 +215,7 @@ class Bag:
         chosen = self._joint_state_topic(topic)
         t_ns, names, (q, v, tau) = self._joint_states(chosen, ('position', 'velocity', 'effort'))
         temperature = self._temperatures(chosen, topic is not None, t_ns, names)
-        return JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags))
+        return unwrapped(JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags)))
 
     def estimates(self) -> dict[str, FrictionEstimate]:
         """

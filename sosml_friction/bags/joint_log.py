@@ -23,6 +23,7 @@ class JointLog:
     ``t_ns`` (N,) int64 stamps of measurement; ``q`` (N, n) [rad or m]; ``v`` (N, n) [rad/s or
     m/s]; ``tau`` (N, n) actuator effort at the joint [Nm or N]. What was not measured is NaN.
     ``temperature`` (N, n) [degC] or None. ``tags`` are conditions (worn, payload, ...).
+    ``wraps``: periods [rad or m] by which positions were unwrapped, by joint.
 
     :raises DataError: if a shape disagrees or there is no sample.
     """
@@ -34,6 +35,7 @@ class JointLog:
     tau: FloatArray
     temperature: FloatArray | None = None
     tags: Mapping[str, str] = field(default_factory=dict)
+    wraps: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = (len(self.t_ns), len(self.names))
