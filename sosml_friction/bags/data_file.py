@@ -126,7 +126,9 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 f'the variable {name!r} of {self.path} holds {value.dtype}: real numbers '
                 'are needed'
             )
-        squeezed: NDArray[Any] = np.squeeze(value)
+        # Differences of unsigned numbers would never fall.
+        signed = value.astype(np.int64) if value.dtype.kind in 'ub' else value
+        squeezed: NDArray[Any] = np.squeeze(signed)
         return squeezed
 
     def _part(self, name: str, index: int) -> NDArray[Any]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,8 +26,11 @@ from sosml_friction.model.urdf_joints import read_joints
 _SAME = 0.05
 #: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
 _RAD_SPAN = (0.5, 4.0 * math.pi)
-#: Share of an effort that the motion must explain for it to be proposed.
+#: Share of an effort's variance that the motion must explain for it to be proposed.
 _EXPLAINED = 0.2
+#: A position is smoother than an effort by so much; the files at hand have 10 and more.
+_SMOOTHER = 3.0
+_BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
@@ -349,32 +353,35 @@ class _Guesser:
         keys = dict.fromkeys(w.joint for w in named.values() if w.quantity == 'position')
         if not keys:
             return False
-        names = self._joint_names(list(keys))
+        order = sorted(keys, key=int) if all(key.isdecimal() for key in keys) else list(keys)
+        names = self._joint_names(order)
         for quantity in _QUANTITIES:
-            for name, word in named.items():
-                if word.quantity != quantity or name == self.time.name:
+            own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
+            # A torque needs no constant, a current a known one, and a voltage is no effort yet.
+            if quantity == 'effort':
+                own.sort(key=lambda n: _BEST_EFFORT.get(named[n].unit, len(_BEST_EFFORT)))
+            for name in own:
+                joint = self._joint_of_key(named[name].joint, names)
+                if joint is None:
                     continue
-                joint = names.get(
-                    word.joint, next(iter(names.values())) if len(names) == 1 else ''
-                )
-                roles = self.roles.setdefault(joint, {}) if joint else {}
-                if not joint:
-                    continue
+                roles = self.roles.setdefault(joint, {})
                 if quantity in roles:
-                    # What is a torque needs no constant.
-                    known = self.words[roles[quantity]].unit
-                    if (
-                        quantity != 'effort'
-                        or known in ('Nm', 'N')
-                        or word.unit not in ('Nm', 'N')
-                    ):
-                        self._remark(f'{name} is a {quantity} too: {roles[quantity]} was taken')
-                        continue
-                    self._remark(f'{roles[quantity]} is an effort too: {name} was taken')
+                    self._remark(f'{name} is a {quantity} too: {roles[quantity]} was taken')
+                    continue
                 roles[quantity] = name
                 self.why[name] = 'its name says so'
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
+        """Return the joint that what is left of a name means: by all of it, or by its number."""
+        if key in names:
+            return names[key]
+        if len(names) == 1:
+            return next(iter(names.values()))
+        number = re.findall(r'\d+', key)
+        alike = [known for known in names if number and re.findall(r'\d+', known) == number]
+        return names[alike[0]] if len(alike) == 1 else None
 
     def _joint_names(self, keys: Sequence[str]) -> dict[str, str]:
         """Return the name of the joint by what is left of the columns' names."""
@@ -406,6 +413,8 @@ class _Guesser:
         free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
         if not free:
             return
+        if self._halves(free):
+            return
         order = sorted(free, key=lambda name: evidence.roughness(self.moving[name]))
         smoothest = order[0]
         alike = [n for n in order if self._nearly_same(smoothest, n)]
@@ -426,11 +435,33 @@ class _Guesser:
         else:
             self.why[measured] = 'the smoothest column: a position is an integral'
         rough = [evidence.roughness(self.moving[n]) for n in order if n not in alike]
-        if rough and rough[0] < 3.0 * evidence.roughness(self.moving[smoothest]):
+        if rough and rough[0] < _SMOOTHER * evidence.roughness(self.moving[smoothest]):
             self._remark(f'{measured} may be no position: {order[len(alike)]} is nearly as smooth')
         (name,) = self._joint_names(['']).values()
         self.roles[name] = {'position': measured}
         self.alike = set(alike)
+
+    def _halves(self, free: Sequence[str]) -> bool:
+        """Take the smooth half of the columns for positions, the other for efforts, in order."""
+        count = len(free) // 2
+        rough = {name: evidence.roughness(self.moving[name]) for name in free}
+        smooth = sorted(free, key=lambda name: rough[name])
+        if (
+            count < 2
+            or len(free) % 2
+            or rough[smooth[count]] < _SMOOTHER * rough[smooth[count - 1]]
+        ):
+            return False
+        if any(self._nearly_same(a, b) for a in smooth[:count] for b in smooth[:count] if a < b):
+            return False
+        positions = [name for name in free if name in smooth[:count]]
+        efforts = [name for name in free if name not in positions]
+        names = self._joint_names([str(k) for k in range(1, count + 1)]).values()
+        for joint, position, effort in zip(names, positions, efforts, strict=True):
+            self.roles[joint] = {'position': position, 'effort': effort}
+            self.why[position] = 'one of the smooth half of the columns'
+            self.why[effort] = 'one of the rough half of the columns, in the order of positions'
+        return True
 
     def _nearly_same(self, one: str, other: str) -> bool:
         apart = self.moving[one] - self.moving[other]

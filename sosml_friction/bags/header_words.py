@@ -9,23 +9,25 @@ from typing import NamedTuple
 
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
-    'time': 't time timestamp stamp clock zeit secs seconds nanosec nanosecs nanoseconds',
-    'position': 'q qpos pos position positions angle theta phi encoder enc',
-    'velocity': 'qd dq qdot qvel vel velocity velocities speed omega dtheta thetadot',
+    'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
+    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel',
+    'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
+    'drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot acc accel acceleration',
     'effort': 'tau torque torques trq effort efforts force moment current currents cur i iq amps '
-    'voltage volts',
-    'temperature': 'temp temperature',
+    'voltage voltages volts drehmoment strom',
+    'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
 _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
-    'sp', 'goal', 'wanted', 'demand', 'trajectory',
+    'sp', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err', 'limit', 'max', 'min',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
-    'states', 'motor', 'raw', 'value', 'data',
+    'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
+    'filtered', 'filt', 'control',
 ))  # fmt: skip
 #: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
 _UNITS = {
@@ -44,10 +46,17 @@ _UNITS = {
     'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
     'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
 }  # fmt: skip
+#: Names of two words that are one: currents of a motor's axes, and derivatives.
+_JOINED = (
+    (re.compile(r'(?i)\b([iuv])[ _]q\b'), r'\1q'),
+    (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
+    (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
+)
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
-    'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'force': 'N', 'current': 'A',
-    'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A', 'voltage': 'V', 'volts': 'V',
+    'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
+    'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A', 'strom': 'A',
+    'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
 }  # fmt: skip
 
 
@@ -73,6 +82,9 @@ def read_header(name: str) -> HeaderWord:
     # A bracket with a number is the column of a table, any other is a unit.
     bracket = re.search(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name))
     bare = name if bracket is None else name.replace(bracket[0], ' ')
+    bare = bare.replace('_', ' ')
+    for pattern, one in _JOINED:
+        bare = pattern.sub(one, bare)
     words = [w for w in re.split(r'[^a-zA-Z0-9°]+', bare) if w]
     letters = {unit for units in _UNITS.values() for unit in units}
     words = [

@@ -56,7 +56,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     """
     rising = {}
     for name, values in series.items() if not stated else ():
-        steps = np.diff(values.astype(np.float64) if values.dtype.kind == 'b' else values)
+        steps = np.diff(values)
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))

@@ -13,6 +13,7 @@ import typer
 
 from sosml_friction.cli.app import app, print_json, progress, remark
 from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.tables import urdf_text
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.share import share_directory
 
@@ -70,6 +71,8 @@ def import_(
             raise DataError(f'{file} does not exist: give the file to import')
         if file.suffix == '.mcap' or (file.is_dir() and not is_other_bag(file)):
             raise DataError(f'{file} is a bag, or a folder: a bag of MCAP is used as it is')
+    if guess and (len(files) > 1 or mapping is not None):
+        raise ConfigurationError('--guess looks at one file, and needs no --map: give one file')
     if guess:
         _guess(files[0], urdf, out, json)
         return
@@ -125,7 +128,7 @@ def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
     if path.exists():
         raise ConfigurationError(f'{path} exists and is not overwritten: choose another --out')
     with progress(f'looking at {file}'):
-        found = guess_mapping(DataFile(file), None if urdf is None else urdf.read_text())
+        found = guess_mapping(DataFile(file), urdf_text(urdf))
     if urdf is not None:
         found.content['urdf'] = os.path.relpath(urdf.absolute(), path.absolute().parent)
     try:

@@ -153,7 +153,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
-        urdf = _urdf_of(given['urdf'], given['model'])
+        urdf = urdf_text(given['urdf'], given['model'])
     for path in tables:
         _make_bag(path, bags[path], said, urdf)
     for path in others:
@@ -164,7 +164,12 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     return bags
 
 
-def _urdf_of(urdf: Path | None, model: Path | None) -> str | None:
+def urdf_text(urdf: Path | None, model: Path | None = None) -> str | None:
+    """
+    Return a URDF, else that of a model folder, None if neither is given.
+
+    :raises ConfigurationError: if it cannot be read.
+    """
     from sosml_friction.model.model_folder import read_model
 
     if urdf is None:

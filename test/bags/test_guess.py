@@ -93,6 +93,13 @@ def test_joints_without_names_are_told_apart(tmp_path, layout, count):
     }
 
 
+def test_joints_without_velocities_are_halves(tmp_path):
+    parts = [joint(seed) for seed in range(3)]
+    columns = [parts[0][0], *(p[1] for p in parts), *(p[3] for p in parts)]
+    guess = guess_mapping(save(tmp_path, columns))
+    assert list(roles(guess).values()) == [{'position': k, 'effort': k + 3} for k in (1, 2, 3)]
+
+
 def test_joints_that_rest_keep_their_place(tmp_path):
     t, *moved = joint(3)
     rng = np.random.default_rng(0)
@@ -139,6 +146,39 @@ def test_names_of_joints_and_wishes_are_read(tmp_path):
         for name in ('wrist', 'elbow')
     }
     assert any('not used: elbow_position_cmd' in remark for remark in guess.remarks)
+
+
+LOGGERS = {
+    'ur_rtde': 'timestamp,target_q_{},actual_q_{},actual_qd_{},actual_joint_voltage_{},'
+    'actual_current_{},target_moment_{}',
+    'franka': 'time,q_d[{}],q[{}],dq[{}],,tau_J[{}],tau_J_d[{}]',
+    'bagpy': 'Time,,position_{},velocity_{},,effort_{},',
+    'plotjuggler': '__time,,/js/joint{}/position,/js/joint{}/velocity,,/js/joint{}/effort,',
+}
+
+
+@pytest.mark.parametrize('logger', LOGGERS)
+def test_the_headers_of_known_loggers_are_read(tmp_path, logger):
+    time, *names = LOGGERS[logger].split(',')
+    joints = [joint(k) for k in range(3)]
+    header, columns = [time], [joints[0][0] + 1.7e9]
+    for k, name in enumerate(names):
+        for number, (t, q, v, tau) in enumerate(joints):
+            wanted = np.interp(t + 0.01, t, q)
+            kinds = (wanted, q, v, 24.0 + 0.1 * v, tau, tau + 0.1)
+            if name:
+                header.append(name.format(number))
+                columns.append(kinds[k])
+    guess = guess_mapping(save(tmp_path, columns, header))
+    assert guess.content['time'] == {'variable': time, 'unit': 's'}
+    expected = [names[k] for k in (1, 2, 4)]
+    assert list(roles(guess).values()) == [
+        {
+            quantity: name.format(number)
+            for quantity, name in zip(('position', 'velocity', 'effort'), expected, strict=True)
+        }
+        for number in range(3)
+    ]
 
 
 def test_of_two_positions_the_later_one_was_measured(tmp_path):
@@ -206,6 +246,12 @@ def test_noise_is_no_robot(tmp_path):
         ('x [mm]', 'position', 'mm', 'x', False),
         ('pulses_N', 'injected', 'N', '', False),
         ('vir', '', '', 'vir', False),
+        ('theta_dot_2', 'velocity', '', '2', False),
+        ('axis0.motor.Iq_measured', 'effort', 'A', 'axis0', False),
+        ('i_q', 'effort', 'A', '', False),
+        ('tau_J_d[3]', 'effort', 'Nm', 'J_3', True),
+        ('present_position', 'position', '', '', False),
+        ('Drehzahl [1/min]', 'velocity', 'rpm', '', False),
     ],
 )
 def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
