@@ -28,6 +28,10 @@ _SAME = 0.05
 _RAD_SPAN = (0.5, 4.0 * math.pi)
 #: Share of an effort's variance that the motion must explain for it to be proposed.
 _EXPLAINED = 0.2
+#: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
+_UNIT_OF_WRAP = {
+    2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
+}  # fmt: skip
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
 _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
@@ -276,10 +280,10 @@ class _Guesser:
             if 'counts_per_turn' in entry and turn is not None:
                 entry['counts_per_turn'] = turn
         if position['unit'] == FILL_IN:
-            reason = self.result.reasons[f'joints.{joint}.position']
+            _, why = self._position_unit(joint)
             raise DataError(
-                f'{self.data.path}, position {position["variable"]}: {reason.split("; ", 1)[1]}: '
-                f'say which, as --position {position["variable"]}:deg'.replace(f'{FILL_IN}: ', '')
+                f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
+                f'--position {position["variable"]}:deg'
             )
         if FILL_IN in own.get('velocity', {}).values():
             why = self.result.reasons.pop(f'joints.{joint}.velocity')
@@ -611,9 +615,8 @@ class _Guesser:
         if word.unit:
             return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
         period = self._wrap(name)
-        by_turn = {2 * math.pi: 'rad', math.pi: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns'}
-        if period in by_turn:
-            return by_turn[period], f'it wraps at {period:.6g}'
+        if period in _UNIT_OF_WRAP:
+            return _UNIT_OF_WRAP[period], f'it wraps at {period:.6g}'
         velocity = self.roles[joint].get('velocity')
         slope = self._slope(name, velocity)
         if slope is not None and velocity and self.words[velocity].is_unit_written:
@@ -660,7 +663,8 @@ class _Guesser:
         if period is not None:
             own['position']['wrap'] = float(f'{period:.9g}')
             why += '; it jumps back by one and the same size'
-        reasons[f'joints.{joint}.position'] = f'{self.why.get(name, "stated")}; {unit}: {why}'
+        known = 'unit open' if unit == FILL_IN else unit
+        reasons[f'joints.{joint}.position'] = f'{self.why[name]}; {known}: {why}'
         if 'velocity' in roles:
             own['velocity'], told = self._velocity(name, roles['velocity'], unit)
             reasons[f'joints.{joint}.velocity'] = told

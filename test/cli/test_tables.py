@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from slider_bags import COULOMB, EMPS, VISCOUS, checked, record, slider_log
 
+from sosml_friction.bags.bag import Bag
+
 ROBOT = ('--axis', '95.1089')
 
 
@@ -127,6 +129,25 @@ def test_what_is_missing_or_wrong_is_one_sentence(sosml, tmp_path, options, sent
     assert sentence in refusal
     assert 'sosml_' not in refusal
     assert sorted(p.name for p in tmp_path.iterdir()) == ['axis.csv']
+
+
+def test_a_bag_in_sqlite_is_as_good_as_one_in_mcap(sosml, tmp_path, slider_bag):
+    rosbag2 = pytest.importorskip('rosbags.rosbag2')
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    name = 'sensor_msgs/msg/JointState'
+    plugin = rosbag2.StoragePlugin.SQLITE3
+    with rosbag2.Writer(tmp_path / 'lite', version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection('/joint_states', name, typestore=store)
+        for stamp, cdr in Bag.open(slider_bag).messages('/joint_states'):
+            writer.write(connection, stamp, cdr)
+    axis = ('--model', EMPS, '--json')
+    found, expected = (
+        friction(sosml('fit', bag, *axis, '--out', out)[1])
+        for bag, out in ((tmp_path / 'lite', 'a'), (slider_bag, 'b'))
+    )
+    assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
 
 def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):
