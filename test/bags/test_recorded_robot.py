@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gripper_arm import ARM, gripper_arm_log, gripper_arm_urdf
 
+from sosml_friction.api.model import Model
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.recorded_robot import read_recorded_robot, stated_armature
@@ -28,6 +29,8 @@ def test_columns_go_to_joints_by_name(arm, tmp_path):
     assert found.log.names == found.robot.names == (*ARM, 'finger_a')
     assert found.robot.armature == (0.1, 0.1, 0.2, 0.1, 0.1, 0.1, 0.1, 0.1)
     assert list(found.robot.followers) == ['finger_b']
+    again = Model.from_bag(path, armature={'*': 0.1, 'j3': 0.2})
+    assert again.content.to_yaml() == model.to_yaml()
     for name in ARM:
         own = found.log.q[:, found.log.names.index(name)]
         np.testing.assert_array_equal(own, log.q[:, log.names.index(name)])
