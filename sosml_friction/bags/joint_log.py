@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -70,13 +70,14 @@ class JointLog:
                 'effort [Nm or N], or map it when the recording is imported'
             )
 
-    def reported_together(self) -> tuple[str, ...]:
+    def reported_together(self, among: Collection[str]) -> tuple[str, ...]:
         """
-        Return the joints of those samples that tell of most joints.
+        Return the joints of those samples that tell of most of the joints ``among``.
 
         Where an arm and a gripper publish on one topic by turns, these are the joints of the arm.
         """
         says = np.isfinite(self.q) | np.isfinite(self.v) | np.isfinite(self.tau)
+        says &= np.array([name in among for name in self.names])
         most = says[int(np.argmax(says.sum(axis=1)))]
         return tuple(name for name, told in zip(self.names, most, strict=True) if told)
 

@@ -14,6 +14,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile, parse_model, read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.simple_models import skeleton_model
+from sosml_friction.model.urdf_joints import read_joints
 
 #: A model: its folder, or what it holds; None: that of the bag.
 ModelSource = str | Path | RobotModelFile | None
@@ -110,7 +111,9 @@ def stated_armature(
             raise ConfigurationError(
                 f'bag {path} has no robot_description: give a URDF with --urdf'
             )
-        nominal = skeleton_model(document, bag.joint_log().reported_together())
+        nominal = skeleton_model(
+            document, bag.joint_log().reported_together(read_joints(document).joints)
+        )
     return nominal.with_armature(armature, 'stated with the recording')
 
 

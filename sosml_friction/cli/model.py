@@ -153,6 +153,7 @@ def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | N
     """Return a URDF, and of a bag the joints that were recorded."""
     from sosml_friction.bags.bag import Bag
     from sosml_friction.exceptions import ConfigurationError
+    from sosml_friction.model.urdf_joints import read_joints
 
     if source.is_dir() or source.suffix == '.mcap':
         bag = Bag.open(source, namespace)
@@ -161,7 +162,7 @@ def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | N
             raise ConfigurationError(
                 f'bag {source} has no robot_description: give the URDF of the robot'
             )
-        return text, bag.joint_log().reported_together()
+        return text, bag.joint_log().reported_together(read_joints(text).joints)
     try:
         return source.read_text(encoding='utf-8'), None
     except (OSError, UnicodeDecodeError) as error:

@@ -17,6 +17,7 @@ from sosml_friction.model.urdf_joints import JointLimits, Mimic, UrdfJoints, rea
 __all__ = ['JointLimits', 'Robot']
 
 FloatArray = NDArray[np.float64]
+_NOTHING = pinocchio.Inertia.Zero()
 
 
 class Robot:
@@ -225,7 +226,9 @@ class Robot:
         other = copy.copy(self)
         model = self._model.copy()
         for i, row in zip(self._order, inertias, strict=True):
-            model.inertias[int(i) + 1] = pinocchio.Inertia.FromDynamicParameters(row)
+            # Of no mass at all the centre is nowhere, and would be NaN.
+            body = pinocchio.Inertia.FromDynamicParameters(row) if row.any() else _NOTHING
+            model.inertias[int(i) + 1] = body
         rotor = np.zeros(model.nv)
         rotor[self._order] = armature
         model.armature = rotor

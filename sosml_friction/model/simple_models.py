@@ -87,9 +87,9 @@ def free_model(inertia: float, joint: str = 'joint') -> RobotModelFile:
     :raises ConfigurationError: if it cannot be.
     """
     _require_positive(inertia, 'inertia', 'kg m2')
-    # No body of its own: the inertia is about the axis, and that is what an armature is.
-    urdf = _one_joint('shaft', joint, ('continuous', _SHAFT_AXIS), 0.0, '0 0 0', 0.0)
-    rotor = Parameter(float(inertia), 'kg m2', reason='all that turns, as it was stated')
+    # A body needs a mass; on the axis, and with gravity along it, nothing feels which.
+    urdf = _one_joint('shaft', joint, ('continuous', _SHAFT_AXIS), 1.0, '0 0 0', inertia)
+    rotor = Parameter(0.0, 'kg m2', reason='it is in the inertia that was stated')
     return _simple('shaft', joint, urdf, rotor, ['gravity does not turn the shaft'])
 
 
@@ -174,15 +174,13 @@ def _one_joint(
     if not joint.strip():
         raise ConfigurationError('the joint has no name: give it one')
     kind, axis = motion
-    inertial = ''
-    if mass > 0.0:
-        # The same about all axes: only that of the joint is felt.
-        own = repr(inertia)
-        inertial = (
-            f'\n    <inertial>\n      <origin xyz="{centre}"/>\n      <mass value="{mass!r}"/>\n'
-            f'      <inertia ixx="{own}" ixy="0" ixz="0" iyy="{own}" iyz="0" izz="{own}"/>\n'
-            '    </inertial>\n  '
-        )
+    # The same about all axes: only that of the joint is felt.
+    m, own = repr(float(mass)), repr(float(inertia))
+    inertial = (
+        f'\n    <inertial>\n      <origin xyz="{centre}"/>\n      <mass value="{m}"/>\n'
+        f'      <inertia ixx="{own}" ixy="0" ixz="0" iyy="{own}" iyz="0" izz="{own}"/>\n'
+        '    </inertial>\n  '
+    )
     return (
         f'<?xml version="1.0"?>\n<robot name="{name}">\n  <link name="base"/>\n'
         f'  <link name="body">{inertial}</link>\n'

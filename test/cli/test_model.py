@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``sosml model``: folders that other commands take, and what they say is missing."""
 
+import json
+
 import pytest
-from slider_bags import checked
+from slider_bags import COULOMB, VISCOUS, checked, record, slider_log
 
 from sosml_friction.model.model_folder import read_model
 
@@ -81,3 +83,20 @@ def test_what_cannot_be_made_is_refused(refused, make_serial_arm, tmp_path, argu
     (tmp_path / 'mine' / 'notes.txt').write_text('notes')
     (tmp_path / 'arm.urdf').write_text(make_serial_arm(['revolute']))
     assert words in refused('model', *arguments)
+
+
+def test_a_bag_without_a_model_is_fitted_with_its_armature_stated(sosml, tmp_path):
+    """As one option, and as a model made of the bag: the same numbers."""
+    record(tmp_path / 'bag', slider_log(), model=False)
+    code, out, err = sosml('fit', 'bag', '--armature', '0', '--json')
+    assert (code, err) == (0, '')
+    found = json.loads(out)['joints']['slider']['weak_form']['parameters']
+    assert found['coulomb']['value'] == pytest.approx(COULOMB, rel=0.02)
+    assert found['viscous']['value'] == pytest.approx(VISCOUS, rel=0.05)
+    assert sosml('model', 'new', 'bag', '--armature', '0', '--out', 'axis')[0] == 0
+    code, out, _ = sosml('fit', 'bag', '--model', 'axis', '--json', '--out', 'again')
+    assert code == 0
+    assert json.loads(out)['joints']['slider']['weak_form']['parameters'] == found
+    code, _, err = sosml('fit', 'bag', '--armature', 'much')
+    assert code == 2
+    assert '--armature much has no number' in err

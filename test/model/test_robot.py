@@ -296,3 +296,11 @@ def test_what_a_robot_is_drawn_and_driven_with_does_not_matter(exoskeleton_urdf)
     bare, robot = reduced(exoskeleton_urdf, JOINTS), reduced(dressed, JOINTS)
     q, v, a = np.random.default_rng(5).normal(size=(3, 2))
     assert (robot.inverse_dynamics(q, v, a) == bare.inverse_dynamics(q, v, a)).all()
+
+
+def test_an_arm_with_a_body_of_no_mass_can_be_changed(make_serial_arm):
+    """Its centre is nowhere; what is left of it is its rotor."""
+    urdf = re.sub('<inertial>.*?</inertial>', '', make_serial_arm(['revolute']))
+    robot = Robot(urdf, ['j1'], [0.3])
+    again = robot.changed(robot.inertial_parameters(), np.array([0.2]), np.zeros(3))
+    assert again.inertia(np.zeros(1)) == pytest.approx(np.array([[0.2]]))
