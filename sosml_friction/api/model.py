@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import read_nominal
+from sosml_friction.bags.recorded_robot import read_nominal, stated_armature
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
 from sosml_friction.model.parameter import Parameter
@@ -40,7 +40,13 @@ class Model:
         return cls(read_model(folder))
 
     @classmethod
-    def from_urdf(cls, urdf: str, armature: Mapping[str, float], name: str = '') -> Model:
+    def from_urdf(
+        cls,
+        urdf: str,
+        armature: Mapping[str, float],
+        name: str = '',
+        locked: Mapping[str, float] | None = None,
+    ) -> Model:
         """
         Make a model without friction from a URDF.
 
@@ -48,26 +54,40 @@ class Model:
         :param armature: by joint, the rotor's inertia at the joint, J N^2 [kg m2 or kg]; 0 where
             the URDF's bodies have it already. The joints are in this order.
         :param name: of the model; the robot's in the URDF if empty.
-        :raises ConfigurationError: if the URDF cannot be read, or moves other joints.
+        :param locked: where joints of the URDF that are not in ``armature`` are held still [rad
+            or m]; the others at 0. One that mimics a joint of ``armature`` follows it.
+        :raises ConfigurationError: if the URDF cannot be read, or lacks a joint.
         """
-        robot = Robot(urdf, tuple(armature), tuple(armature.values()))
+        robot = Robot(urdf, tuple(armature), tuple(armature.values()), locked)
         units = ['kg m2' if effort == 'Nm' else 'kg' for effort in robot.effort_units]
         joints = {
             joint: JointModel(Parameter(float(value), unit))
             for (joint, value), unit in zip(armature.items(), units, strict=True)
         }
-        return cls(RobotModelFile(name or robot.robot_name or 'robot', joints, urdf))
+        own = name or robot.robot_name or 'robot'
+        return cls(RobotModelFile(own, joints, urdf, locked=dict(locked or {})))
 
     @classmethod
-    def from_bag(cls, bag: str | Path, namespace: str | None = None) -> Model:
+    def from_bag(
+        cls,
+        bag: str | Path,
+        namespace: str | None = None,
+        armature: Mapping[str, float] | None = None,
+    ) -> Model:
         """
         Return the model that a bag was recorded with.
 
         :param namespace: which robot, where a bag holds several.
+        :param armature: as for :meth:`from_urdf`, where the model does not know it; '*' is every
+            other joint. With it robot_description is enough: the joints are those recorded.
         :raises BagError: if the bag cannot be read.
-        :raises ConfigurationError: if it holds no robot_description or no model_description.
+        :raises ConfigurationError: if it holds no robot_description; or no model_description, and
+            no armature is given.
         """
-        return cls(read_nominal(Bag.open(bag, namespace), bag, None, None))
+        opened = Bag.open(bag, namespace)
+        if armature is not None:
+            return cls(stated_armature(opened, bag, None, None, armature))
+        return cls(read_nominal(opened, bag, None, None))
 
     @property
     def name(self) -> str:

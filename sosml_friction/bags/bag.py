@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import FloatArray, JointLog
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
 from sosml_friction.bags.serialization import deserialize
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -201,10 +202,12 @@ class Bag:
         """
         Return the measured motion: the JointState messages of ``topic``, or of joint_states.
 
+        If no topic is called so, the only one of that type is taken.
         Joints go by name: they are those of all messages, in order of first appearance, and a
         sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
         (``joint_temperatures``, frame_id = joint) are those last measured at or before each
-        sample.
+        sample. A position that wraps is made continuous here, for all that reads a bag, and the
+        log says by which period.
 
         :raises BagError: if there is no such topic, or more than one; if a message contradicts
             itself, or no message carries a stamp.
@@ -212,7 +215,7 @@ class Bag:
         chosen = self._joint_state_topic(topic)
         t_ns, names, (q, v, tau) = self._joint_states(chosen, ('position', 'velocity', 'effort'))
         temperature = self._temperatures(chosen, topic is not None, t_ns, names)
-        return JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags))
+        return unwrapped(JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags)))
 
     def estimates(self) -> dict[str, FrictionEstimate]:
         """
@@ -251,6 +254,21 @@ class Bag:
             return None
         t_ns, names, (q,) = self._joint_states(topic, ('position',))
         return t_ns, names, q
+
+    def injected(self) -> tuple[NDArray[np.int64], tuple[str, ...], FloatArray] | None:
+        """
+        Return stamps (N,), joints and efforts (N, n) [Nm or N] added to the controllers' command.
+
+        They are the JointState messages of ``injected_effort``; None if none are recorded. A joint
+        without such a signal has NaN.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
+        """
+        topic = self._find('injected_effort')
+        if topic is None:
+            return None
+        t_ns, names, (effort,) = self._joint_states(topic, ('effort',))
+        return t_ns, names, effort
 
     def trajectories(self) -> list[WantedMotion]:
         """
@@ -356,6 +374,16 @@ class Bag:
     def _joint_state_topic(self, topic: str | None) -> str:
         chosen = self._find('joint_states') if topic is None else self._known(topic)
         if chosen is None:
+            # Another driver may call it otherwise; what this package writes beside it is none.
+            others = [
+                name
+                for name, entry in self._in_namespace().items()
+                if entry.type_name == JOINT_STATE
+                and len(entry)
+                and not re.search(r'friction_estimate|controller_reference|injected_effort', name)
+            ]
+            chosen = others[0] if len(others) == 1 else None
+        if chosen is None:
             within = '' if self._namespace is None else f' in the namespace {self._namespace}'
             raise BagError(
                 f'{self.path} has no messages on joint_states{within}: it has {self._topic_list()}'
@@ -453,7 +481,7 @@ def _mcap_files(path: Path) -> list[Path]:
     if path.is_file():
         if path.suffix == '.db3':
             raise BagError(
-                f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
+                f'{path} is stored in SQLite: make it MCAP with sosml import, or record '
                 'with -s mcap'
             )
         return [path]
@@ -476,8 +504,7 @@ def _mcap_files(path: Path) -> list[Path]:
         )
     if any(name.endswith('.db3') for name in names):
         raise BagError(
-            f'{path} is stored in SQLite: only MCAP is read; use `ros2 bag convert` or record '
-            'with -s mcap'
+            f'{path} is stored in SQLite: make it MCAP with sosml import, or record with -s mcap'
         )
     raise BagError(f'{path} is no bag: the folder holds no .mcap file; give the folder of one bag')
 

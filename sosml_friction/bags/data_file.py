@@ -1,11 +1,12 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Read the named variables of a MAT, CSV, NPZ or NPY file."""
+"""Read the named series of numbers in a file of any kind that a recording may come in."""
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator, Mapping, Sequence
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +14,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import FloatArray
+from sosml_friction.bags.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
-SUFFIXES = ('.mat', '.csv', '.npz', '.npy')
+TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
+SUFFIXES = (
+    '.mat', '.npz', '.npy', '.parquet', '.json', '.jsonl', '.ndjson', *TEXT_SUFFIXES,
+)  # fmt: skip
+#: What loggers write for a value that is missing, beside an empty cell and nan.
+_MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
+_PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
+_UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
 
 
 class DataFile(Mapping[str, NDArray[Any]]):
     """
     Map the names of a file's variables to arrays of numbers, dimensions of length 1 removed.
 
-    MAT up to version 7 (fields of structs as ``struct.field``), CSV with a header line (comma,
-    semicolon or tab; an empty cell is NaN), NPZ, and NPY holding a table whose ``rows`` or
-    ``columns`` are named here. Integers stay integers, so that stamps in ns keep every digit.
+    Text (columns, see :mod:`sosml_friction.bags.text_table`), MAT (fields of structs as
+    ``struct.field``), NPZ, NPY, Parquet and JSON: a list of records, an object of lists, or a
+    record in each line. What has no names is called by number, counted from 0; ``rows`` or
+    ``columns`` give names to a table that has none. Integers stay integers, so that stamps in ns
+    keep every digit.
+
+    A name is looked for as it is, then without the unit behind it, then without regard to case;
+    ``name[k]`` is column k of a table, and a number the column of that number.
 
     :raises DataError: if the file is missing, of another kind, or damaged.
     :raises ConfigurationError: if the names given do not fit the table.
@@ -45,26 +59,49 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 f'{self.path} is not of a kind that can be imported: give one of '
                 f'{", ".join(SUFFIXES)}'
             )
-        if (rows is not None or columns is not None) and suffix != '.npy':
-            raise ConfigurationError(
-                f'rows and columns name the parts of an .npy table, and {self.path} has names of '
-                'its own: remove them from the mapping'
-            )
         try:
-            self._variables: dict[str, Any] = {
-                '.mat': lambda: _read_mat(self.path),
-                '.csv': lambda: _read_csv(self.path),
-                '.npz': lambda: _read_npz(self.path),
-                '.npy': lambda: _read_npy(self.path, rows, columns),
-            }[suffix]()
+            self._variables = _READERS.get(suffix, read_text_table)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
+        self._name_parts(rows, columns)
+
+    def _name_parts(self, rows: Sequence[str] | None, columns: Sequence[str] | None) -> None:
+        """Give the parts of a table without names those of the mapping."""
+        given = rows if columns is None else columns
+        if given is None:
+            return
+        if list(self._variables) != [str(k) for k in range(len(self._variables))]:
+            raise ConfigurationError(
+                f'rows and columns name the parts of a table without names, and {self.path} has '
+                f'names of its own ({", ".join(self._variables)}): remove them from the mapping'
+            )
+        names = list(given)
+        if len(names) != len(self._variables) or len(set(names)) != len(names):
+            what = 'rows' if columns is None else 'columns'
+            raise ConfigurationError(
+                f'{self.path} has {len(self._variables)} {what} and the mapping names '
+                f'{len(names)} ({", ".join(names)}): give each its own name'
+            )
+        self._variables = dict(zip(names, self._variables.values(), strict=True))
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._variables)
 
     def __len__(self) -> int:
         return len(self._variables)
+
+    def find(self, name: str) -> str | None:
+        """Return the whole name of the variable that ``name`` means, None if there is none."""
+        if name in self._variables:
+            return name
+        for form in (str, str.casefold):
+            for bare in (str, lambda known: _UNIT.sub('', known)):
+                found = [known for known in self._variables if form(bare(known)) == form(name)]
+                if len(found) == 1:
+                    return found[0]
+        if name.isdecimal() and int(name) < len(self._variables):
+            return list(self._variables)[int(name)]
+        return None
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """
@@ -73,20 +110,70 @@ class DataFile(Mapping[str, NDArray[Any]]):
         :raises DataError: if the file does not have it (the sentence lists what it has) or it
             holds anything but real numbers.
         """
-        if name not in self._variables:
+        known = self.find(name)
+        if known is None:
+            part = _PART.fullmatch(name)
+            if part is not None and self.find(part['name']) is not None:
+                return self._part(part['name'], int(part['part']))
             raise DataError(
                 f'{self.path} has no variable {name!r}: it has {", ".join(self._variables)}'
             )
-        value = self._variables[name]
+        value = self._variables[known]
         if isinstance(value, list):
-            value = self._variables[name] = self._numbers(name, value)
+            value = self._variables[known] = self._numbers(known, value)
         if value.dtype.kind not in 'iufb':
             raise DataError(
                 f'the variable {name!r} of {self.path} holds {value.dtype}: real numbers '
                 'are needed'
             )
-        squeezed: NDArray[Any] = np.squeeze(value)
+        # Differences of unsigned numbers would never fall.
+        signed = value.astype(np.int64) if value.dtype.kind in 'ub' else value
+        squeezed: NDArray[Any] = np.squeeze(signed)
         return squeezed
+
+    def _part(self, name: str, index: int) -> NDArray[Any]:
+        """Return column ``index`` of a table whose longer side are the samples, (N,)."""
+        table = self[name]
+        parts = table.T if table.ndim == 2 and table.shape[0] >= table.shape[1] else table
+        if table.ndim != 2 or index >= len(parts):
+            raise DataError(
+                f'the variable {name!r} of {self.path} has shape {table.shape}: it has no column '
+                f'{index} (counted from 0)'
+            )
+        return np.asarray(parts[index])
+
+    def series(self) -> dict[str, NDArray[Any]]:
+        """
+        Return the series of the recording by name: as long as most are, tables by ``name[k]``.
+
+        Variables that hold no real numbers are not among them.
+        """
+        found: dict[str, NDArray[Any]] = {}
+        for name in self:
+            try:
+                values = self[name]
+            except DataError:
+                continue
+            if values.ndim == 1:
+                found[name] = values
+            elif values.ndim == 2:
+                for k in range(min(values.shape)):
+                    found[f'{name}[{k}]'] = self._part(name, k)
+        lengths = [len(values) for values in found.values()]
+        usual = max(lengths, key=lambda n: (lengths.count(n) * (n > 1), n), default=0)
+        return {name: values for name, values in found.items() if len(values) == usual}
+
+    def constants(self) -> dict[str, float]:
+        """Return the variables that hold one finite number."""
+        found = {}
+        for name in self:
+            try:
+                values = self[name]
+            except DataError:
+                continue
+            if values.size == 1 and np.isfinite(values).all():
+                found[name] = float(values.reshape(()))
+        return found
 
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
@@ -97,7 +184,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
         numbers: FloatArray = np.empty(len(cells))
         for k, (line, cell) in enumerate(cells):
             try:
-                numbers[k] = float(cell) if cell else np.nan
+                numbers[k] = np.nan if cell.lower() in _MISSING else float(cell)
             except ValueError:
                 raise DataError(
                     f'{self.path} line {line}, column {name!r}: {cell!r} is not a number (write '
@@ -106,61 +193,57 @@ class DataFile(Mapping[str, NDArray[Any]]):
         return numbers
 
 
+def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of nested mappings as arrays, by dotted names."""
+    variables: dict[str, Any] = {}
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            inner = _flatten(value)
+            variables.update({f'{name}.{part}': array for part, array in inner.items()})
+        else:
+            try:
+                variables[name] = np.asarray(value)
+            except ValueError:  # lists of several lengths
+                variables[name] = np.asarray(value, dtype=object)
+    return variables
+
+
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
     try:
         content = loadmat(path, simplify_cells=True)
     except NotImplementedError:
-        raise DataError(
-            f"{path} is of MATLAB version 7.3 (HDF5), which is not read: save it with '-v7'"
-        ) from None
+        return _read_hdf5(path)
     except OSError:
         raise
     # A damaged file fails anywhere inside the parser.
     except Exception as error:
         raise DataError(f'{path} is no readable MAT file: {error}') from error
+    return _flatten({name: value for name, value in content.items() if not name.startswith('__')})
+
+
+def _read_hdf5(path: Path) -> dict[str, Any]:
+    """Read a MAT file of version 7.3, whose tables are stored the other way around."""
+    try:
+        import h5py
+    except ImportError:
+        raise DataError(
+            f"{path} is of MATLAB version 7.3 (HDF5), which needs h5py: save it with '-v7', or "
+            'pip install h5py'
+        ) from None
     variables: dict[str, Any] = {}
 
-    def flatten(prefix: str, value: Any) -> None:
-        if isinstance(value, dict):
-            for name, part in value.items():
-                flatten(f'{prefix}.{name}', part)
-        else:
-            variables[prefix] = np.asarray(value)
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and not name.startswith('#'):
+            variables[name.replace('/', '.')] = np.asarray(item).T
 
-    for name, value in content.items():
-        if not name.startswith('__'):
-            flatten(name, value)
-    return variables
-
-
-def _read_csv(path: Path) -> dict[str, Any]:
     try:
-        with path.open(encoding='utf-8-sig', newline='') as stream:
-            head = stream.readline()
-            stream.seek(0)
-            delimiter = max(',;\t', key=head.count)
-            reader = csv.reader(stream, delimiter=delimiter)
-            rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f'{path} is no readable CSV file: {error}') from error
-    if not rows:
-        raise DataError(f'{path} is empty: a CSV file needs a header line and rows of numbers')
-    names = [cell.strip() for cell in rows[0][1]]
-    if len(set(names)) != len(names):
-        raise DataError(
-            f'{path} has the header {", ".join(names)}: each column needs its own name'
-        )
-    for line, row in rows[1:]:
-        if len(row) != len(names):
-            raise DataError(
-                f'{path} line {line} has {len(row)} cells where the header has {len(names)}: '
-                'correct that line'
-            )
-    return {
-        name: [(line, row[i].strip()) for line, row in rows[1:]] for i, name in enumerate(names)
-    }
+        with h5py.File(path, 'r') as content:
+            content.visititems(take)
+    except OSError as error:
+        raise DataError(f'{path} is no readable MAT file: {error}') from error
+    return variables
 
 
 def _read_npz(path: Path) -> dict[str, Any]:
@@ -168,7 +251,13 @@ def _read_npz(path: Path) -> dict[str, Any]:
     try:
         with np.load(path, allow_pickle=False) as content:
             for name in content.files:
-                variables[name] = content[name]
+                try:
+                    variables[name] = content[name]
+                except ValueError as error:
+                    if 'allow_pickle' not in str(error):
+                        raise
+                    # Objects of Python are not loaded: they could run code.
+                    variables[name] = np.empty((), dtype=object)
     except OSError:
         raise
     except Exception as error:
@@ -176,27 +265,98 @@ def _read_npz(path: Path) -> dict[str, Any]:
     return variables
 
 
-def _read_npy(
-    path: Path, rows: Sequence[str] | None, columns: Sequence[str] | None
-) -> dict[str, Any]:
-    if (rows is None) == (columns is None):
-        raise ConfigurationError(
-            f'{path} has no names of its own: the mapping must name either its rows or its columns'
-        )
+def _read_npy(path: Path) -> dict[str, Any]:
     try:
         table = np.load(path, allow_pickle=False)
     except OSError:
         raise
     except Exception as error:
         raise DataError(f'{path} is no readable NPY file of a plain array: {error}') from error
+    if table.dtype.names:
+        return {name: table[name] for name in table.dtype.names}
     if table.ndim != 2:
         raise DataError(f'{path} holds an array of shape {table.shape}: a table is needed')
-    table = table if rows is not None else table.T
-    names = list(rows if rows is not None else columns or ())
-    if len(names) != len(table) or len(set(names)) != len(names):
-        what = 'rows' if rows is not None else 'columns'
-        raise ConfigurationError(
-            f'{path} has {len(table)} {what} and the mapping names {len(names)} '
-            f'({", ".join(names)}): give each its own name'
+    # There are more samples than quantities.
+    parts = table.T if table.shape[0] > table.shape[1] else table
+    return {str(k): part for k, part in enumerate(parts)}
+
+
+def _read_parquet(path: Path) -> dict[str, Any]:
+    try:
+        from pyarrow import parquet
+    except ImportError:
+        raise DataError(
+            f'{path} is a Parquet file, which needs pyarrow: pip install pyarrow, or save the '
+            'table as CSV'
+        ) from None
+    try:
+        table = parquet.read_table(path)
+    except Exception as error:
+        raise DataError(f'{path} is no readable Parquet file: {error}') from error
+    variables = {}
+    for name in table.column_names:
+        values = table[name].to_numpy()
+        if values.dtype.kind in 'Mm':
+            values = values.astype('datetime64[ns]').astype(np.int64)
+        elif values.dtype == object:
+            values = _flatten({name: table[name].to_pylist()})[name]
+        variables[name] = values
+    return variables
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    """Read an object of lists, a list of records, or a record in each line."""
+    try:
+        text = path.read_text(encoding='utf-8-sig')
+        try:
+            content = json.loads(text)
+        except json.JSONDecodeError:
+            content = [json.loads(line) for line in text.splitlines() if line.strip()]
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise DataError(
+            f'{path} is no readable JSON: {error}; a list of records, an object of lists, or a '
+            'record in each line can be read'
+        ) from error
+    if isinstance(content, Mapping):
+        return _flatten(content)
+    if isinstance(content, list) and content and all(isinstance(x, list) for x in content):
+        return _flatten({str(k): part for k, part in enumerate(zip(*content, strict=False))})
+    if not isinstance(content, list) or not all(isinstance(x, Mapping) for x in content):
+        raise DataError(
+            f'{path} holds no records with names: give a list of records, an object of lists, or '
+            'a record in each line'
         )
-    return dict(zip(names, table, strict=True))
+    flat = [_plain(record) for record in content]
+    names = dict.fromkeys(name for record in flat for name in record)
+    columns: dict[str, Any] = {}
+    for name in names:
+        values = [record.get(name) for record in flat]
+        width = next((len(x) for x in values if isinstance(x, list)), None)
+        if width is not None:
+            values = [[np.nan] * width if x is None else x for x in values]
+        elif any(x is None for x in values):
+            values = [np.nan if x is None else x for x in values]
+        columns[name] = values
+    return _flatten(columns)
+
+
+def _plain(record: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return a record whose inner records are entries of dotted names."""
+    plain: dict[str, Any] = {}
+    for name, value in record.items():
+        if isinstance(value, Mapping):
+            plain.update(_plain(value, f'{prefix}{name}.'))
+        else:
+            plain[f'{prefix}{name}'] = value
+    return plain
+
+
+_READERS: dict[str, Callable[[Path], dict[str, Any]]] = {
+    '.mat': _read_mat,
+    '.npz': _read_npz,
+    '.npy': _read_npy,
+    '.parquet': _read_parquet,
+    '.json': _read_json,
+    '.jsonl': _read_json,
+    '.ndjson': _read_json,
+}

@@ -1,13 +1,15 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Turn a MAT, CSV, NPZ or NPY recording into a bag, as a mapping file says."""
+"""Turn a recording of any kind of file into a bag, as a mapping says."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import tempfile
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -27,31 +29,54 @@ from sosml_friction.bags.mapping import (
     Signal,
     read_mapping,
 )
+from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 
+#: Takes a sentence about what was done to the data.
+Tell = Callable[[str], None]
+#: More repeated stamps than these are no slips of a logger: the time is too coarse.
+_REPEATED = 0.05
+#: A period is that of a counter's register if it is this close: the motion in the jump blurs it.
+_REGISTER = 0.02
 
-def import_recording(source: str | Path, mapping: str | Path, destination: str | Path) -> Path:
+
+def _silent(sentence: str) -> None:
+    """Tell nobody."""
+
+
+def import_recording(
+    source: str | Path,
+    mapping: str | Path | ImportMapping,
+    destination: str | Path,
+    tell: Tell = _silent,
+) -> Path:
     """
     Write the recording ``source`` as the bag ``destination`` and return its path.
 
     The bag holds joint_states (SI units; a quantity no joint has stays an empty array; NaN stays
     NaN), joint_temperatures and controller_reference where mapped, and the robot's and model's
-    description where the mapping names their files. The stamp is the start time (0 unless given)
-    plus the time in the file. If anything is wrong, nothing is written.
+    description where the mapping names their files; what a controller's command had added to it is
+    ``injected_effort``. The stamp is the start time (0 unless given) plus the time in the file. If
+    anything is wrong, nothing is written.
 
+    :param mapping: a file, or what was read from one.
+    :param tell: is given a sentence on everything that was done to the data unasked.
     :raises ConfigurationError: if the mapping is wrong (see :mod:`sosml_friction.bags.mapping`)
         or a joint is not in its URDF.
     :raises DataError: if the file does not hold what the mapping says, or time does not increase.
     :raises BagError: if the bag exists or cannot be written.
     """
     destination = Path(destination)
-    plan = read_mapping(mapping)
+    plan = mapping if isinstance(mapping, ImportMapping) else read_mapping(mapping)
     if destination.exists():
         raise BagError(
             f'{destination} exists and is not overwritten: choose another name or remove it'
         )
-    log = read_recording(source, plan)
-    reference = read_reference(source, plan, len(log))
+    data = DataFile(source, plan.rows, plan.columns)
+    log, t_ns = _read_log(data, plan, tell)
+    positions = {name: loop.reference for name, loop in plan.controllers.items()}
+    reference = _table(data, plan, 'reference', positions, t_ns, tell)
+    injected = _table(data, plan, 'injected signal', plan.injected, t_ns, tell)
     robot_description = None if plan.urdf is None else _robot_description(plan.urdf, plan)
     model_description = None if plan.model is None else _text(plan.model)
     # Made beside its place and moved there whole, so that no half of a bag is ever found.
@@ -66,7 +91,12 @@ def import_recording(source: str | Path, mapping: str | Path, destination: str |
         ) from error
     try:
         made = write_joint_log(
-            log, workshop / destination.name, robot_description, model_description, reference
+            log,
+            workshop / destination.name,
+            robot_description,
+            model_description,
+            reference,
+            injected,
         )
         destination.parent.mkdir(parents=True, exist_ok=True)
         os.rename(made, destination)
@@ -79,68 +109,89 @@ def import_recording(source: str | Path, mapping: str | Path, destination: str |
     return destination
 
 
-def read_recording(source: str | Path, plan: ImportMapping) -> JointLog:
+def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent) -> JointLog:
     """
     Return the JointLog that a data file holds according to a mapping.
 
+    Samples that repeat the stamp before them are left out. A position that wraps is unwrapped.
+
+    :param tell: see :func:`import_recording`.
     :raises DataError: if the file does not hold what the mapping says, or time does not increase.
     :raises ConfigurationError: if the mapping does not fit the file.
     """
-    data = DataFile(source, plan.rows, plan.columns)
+    return _read_log(DataFile(source, plan.rows, plan.columns), plan, tell)[0]
+
+
+def _read_log(
+    data: DataFile, plan: ImportMapping, tell: Tell
+) -> tuple[JointLog, NDArray[np.int64]]:
+    """Return the log, and the stamps (N,) of all samples of the file [ns]."""
     names = tuple(plan.joints)
     first = plan.joints[names[0]]['position'].series
     count = len(_series(data, first if plan.time is None else plan.time))
     if count == 0:
         raise DataError(f'{data.path} holds no samples: give a recording')
     t_ns = _stamps(data, plan, count)
+    kept = _kept(t_ns)
+    if not kept.all():
+        left_out = int(np.sum(~kept))
+        tell(
+            f'{data.path}: {left_out} of {count} samples repeat the stamp before them and are '
+            'left out'
+        )
     arrays: dict[str, FloatArray] = {}
     for quantity in ('position', 'velocity', 'effort', 'temperature'):
-        arrays[quantity] = np.full((count, len(names)), np.nan)
-        for j, name in enumerate(names):
-            signal = plan.joints[name].get(quantity)
-            if signal is None:
-                continue
-            values = _values(data, signal)
-            if len(values) != count:
-                raise DataError(
-                    f'{data.path} has {count} samples of time and {len(values)} of the {quantity} '
-                    f'of {name} ({signal.series.variable!r}): they must be as many'
-                )
-            arrays[quantity][:, j] = values
+        signals = {n: own[quantity] for n, own in plan.joints.items() if quantity in own}
+        values = _table(data, plan, quantity, signals, t_ns, tell)
+        unknown = np.full((int(kept.sum()), len(names)), np.nan)
+        arrays[quantity] = unknown if values is None else values
     has_temperature = any('temperature' in signals for signals in plan.joints.values())
-    return JointLog(
+    log = JointLog(
         names,
-        t_ns,
+        t_ns[kept],
         arrays['position'],
         arrays['velocity'],
         arrays['effort'],
         arrays['temperature'] if has_temperature else None,
         {**plan.tags, **_controller_tags(data, plan)},
     )
+    return log, t_ns
 
 
-def read_reference(source: str | Path, plan: ImportMapping, count: int) -> FloatArray | None:
+def _kept(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which samples (N,) do not repeat the stamp before them."""
+    return np.append(True, np.diff(t_ns) != 0)
+
+
+def _table(
+    data: DataFile,
+    plan: ImportMapping,
+    what: str,
+    signals: Mapping[str, Signal],
+    t_ns: NDArray[np.int64],
+    tell: Tell,
+) -> FloatArray | None:
     """
-    Return the wanted positions of the controllers in a mapping (N, n), None if it has none.
+    Return one quantity of all joints (N, n) in SI units, NaN where a joint has none.
 
-    :raises DataError: if there are not as many as samples.
+    :param signals: by joint; without any, the answer is None.
+    :raises DataError: if there are not as many values as samples.
     """
-    if not plan.controllers:
+    if not signals:
         return None
-    data = DataFile(source, plan.rows, plan.columns)
-    reference = np.full((count, len(plan.joints)), np.nan)
+    kept = _kept(t_ns)
+    table = np.full((int(kept.sum()), len(plan.joints)), np.nan)
     for j, name in enumerate(plan.joints):
-        if name not in plan.controllers:
+        if name not in signals:
             continue
-        signal = plan.controllers[name].reference
-        values = _values(data, signal)
-        if len(values) != count:
+        values = _values(data, signals[name], t_ns, f'{what} of {name}', tell)
+        if len(values) != len(kept):
             raise DataError(
-                f'{data.path} has {count} samples of time and {len(values)} of the reference of '
-                f'{name} ({signal.series.variable!r}): they must be as many'
+                f'{data.path} has {len(kept)} samples of time and {len(values)} of the {what} '
+                f'of {name} ({signals[name].series.variable!r}): they must be as many'
             )
-        reference[:, j] = values
-    return reference
+        table[:, j] = values[kept]
+    return table
 
 
 def _controller_tags(data: DataFile, plan: ImportMapping) -> dict[str, str]:
@@ -193,14 +244,37 @@ def _one_number(data: DataFile, value: float | str) -> float:
     return float(values.reshape(()))
 
 
-def _values(data: DataFile, signal: Signal) -> FloatArray:
-    """Return a signal in SI units, (N,)."""
+def _values(
+    data: DataFile, signal: Signal, t_ns: NDArray[np.int64], what: str, tell: Tell
+) -> FloatArray:
+    """Return a signal in SI units, (N,), without the jumps of a wrap."""
     values: FloatArray = _series(data, signal.series).astype(np.float64)
+    period = signal.wrap
+    if period is None and len(values) == len(t_ns):
+        period = recognised_wrap((t_ns - t_ns[0]) * 1e-9, values, signal.unit)
+        if period is not None:
+            tell(
+                f'{data.path}: the {what} wraps at a period of {period:.6g} {signal.unit} and was '
+                "unwrapped (say 'wrap: no' in the mapping if it is not so, or another period)"
+            )
+    if period:
+        known = np.isfinite(values)
+        values[known] = np.unwrap(values[known], period=period)
     for factor in (signal.factor, _one_number(data, signal.scale)):
         if factor != 1.0:
             values = values * factor
     offset = _one_number(data, signal.offset)
     return values + offset if offset != 0.0 else values
+
+
+def recognised_wrap(time: FloatArray, values: FloatArray, unit: str) -> float | None:
+    """Return the period [its unit] at which a position jumps back, None if it does not."""
+    period = wrap_period(time, values)
+    if period is None or unit != 'counts':
+        return period
+    # A counter has some number of bits.
+    register = 2.0 ** round(math.log2(period))
+    return register if abs(period / register - 1.0) < _REGISTER else period
 
 
 def _stamps(data: DataFile, plan: ImportMapping, count: int) -> NDArray[np.int64]:
@@ -226,12 +300,17 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int) -> NDArray[np.int64
             t_ns = time.astype(np.int64) * plan.ns_per_time_unit
         else:
             t_ns = np.rint(time * plan.ns_per_time_unit).astype(np.int64)
-    backward = np.flatnonzero(np.diff(t_ns) <= 0)
-    if len(backward):
-        k = int(backward[0]) + 1
+        if plan.nanoseconds is not None:
+            t_ns = t_ns + _series(data, plan.nanoseconds).astype(np.int64)
+    steps = np.diff(t_ns)
+    repeated = steps == 0
+    wrong = steps < 0 if repeated.sum() <= _REPEATED * len(steps) else steps <= 0
+    if wrong.any():
+        k = int(np.flatnonzero(wrong)[0]) + 1
         raise DataError(
-            f'{what} does not increase at index {k} ({t_ns[k - 1]} ns, then {t_ns[k]} ns): remove '
-            'repeated samples or check the unit'
+            f'{what} does not increase at index {k} ({t_ns[k - 1]} ns, then {t_ns[k]} ns), and '
+            f'{int(wrong.sum())} times in all: check its unit, sort the samples, or, where its '
+            'digits are too few, give sample_rate instead'
         )
     t_ns = t_ns + plan.start_time_ns
     if t_ns[0] < 0:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ class JointLog:
     ``t_ns`` (N,) int64 stamps of measurement; ``q`` (N, n) [rad or m]; ``v`` (N, n) [rad/s or
     m/s]; ``tau`` (N, n) actuator effort at the joint [Nm or N]. What was not measured is NaN.
     ``temperature`` (N, n) [degC] or None. ``tags`` are conditions (worn, payload, ...).
+    ``wraps``: periods [rad or m] by which positions were unwrapped, by joint.
 
     :raises DataError: if a shape disagrees or there is no sample.
     """
@@ -34,6 +35,7 @@ class JointLog:
     tau: FloatArray
     temperature: FloatArray | None = None
     tags: Mapping[str, str] = field(default_factory=dict)
+    wraps: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         shape = (len(self.t_ns), len(self.names))
@@ -67,6 +69,17 @@ class JointLog:
                 f'joint_states carries no effort for {", ".join(self.names)}: let the driver fill '
                 'effort [Nm or N], or map it when the recording is imported'
             )
+
+    def reported_together(self, among: Collection[str]) -> tuple[str, ...]:
+        """
+        Return the joints of those samples that tell of most of the joints ``among``.
+
+        Where an arm and a gripper publish on one topic by turns, these are the joints of the arm.
+        """
+        says = np.isfinite(self.q) | np.isfinite(self.v) | np.isfinite(self.tau)
+        says &= np.array([name in among for name in self.names])
+        most = says[int(np.argmax(says.sum(axis=1)))]
+        return tuple(name for name, told in zip(self.names, most, strict=True) if told)
 
     def rows(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
         """

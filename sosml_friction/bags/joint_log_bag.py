@@ -21,6 +21,7 @@ def write_joint_log(
     robot_description: str | None = None,
     model_description: str | None = None,
     reference: FloatArray | None = None,
+    injected: FloatArray | None = None,
 ) -> Path:
     """
     Record ``log`` in the bag ``folder``, with the robot's URDF and model text where given.
@@ -30,6 +31,8 @@ def write_joint_log(
     gives the same log back, bit by bit.
 
     :param reference: wanted positions (N, n) [rad or m], recorded as ``controller_reference``.
+    :param injected: efforts (N, n) [Nm or N] that were added to the command of the controllers,
+        recorded as ``injected_effort``.
     :raises BagError: if the folder exists or cannot be written, or a stamp does not fit the
         message (0 to 2^31 s).
     """
@@ -57,6 +60,8 @@ def write_joint_log(
         recorder.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
         if reference is not None:
             recorder.add_topic('/controller_reference', 'sensor_msgs/msg/JointState')
+        if injected is not None:
+            recorder.add_topic('/injected_effort', 'sensor_msgs/msg/JointState')
         if temperatures:
             recorder.add_topic('/joint_temperatures', 'sensor_msgs/msg/Temperature')
         for k, t_ns in enumerate(stamps):
@@ -72,6 +77,9 @@ def write_joint_log(
             if reference is not None:
                 wanted = serialize_joint_state(t_ns, log.names, reference[k].tolist(), [], [])
                 recorder.write('/controller_reference', wanted, t_ns)
+            if injected is not None:
+                added = serialize_joint_state(t_ns, log.names, [], [], injected[k].tolist())
+                recorder.write('/injected_effort', added, t_ns)
     return Path(folder)
 
 

@@ -3,33 +3,10 @@
 """
 The mapping file of an import: which variable is what, in which unit.
 
-::
-
-    time: {variable: t, unit: s}      # s, ms, us or ns; or instead: sample_rate: 1000.0   [Hz]
-    start_time: 0                     # optional [s], added to every stamp
-    joints:
-      slider:
-        position: {variable: qm, unit: m}
-        velocity: {variable: dq, unit: m/s}            # optional
-        effort: {variable: vir, unit: V, scale: gtau}  # optional; gtau: a variable of the file
-        temperature: {variable: temp, unit: degC}      # optional
-        controller:                                    # optional: a position loop about a
-          reference: {variable: qg, unit: m}           # velocity loop,
-          kp: kp                                       # effort = scale clip(
-          kv: kv                                       #   kp kv (reference - q) - kv v,
-          scale: gtau                                  #   -limit, limit)
-          limit: 10.0
-    urdf: robot.urdf                  # optional, relative to the mapping file
-    model: model.yaml                 # optional, relative to the mapping file
-    tags: {worn: 'no'}                # optional conditions
-    rows: [t, q, i]                   # .npy only: names of its rows, or columns: [...]
-
-Each quantity is ``value = variable * unit * scale + offset`` in SI units (rad, m, Nm, N, degC).
-``column`` or ``row`` (counted from 0) picks a series out of a table. ``scale`` and ``offset`` are
-numbers, or names of variables that hold one number, as are ``kp``, ``kv``, ``scale`` and ``limit``
-of a controller (scale 1 and no limit unless given). An effort given in A, mA, V, mV or counts has
-no torque until ``scale`` says how many Nm (or N) one of that unit makes, so it must be given; a
-position in counts needs ``counts_per_unit`` (counts per rad or per m) or ``counts_per_turn``.
+docs/import.md has every key. Each quantity is ``value = variable * unit * scale + offset`` in SI
+units (rad, m, Nm, N, degC); a position that wraps is unwrapped before. What is not known has no
+default: an effort in A, mA, V, mV or counts needs its ``scale`` (Nm or N per unit), a position in
+counts its ``counts_per_unit`` or ``counts_per_turn``.
 """
 
 from __future__ import annotations
@@ -48,11 +25,19 @@ TIME_UNITS = {'s': 1_000_000_000, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
 
 # Factor to SI, or None where the mapping must give it.
 UNITS: dict[str, dict[str, float | None]] = {
-    'position': {'rad': 1.0, 'deg': math.pi / 180.0, 'm': 1.0, 'mm': 1e-3, 'counts': None},
+    'position': {
+        'rad': 1.0,
+        'deg': math.pi / 180.0,
+        'turns': 2.0 * math.pi,
+        'm': 1.0,
+        'mm': 1e-3,
+        'counts': None,
+    },
     'velocity': {
         'rad/s': 1.0,
         'deg/s': math.pi / 180.0,
         'rpm': math.pi / 30.0,
+        'turns/s': 2.0 * math.pi,
         'm/s': 1.0,
         'mm/s': 1e-3,
         'counts/s': None,
@@ -71,8 +56,10 @@ UNITS: dict[str, dict[str, float | None]] = {
     'temperature': {'degC': 1.0, 'K': 1.0},
 }
 KELVIN_OFFSET = -273.15
-ANGULAR_UNITS = frozenset(('rad', 'deg', 'rad/s', 'deg/s', 'rpm', 'Nm', 'mNm'))
+ANGULAR_UNITS = frozenset(('rad', 'deg', 'turns', 'rad/s', 'deg/s', 'rpm', 'turns/s', 'Nm', 'mNm'))
 LINEAR_UNITS = frozenset(('m', 'mm', 'm/s', 'mm/s', 'N', 'kN'))
+#: What a proposed mapping has in the places that the data leave open.
+FILL_IN = 'FILL_IN'
 
 _TOP_KEYS = (
     'time', 'sample_rate', 'start_time', 'joints', 'urdf', 'model', 'tags', 'rows', 'columns',
@@ -80,6 +67,7 @@ _TOP_KEYS = (
 _SERIES_KEYS = ('variable', 'column', 'row')
 _SIGNAL_KEYS = (*_SERIES_KEYS, 'unit', 'scale', 'offset')
 _CONTROLLER = 'controller'
+_INJECTED = 'injected'
 _GAINS = ('kp', 'kv', 'scale', 'limit')
 _COUNT_KEYS = ('counts_per_unit', 'counts_per_turn')
 
@@ -99,7 +87,8 @@ class Signal:
     Say how a series becomes a physical quantity: ``series * factor * scale + offset``.
 
     ``factor`` comes from ``unit``; ``scale`` and ``offset`` are numbers, or the name of a variable
-    that holds one.
+    that holds one. ``wrap``: the period at which the series jumps back [its own unit], 0 if it
+    does not, None if that is to be recognised.
     """
 
     series: Series
@@ -107,6 +96,7 @@ class Signal:
     factor: float
     scale: float | str
     offset: float | str
+    wrap: float | None = None
 
 
 @dataclass(frozen=True)
@@ -128,14 +118,16 @@ class ImportMapping:
     Hold a checked mapping file.
 
     Either ``time`` with ``ns_per_time_unit``, or ``sample_rate`` [Hz] (a number or a variable's
-    name). ``joints`` maps each joint to its signals by quantity. ``urdf`` and ``model`` are whole
-    paths.
+    name); ``nanoseconds`` are added to a time of whole seconds. ``joints`` maps each joint to its
+    signals by quantity, ``injected`` to what was added to its controller's command. ``urdf`` and
+    ``model`` are whole paths.
     """
 
     path: Path
     joints: Mapping[str, Mapping[str, Signal]]
     time: Series | None = None
     ns_per_time_unit: int = 1
+    nanoseconds: Series | None = None
     sample_rate: float | str | None = None
     start_time_ns: int = 0
     urdf: Path | None = None
@@ -144,6 +136,7 @@ class ImportMapping:
     rows: tuple[str, ...] | None = None
     columns: tuple[str, ...] | None = None
     controllers: Mapping[str, ControllerSource] = field(default_factory=dict)
+    injected: Mapping[str, Signal] = field(default_factory=dict)
 
 
 class _Reader:
@@ -172,6 +165,10 @@ class _Reader:
         if not isinstance(value, str) or not value:
             raise self.error(where, f'is {value!r}: a name is needed')
         return value
+
+    def variable(self, value: Any, where: str) -> str:
+        """Return the name of a variable, or its number as text."""
+        return str(value) if type(value) is int and value >= 0 else self.text(value, where)
 
     def number(self, value: Any, where: str) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -205,7 +202,7 @@ class _Reader:
                 if type(value[key]) is not int or value[key] < 0:
                     raise self.error(f'{where}.{key}', f'is {value[key]!r}: count from 0')
                 place[key] = value[key]
-        return Series(self.text(value['variable'], f'{where}.variable'), **place)
+        return Series(self.variable(value['variable'], f'{where}.variable'), **place)
 
     def unit(self, value: dict[str, Any], where: str, known: Mapping[str, Any]) -> str:
         unit = value.get('unit')
@@ -218,6 +215,7 @@ class _Reader:
         """Return a checked signal of a joint."""
         countable = quantity in ('position', 'velocity')
         keys = _SIGNAL_KEYS + (_COUNT_KEYS if countable else ())
+        keys += ('wrap',) if quantity == 'position' else ()
         value = self.table(value, where, keys)
         unit = self.unit(value, where, UNITS[quantity])
         factor = UNITS[quantity][unit]
@@ -250,7 +248,24 @@ class _Reader:
             given = value['offset']
             offset = given if isinstance(given, str) else self.number(given, f'{where}.offset')
         scale = self.factor(value.get('scale', 1.0), f'{where}.scale')
-        return Signal(self.series(value, where), unit, factor, scale, offset)
+        wrap = None if quantity == 'position' else 0.0
+        if 'wrap' in value:
+            wrap = self.wrap(value['wrap'], f'{where}.wrap')
+        return Signal(self.series(value, where), unit, factor, scale, offset, wrap)
+
+    def wrap(self, value: Any, where: str) -> float:
+        """Return the period of a range ``[lowest, highest]``, of a period, or 0 of ``no``."""
+        if value is False:
+            return 0.0
+        if isinstance(value, list) and len(value) == 2:
+            low, high = (self.number(x, where) for x in value)
+            value = high - low
+        period = self.number(value, where)
+        if period <= 0.0:
+            raise self.error(
+                where, f'is {value!r}: give the period, [lowest, highest], or no where none is'
+            )
+        return period
 
     def controller(self, value: Any, where: str) -> ControllerSource:
         """Return a checked controller of a joint."""
@@ -287,18 +302,42 @@ def read_mapping(path: str | Path) -> ImportMapping:
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         reason = ' '.join(str(error).split())
         raise ConfigurationError(f'the mapping {path} is no readable YAML: {reason}') from error
+    return parse_mapping(content, path)
+
+
+def open_places(content: Any, where: str = '') -> list[str]:
+    """Return the keys, with dots, whose values are still to be filled in."""
+    if content == FILL_IN:
+        return [where]
+    inner = content.items() if isinstance(content, dict) else ()
+    return [place for key, x in inner for place in open_places(x, f'{where}.{key}'.lstrip('.'))]
+
+
+def parse_mapping(content: Any, path: Path) -> ImportMapping:
+    """
+    Return the checked mapping ``content``.
+
+    :param path: of its file, for the sentences and for the files that it names.
+    :raises ConfigurationError: as :func:`read_mapping`.
+    """
     read = _Reader(path)
     content = read.table(content, 'the mapping', _TOP_KEYS)
+    places = open_places(content)
+    if places:
+        raise read.error(', '.join(places), f'is left open ({FILL_IN}): fill it in')
     if ('time' in content) == ('sample_rate' in content):
         raise read.error('the mapping', 'needs either time or sample_rate')
     if 'joints' not in content:
         raise read.error('the mapping', 'has no joints: name at least one')
     time: Series | None = None
     ns_per_time_unit = 1
+    nanoseconds: Series | None = None
     sample_rate: float | str | None = None
     if 'time' in content:
-        value = read.table(content['time'], 'time', (*_SERIES_KEYS, 'unit'))
+        value = read.table(content['time'], 'time', (*_SERIES_KEYS, 'unit', 'nanoseconds'))
         time = read.series(value, 'time')
+        if 'nanoseconds' in value:
+            nanoseconds = Series(read.variable(value['nanoseconds'], 'time.nanoseconds'))
         ns_per_time_unit = TIME_UNITS[read.unit(value, 'time', TIME_UNITS)]
     else:
         sample_rate = read.factor(content['sample_rate'], 'sample_rate')
@@ -308,9 +347,10 @@ def read_mapping(path: str | Path) -> ImportMapping:
     read.number(start_time, 'start_time')
     joints: dict[str, dict[str, Signal]] = {}
     controllers: dict[str, ControllerSource] = {}
+    injected: dict[str, Signal] = {}
     for joint, value in read.table(content['joints'], 'joints').items():
         where = f'joints.{joint}'
-        quantities = read.table(value, where, (*UNITS, _CONTROLLER))
+        quantities = read.table(value, where, (*UNITS, _CONTROLLER, _INJECTED))
         if 'position' not in quantities:
             raise read.error(where, 'has no position: a joint needs at least that')
         joints[joint] = {
@@ -323,6 +363,10 @@ def read_mapping(path: str | Path) -> ImportMapping:
             loop = read.controller(quantities[_CONTROLLER], f'{where}.{_CONTROLLER}')
             controllers[joint] = loop
             units.append(loop.reference.unit)
+        if _INJECTED in quantities:
+            added = read.signal(quantities[_INJECTED], f'{where}.{_INJECTED}', 'effort')
+            injected[joint] = added
+            units.append(added.unit)
         angular = [unit for unit in units if unit in ANGULAR_UNITS]
         linear = [unit for unit in units if unit in LINEAR_UNITS]
         if angular and linear:
@@ -337,6 +381,7 @@ def read_mapping(path: str | Path) -> ImportMapping:
         joints=joints,
         time=time,
         ns_per_time_unit=ns_per_time_unit,
+        nanoseconds=nanoseconds,
         sample_rate=sample_rate,
         # A whole number of seconds keeps every digit.
         start_time_ns=(
@@ -348,4 +393,5 @@ def read_mapping(path: str | Path) -> ImportMapping:
         rows=read.names(content['rows'], 'rows') if 'rows' in content else None,
         columns=read.names(content['columns'], 'columns') if 'columns' in content else None,
         controllers=controllers,
+        injected=injected,
     )

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +13,11 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile, parse_model, read_model
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.simple_models import skeleton_model
+from sosml_friction.model.urdf_joints import read_joints
+
+#: A model: its folder, or what it holds; None: that of the bag.
+ModelSource = str | Path | RobotModelFile | None
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,7 @@ class RecordedRobot:
 
 def read_recorded_robot(
     path: str | Path,
-    model: str | Path | None = None,
+    model: ModelSource = None,
     urdf: str | Path | None = None,
     namespace: str | None = None,
     own_urdf: bool = False,
@@ -34,7 +40,9 @@ def read_recorded_robot(
     """
     Read the motion in a bag and the robot that made it; joints in the model's order.
 
-    :param model: model folder with the armature of the joints, None for the bag's.
+    Joints of the model that are not recorded are held still, as the URDF's other joints are.
+
+    :param model: model, or its folder, with the armature of the joints; None for the bag's.
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
     :param namespace: which robot, where a bag holds several.
     :param own_urdf: whether the URDF of the folder ``model`` comes before the bag's: where the
@@ -46,6 +54,7 @@ def read_recorded_robot(
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
     nominal = read_nominal(bag, path, model, urdf, own_urdf)
+    nominal = _of_joints(nominal, log.names)
     robot = nominal.make_robot()
     log = log.select(robot.names)
     log.require_effort()
@@ -55,7 +64,7 @@ def read_recorded_robot(
 def read_nominal(
     bag: Bag,
     path: str | Path,
-    model: str | Path | None,
+    model: ModelSource,
     urdf: str | Path | None,
     own_urdf: bool = False,
 ) -> RobotModelFile:
@@ -77,14 +86,57 @@ def read_nominal(
     return replace(nominal, urdf=document)
 
 
-def _model_of(bag: Bag, path: str | Path, model: str | Path | None) -> RobotModelFile:
+def stated_armature(
+    bag: Bag,
+    path: str | Path,
+    model: ModelSource,
+    urdf: str | Path | None,
+    armature: Mapping[str, float],
+) -> RobotModelFile:
+    """
+    Return the robot in a bag with the armatures that its model does not know.
+
+    A bag without a model has that of its URDF, with the joints that its joint_states name.
+
+    :param armature: by joint [kg m2 or kg]; '*': all others.
+    :raises BagError: if the bag has no joint_states.
+    :raises ConfigurationError: if no URDF is known, it has none of these joints, or an armature
+        cannot be.
+    """
+    if model is not None or bag.text('model_description') is not None:
+        nominal = read_nominal(bag, path, model, urdf, own_urdf=model is not None)
+    else:
+        document = _urdf_of(bag, urdf)
+        if document is None:
+            raise ConfigurationError(
+                f'bag {path} has no robot_description: give a URDF with --urdf'
+            )
+        nominal = skeleton_model(
+            document, bag.joint_log().reported_together(read_joints(document).joints)
+        )
+    return nominal.with_armature(armature, 'stated with the recording')
+
+
+def _of_joints(nominal: RobotModelFile, recorded: tuple[str, ...]) -> RobotModelFile:
+    """Return the model of those of its joints that were recorded; all if none was."""
+    joints = {name: joint for name, joint in nominal.joints.items() if name in recorded}
+    if len(joints) in (0, len(nominal.joints)):
+        return nominal
+    effects = tuple(e for e in nominal.effects if e.joint in (*joints, '*'))
+    return replace(nominal, joints=joints, effects=effects)
+
+
+def _model_of(bag: Bag, path: str | Path, model: ModelSource) -> RobotModelFile:
+    if isinstance(model, RobotModelFile):
+        return model
     if model is not None:
         return read_model(model)
     text = bag.text('model_description')
     if text is None:
         raise ConfigurationError(
             f'bag {path} has no model_description, so the armature of its joints is not known: '
-            'give a model folder with --model'
+            'state it with --armature (J N^2 of the rotor, 0 if the bodies of the URDF have it), '
+            'or give a model folder with --model'
         )
     return parse_model(text, f'model_description of {path}')
 

@@ -11,9 +11,11 @@ import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark
+from sosml_friction.cli.tables import takes_tables
 
 
 @app.command()
+@takes_tables
 def diagnose(
     bags: options.BagsArgument,
     model: Annotated[
@@ -23,6 +25,7 @@ def diagnose(
             'model and robot_description.'
         ),
     ] = None,
+    armature: options.ArmatureOption = None,
     holdout: Annotated[
         Path | None,
         typer.Option(
@@ -66,7 +69,8 @@ def diagnose(
     require_writable(folder)
     leave = options.parse_names(without or None) or ()
     with progress(f'reading {bags[0]}') as step:
-        found = diagnose_bags(bags, model, urdf, namespace, holdout, leave, step=step)
+        source = options.stated_model(bags[0], model, armature, urdf, namespace)
+        found = diagnose_bags(bags, source, urdf, namespace, holdout, leave, step=step)
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
     if json:

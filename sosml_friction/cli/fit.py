@@ -6,12 +6,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, command_line, print_blocks, print_json, progress, remark
+from sosml_friction.cli.tables import takes_tables
+
+if TYPE_CHECKING:
+    from sosml_friction.bags.recorded_robot import ModelSource
 
 MethodOption = Annotated[
     str,
@@ -120,10 +124,12 @@ TruthOption = Annotated[
 
 
 @app.command()
+@takes_tables
 def fit(
     context: typer.Context,
     bags: options.BagsArgument,
     model: options.ModelOption = None,
+    armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,
     method: MethodOption = 'auto',
     law: LawOption = 'auto',
@@ -166,10 +172,11 @@ def fit(
     """
     from sosml_friction.model.laws import TERM_LISTS
 
+    source = options.stated_model(bags[0], model, armature, urdf, namespace)
     wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:
         _fit_terms(
-            bags, wanted, model, urdf, namespace, out, command_line(context), json, body_tolerance
+            bags, wanted, source, urdf, namespace, out, command_line(context), json, body_tolerance
         )
         return
     from sosml_friction.identification.friction_fit import FitSettings
@@ -189,7 +196,7 @@ def fit(
     with progress(f'reading and fitting {bags[0]}') as step:
         outcome = run_fit(
             bags, out, truth, effort_hold or (), namespace, role or (), own_bias, step,
-            model=model, urdf=urdf, settings=settings, bandwidth=bandwidth,
+            model=source, urdf=urdf, settings=settings, bandwidth=bandwidth,
             observers=options.parse_names(observers), command=command_line(context),
         )  # fmt: skip
     if json:
@@ -206,7 +213,7 @@ def fit(
 def _fit_terms(
     bags: list[Path],
     terms: Sequence[str],
-    model: Path | None,
+    model: ModelSource,
     urdf: Path | None,
     namespace: str | None,
     out: Path | None,

@@ -4,87 +4,171 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from sosml_friction.cli.app import app, print_json, progress, remark
 from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.tables import urdf_text
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.share import share_directory
 
 FORMAT = 'sosml_friction/import/1'
+GUESS_FORMAT = 'sosml_friction/import_guess/1'
 
 
 @app.command('import')
 def import_(
-    file: Annotated[
-        Path, typer.Argument(metavar='FILE', help='Recording: .mat, .csv, .npz or .npy.')
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar='FILE', help='Table (CSV, MAT, NPZ, NPY, JSON, Parquet) or bag.'),
     ],
     mapping: Annotated[
         Path | None,
         typer.Option(
             '--map',
             metavar='MAPPING.yaml',
-            help='Which variable is what, in which unit; default: the shipped mapping that is '
-            'named in the file name.',
+            help='Which variable is what, in which unit (docs/import.md); default: the shipped '
+            'mapping that is named in the file name.',
         ),
+    ] = None,
+    guess: Annotated[
+        bool,
+        typer.Option(
+            '--guess', help='Look at the data, propose a mapping with reasons, and write it.'
+        ),
+    ] = False,
+    urdf: Annotated[
+        Path | None, typer.Option(help='URDF: names and kinds of the joints for --guess.')
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar='BAG', help='Bag to make; default: the name of the file, in this folder.'
+            metavar='PATH',
+            help='Bag to make, of several files the folder of the bags, with --guess the mapping; '
+            'default: the name of the file, in this folder.',
         ),
     ] = None,
     json: JsonOption = False,
 ) -> None:
     """
-    Turn a recording of another format into a bag.
+    Turn recordings of other formats into bags.
 
     An existing bag is not overwritten. The URDF and model that the mapping names go into the bag,
-    so that sosml fit needs nothing else.
+    so that sosml fit needs nothing else. A bag of rosbag2 in SQLite, or of ROS 1, is read by the
+    library rosbags and needs no mapping.
 
     Example: sosml import DATA_EMPS.mat --map config/import/emps.yaml --out emps
     """
+    from sosml_friction.bags.other_bag import is_other_bag
+
+    for file in files:
+        if not file.exists():
+            raise DataError(f'{file} does not exist: give the file to import')
+        if file.suffix == '.mcap' or (file.is_dir() and not is_other_bag(file)):
+            raise DataError(f'{file} is a bag, or a folder: a bag of MCAP is used as it is')
+    if guess and (len(files) > 1 or mapping is not None):
+        raise ConfigurationError('--guess looks at one file, and needs no --map: give one file')
+    if guess:
+        _guess(files[0], urdf, out, json)
+        return
+    places = {file: _place(file, out, len(files)) for file in files}
+    if len(set(places.values())) < len(files):
+        raise ConfigurationError('two files have the same name: import them one after the other')
+    documents = [_import(file, place, mapping, json) for file, place in places.items()]
+    if json:
+        one = documents[0] if len(documents) == 1 else {'imports': documents}
+        print_json({'format': FORMAT, **one})
+
+
+def _place(file: Path, out: Path | None, count: int) -> Path:
+    if out is None:
+        return Path(file.stem)
+    return out if count == 1 else out / file.stem
+
+
+def _import(file: Path, place: Path, mapping: Path | None, json: bool) -> dict[str, Any]:
+    """Make one bag, say what is in it, and return that."""
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.bag_information import bag_information
     from sosml_friction.bags.importer import import_recording
+    from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
-    if not file.is_file():
-        raise DataError(f'{file} does not exist: give the file to import')
-    if mapping is None:
+    if mapping is None and not is_other_bag(file):
         mapping = _shipped_mapping(file)
         remark(f'using the shipped mapping {mapping}')
     with progress(f'importing {file}') as step:
-        path = import_recording(file, mapping, out if out is not None else Path(file.stem))
+        if mapping is None:
+            path = copy_bag(file, place)
+        else:
+            path = import_recording(file, mapping, place, remark)
         step('reading the bag back')
         information = bag_information(Bag.open(path))
     motion, duration = information['joint_states'], information['duration_s']
+    if not json:
+        measured = '; '.join(
+            f'{joint} ({", ".join(x)})' for joint, x in motion['measured'].items()
+        )
+        typer.echo(f'{path}: {motion["samples"]} samples over {duration:.2f} s of {measured}')
+    kept = ('duration_s', 'joint_states', 'descriptions')
+    named = {'file': str(file), 'mapping': str(mapping or ''), 'bag': str(path)}
+    return {**named, **{key: information[key] for key in kept}}
+
+
+def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
+    """Write the mapping that a file speaks for."""
+    from sosml_friction.bags.data_file import DataFile
+    from sosml_friction.bags.guess import guess_mapping
+
+    path = out if out is not None else Path(f'{file.stem}.yaml')
+    if path.exists():
+        raise ConfigurationError(f'{path} exists and is not overwritten: choose another --out')
+    with progress(f'looking at {file}'):
+        found = guess_mapping(DataFile(file), urdf_text(urdf))
+    if urdf is not None:
+        found.content['urdf'] = os.path.relpath(urdf.absolute(), path.absolute().parent)
+    try:
+        path.write_text(found.to_yaml(f'Proposed for {file.name}: look through it.'))
+    except OSError as error:
+        raise ConfigurationError(f'{path} cannot be written: {error.strerror}') from error
+    command = f'sosml import {file} --map {path}'
     if json:
-        document = {'format': FORMAT, 'file': str(file), 'mapping': str(mapping), 'bag': str(path)}
-        kept = ('duration_s', 'joint_states', 'descriptions')
-        print_json(document, **{key: information[key] for key in kept})
+        print_json(
+            {'format': GUESS_FORMAT, 'file': str(file), 'mapping': str(path)},
+            content=found.content,
+            reasons=found.reasons,
+            remarks=found.remarks,
+            left_open=found.left_open,
+            next=command,
+        )
         return
-    measured = '; '.join(f'{joint} ({", ".join(x)})' for joint, x in motion['measured'].items())
-    typer.echo(f'{path}: {motion["samples"]} samples over {duration:.2f} s of {measured}')
+    for sentence in [*found.sentences(), *found.remarks]:
+        typer.echo(sentence)
+    if found.left_open:
+        typer.echo(f'Left open, as nothing in the file tells it: {", ".join(found.left_open)}')
+    fill = 'Fill in what is left open in' if found.left_open else 'Look through'
+    typer.echo(f'{fill} {path}, then: {command}')
 
 
 def _shipped_mapping(file: Path) -> Path:
     """
     Return the mapping in config/import whose name is a word of the file's name.
 
-    :raises ConfigurationError: if none or several are; the sentence lists those that exist.
+    :raises ConfigurationError: if none is, or several are; the sentence lists those that exist.
     """
     folder = share_directory() / 'config' / 'import'
-    shipped = sorted(folder.glob('*.yaml'))
-    words = {file.stem.lower(), *re.split(r'[^a-z0-9]+', file.stem.lower())}
-    found = [path for path in shipped if path.stem.lower() in words]
-    if len(found) != 1:
-        names = ', '.join(path.stem for path in shipped) or 'none'
+    shipped = sorted(folder.glob('*.yaml'), key=lambda path: -len(path.stem))
+    words = re.sub(r'[^a-z0-9]+', '_', file.stem.lower())
+    found = [path for path in shipped if f'_{path.stem}_' in f'_{words}_']
+    # "emps_pulses" has "emps" in it, and is the one that is meant.
+    if not found or any(path.stem not in found[0].stem for path in found):
+        names = ', '.join(sorted(path.stem for path in shipped)) or 'none'
         raise ConfigurationError(
-            f'the name {file.name} says not which mapping to use: give one with --map (shipped '
-            f'are {names}, in {folder})'
+            f'the name {file.name} says not which mapping to use: let sosml import {file} --guess '
+            f'propose one, or give one with --map (shipped are {names}, in {folder})'
         )
     return found[0]

@@ -5,16 +5,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sosml_friction.exceptions import BagError
+from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.observers import kinds
+
+if TYPE_CHECKING:
+    from sosml_friction.bags.recorded_robot import ModelSource
 
 OBSERVER_NAMES = ', '.join(kinds.NAMES)
 #: What sosml import reads; written out, so that --help loads nothing.
-IMPORTED = ('.csv', '.mat', '.npy', '.npz')
+IMPORTED = (
+    '.csv', '.tsv', '.txt', '.dat', '.mat', '.npy', '.npz', '.parquet', '.json', '.jsonl',
+    '.ndjson',
+)  # fmt: skip
 
 
 def json_option(instead: str) -> Any:
@@ -52,8 +58,60 @@ def stated(**values: Any) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
 
 
+def parse_numbers(option: str, text: str) -> list[float]:
+    """
+    Read numbers with commas between them.
+
+    :raises ConfigurationError: if one is none.
+    """
+    try:
+        return [float(part) for part in text.split(',')]
+    except ValueError:
+        raise ConfigurationError(f'{option} {text} is no number: give numbers') from None
+
+
+def parse_values(option: str, entries: list[str]) -> dict[str, float]:
+    """
+    Read entries ``JOINT=VALUE``, or ``VALUE``, which is that of '*', all others.
+
+    :raises ConfigurationError: if one is neither.
+    """
+    stated = {}
+    for entry in entries:
+        joint, _, text = entry.rpartition('=')
+        try:
+            stated[joint or '*'] = float(text)
+        except ValueError as error:
+            raise ConfigurationError(
+                f'{option} {entry} has no number: write {option} JOINT=VALUE'
+            ) from error
+    return stated
+
+
+def stated_model(
+    bag: Path,
+    model: Path | None,
+    armature: list[str] | None,
+    urdf: Path | None = None,
+    namespace: str | None = None,
+) -> ModelSource:
+    """Return ``model``, or what it and the bag say with the armature that was stated."""
+    if not armature:
+        return model
+    from sosml_friction.bags.bag import Bag
+    from sosml_friction.bags.recorded_robot import stated_armature
+
+    known = parse_values('--armature', armature)
+    return stated_armature(Bag.open(bag, namespace), bag, model, urdf, known)
+
+
+def is_table(path: Path) -> bool:
+    """Tell whether a recording is a file that sosml import reads."""
+    return path.suffix.lower() in IMPORTED and path.is_file()
+
+
 def _refuse_data_file(bag: Path) -> Path:
-    if bag.suffix.lower() in IMPORTED and bag.is_file():
+    if is_table(bag):
         raise BagError(
             f'{bag} is no bag: turn it into one first with sosml import {bag} --map MAPPING.yaml'
         )
@@ -81,6 +139,14 @@ NamespaceOption = Annotated[
 ModelOption = Annotated[
     Path | None,
     typer.Option(help="Model folder with the armature of the joints; default: the bag's."),
+]
+ArmatureOption = Annotated[
+    list[str] | None,
+    joint_values_option(
+        'Inertia of the rotor at the joint, J N^2 [kg m2 or kg], where the model does not know '
+        'it; 0 where the bodies of the URDF have it. With it a bag needs no model: its '
+        'robot_description is enough. Repeatable.'
+    ),
 ]
 UrdfOption = Annotated[
     Path | None,

@@ -19,6 +19,7 @@ def simulate(
     model: Annotated[
         Path | None, options.folder_option("Model folder to simulate; default: the bag's own.")
     ] = None,
+    armature: options.ArmatureOption = None,
     horizon: Annotated[
         float | None,
         typer.Option(
@@ -61,7 +62,8 @@ def simulate(
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)
     with progress(f'reading {bag}') as step:
-        found, nominal, provenance = simulate_bag(bag, model, urdf, namespace, horizon, step)
+        source = options.stated_model(bag, model, armature, urdf, namespace)
+        found, nominal, provenance = simulate_bag(bag, source, urdf, namespace, horizon, step)
         step('drawing the report')
         write_simulation(folder, found, nominal, provenance)
     if json:

@@ -54,6 +54,7 @@ def tune(
     reversal_time: ReversalTimeOption = None,
     effort_hold: options.EffortHoldOption = None,
     model: options.ModelOption = None,
+    armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,
     namespace: options.NamespaceOption = None,
     out: Annotated[
@@ -82,7 +83,8 @@ def tune(
         gains.STATED, (position_noise, velocity_noise, friction_jump, reversal_time), strict=True
     )
     with progress(f'reading {bag}') as step:
-        recorded = read_recorded_robot(bag, model, urdf, namespace)
+        source = options.stated_model(bag, model, armature, urdf, namespace)
+        recorded = read_recorded_robot(bag, source, urdf, namespace)
         joints = recorded.robot.names
         known = {name: gains.parse_stated(name, values or [], joints) for name, values in given}
         step('measuring noise, trying gains')

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
+from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
 from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
@@ -33,7 +33,7 @@ class BagDiagnosis:
 
 def diagnose_bags(
     bags: Sequence[str | Path],
-    model: str | Path | None = None,
+    model: ModelSource = None,
     urdf: str | Path | None = None,
     namespace: str | None = None,
     holdout: str | Path | None = None,
@@ -116,6 +116,7 @@ def diagnose_logs(
     )
     sources = [source for source, _ in (*logs, *([] if holdout is None else [holdout]))]
     cut = [Check('cut_off', 'warning', '*', s.recovery) for s in sources if s.recovery]
+    held = [Check('held_joints', 'note', '*', said) for said in nominal.make_robot().remarks]
     bags = [{'bag': source.name, 'sha256': source.sha256} for source in sources]
     provenance = {
         'bags': bags[: len(logs)],
@@ -123,7 +124,7 @@ def diagnose_logs(
         'model': nominal.name,
         'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
     }
-    diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut))
+    diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held))
     return BagDiagnosis(diagnosis, nominal, provenance)
 
 

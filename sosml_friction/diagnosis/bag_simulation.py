@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_hash
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.model_folder import RobotModelFile
@@ -28,7 +28,7 @@ class BagSimulation(NamedTuple):
 
 def simulate_bag(
     bag: Path,
-    model: Path | None = None,
+    model: ModelSource = None,
     urdf: Path | None = None,
     namespace: str | None = None,
     horizon_s: float | None = None,
@@ -51,11 +51,11 @@ def simulate_bag(
     controlled = recorded_controllers(recorded.bag, recorded.log)
     loop = recorded_loop(recorded.bag, bag, recorded.log)
     found = simulate_model(recorded.log, recorded.nominal, controlled, horizon_s, step, loop)
-    if recorded.bag.recovery:
-        found = replace(found, remarks=(recorded.bag.recovery, *found.remarks))
+    said = [recorded.bag.recovery] if recorded.bag.recovery else []
+    found = replace(found, remarks=(*said, *recorded.robot.remarks, *found.remarks))
     provenance = {
         'bag': bag.name,
         'sha256': bag_hash(bag),
-        'model': recorded.nominal.name if model is None else str(model),
+        'model': str(model) if isinstance(model, Path) else recorded.nominal.name,
     }
     return BagSimulation(found, recorded.nominal, provenance)

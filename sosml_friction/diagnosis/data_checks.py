@@ -12,6 +12,7 @@ from scipy.ndimage import uniform_filter1d
 
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import lost_share
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
 
@@ -44,9 +45,9 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort or
-    rest; ``severity``: note, warning or bad; ``joint``: its name, or '*'; ``sentence`` for a
-    person; ``values``: the numbers, SI units in their names.
+    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort,
+    rest or held_joints; ``severity``: note, warning or bad; ``joint``: its name, or '*';
+    ``sentence`` for a person; ``values``: the numbers, SI units in their names.
     """
 
     kind: str
@@ -81,8 +82,7 @@ def _time_base(log: JointLog) -> Check:
     if not len(forwards):
         return Check('time_base', 'bad', '*', 'time does not go forwards: record stamps')
     step = float(np.median(forwards))
-    lost = float(np.maximum(np.rint(forwards / step) - 1.0, 0.0).sum())
-    lost_share = lost / (lost + len(log))
+    lost = lost_share(log.time)
     # The same effort and position twice, where noise makes that unlikely: a repeated sample.
     same = (np.diff(log.tau, axis=0) == 0.0).all(axis=1) & (np.diff(log.q, axis=0) == 0.0).all(
         axis=1
@@ -95,20 +95,20 @@ def _time_base(log: JointLog) -> Check:
     values = {
         'step_s': step,
         'jitter_s': jitter,
-        'lost_share': lost_share,
+        'lost_share': lost,
         'repeated_share': repeated,
         'backward_stamps': float(backward),
     }
-    worst = max(lost_share, repeated)
+    worst = max(lost, repeated)
     if worst > _USELESS:
         sentence = (
-            f'{100 * lost_share:.0f} % of the samples are lost and {100 * repeated:.0f} % '
+            f'{100 * lost:.0f} % of the samples are lost and {100 * repeated:.0f} % '
             'repeated: record again'
         )
         return Check('dropped_samples', 'bad', '*', sentence, values)
     if worst > _SOME or backward:
         sentence = (
-            f'{100 * lost_share:.2g} % of the samples are lost, {100 * repeated:.2g} % repeated, '
+            f'{100 * lost:.2g} % of the samples are lost, {100 * repeated:.2g} % repeated, '
             f'{backward} stamps go backwards; holes were bridged'
         )
         return Check('dropped_samples', 'warning', '*', sentence, values)

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_source
 from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.friction_fit import FitSettings
@@ -20,7 +20,7 @@ from sosml_friction.simulation.recorded.controlled_joint import recorded_control
 
 def analyse_bag(
     path: str | Path,
-    model: str | Path | None = None,
+    model: ModelSource = None,
     urdf: str | Path | None = None,
     settings: FitSettings | None = None,
     bandwidth: float | None = None,

@@ -10,7 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sosml_friction.bags.recorded_robot import RecordedRobot, read_recorded_robot
+from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.term_fit import TermFit, fit_terms
@@ -26,7 +26,7 @@ class BagTerms(NamedTuple):
 def fit_bag_terms(
     bags: Sequence[str | Path],
     terms: Sequence[str],
-    model: str | Path | None = None,
+    model: ModelSource = None,
     urdf: str | Path | None = None,
     namespace: str | None = None,
     command: str = '',

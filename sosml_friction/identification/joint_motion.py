@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.segments import Segment, centred_difference
@@ -58,11 +57,3 @@ def level_spreads(segments: Sequence[Segment], tau_f: FloatArray) -> FloatArray:
         if len(known) > 1:
             spreads[k] = np.std(known)
     return spreads
-
-
-def missing_share(log: JointLog) -> float:
-    """Return the share of samples that are missing from a recording, by its usual step."""
-    span = float(log.time[-1])
-    if not span > 0.0:
-        return 0.0
-    return 1.0 - (len(log) - 1) * float(np.median(np.diff(log.time))) / span

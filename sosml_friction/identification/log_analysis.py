@@ -118,6 +118,8 @@ def analyse_log(
     settings = settings or FitSettings()
     robot = nominal.make_robot()
     log, checks = check_data(log, robot, source.recovery)
+    held = [DataFinding('held_joints', '*', NOTE, said) for said in robot.remarks]
+    checks = replace(checks, findings=(*checks.findings, *held))
     log, checks = _with_corrected_effort(log, checks, nominal)
     if body is None:
         progress('comparing the rigid body with the motion')

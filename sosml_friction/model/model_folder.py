@@ -13,6 +13,10 @@ folder with its provenance. ::
       shoulder:
         armature: {value: 0.0054, unit: kg m2}
         smoothing_velocity: 0.005   # of the sign in its friction law; absent: the sign itself
+      elbow:                    # an armature that is not known has a reason in place of a value
+        armature: {value: null, unit: kg m2, reason: the rotor is not known}
+    locked:                     # where joints of the URDF that are not above stand; absent: at 0
+      finger: 0.02
     terms:                      # in the order in which measurement terms act; absent: not known
       - term: coulomb
         joint: shoulder         # or '*', all joints
@@ -77,7 +81,7 @@ class FrictionParameters:
 @dataclass(frozen=True)
 class JointModel:
     """
-    Hold what is known of one joint beyond the URDF. ``armature`` in kg m2 or kg.
+    Hold what is known of one joint beyond the URDF. ``armature`` in kg m2 or kg, NaN: not known.
 
     ``smoothing_velocity`` [rad/s or m/s]: of the sign in its law, where the law is still to come.
     """
@@ -98,18 +102,67 @@ class EffectTerm:
 
 @dataclass(frozen=True)
 class RobotModelFile:
-    """Hold the content of a model folder; ``urdf`` is the document, not its path."""
+    """
+    Hold the content of a model folder; ``urdf`` is the document, not its path.
+
+    ``locked``: positions [rad or m] of joints of the URDF that are held still; those that neither
+    ``joints`` nor it names are held at 0.
+    """
 
     name: str
     joints: Mapping[str, JointModel]
     urdf: str | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
     effects: tuple[EffectTerm, ...] = ()
+    locked: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Return the joints in the order of the file."""
         return tuple(self.joints)
+
+    @property
+    def unknown_armature(self) -> tuple[str, ...]:
+        """Return the joints whose armature is not known."""
+        return tuple(n for n, joint in self.joints.items() if math.isnan(joint.armature.value))
+
+    def with_armature(self, armature: Mapping[str, float], reason: str = '') -> RobotModelFile:
+        """
+        Return the model with the armatures that it does not know; those that it does stay.
+
+        :param armature: by joint [kg m2 or kg]; '*' is every joint that is not named.
+        :param reason: where the values come from.
+        :raises ConfigurationError: if a joint is not of the model or a value cannot be.
+        """
+        for name, value in armature.items():
+            if name not in (*self.joints, '*'):
+                raise ConfigurationError(
+                    f'an armature is stated for {name}, which is no joint of model {self.name}: '
+                    f'use one of {", ".join(self.joints)}'
+                )
+            if not 0.0 <= value < math.inf:
+                raise ConfigurationError(
+                    f'the armature of {name} is {value:g}: give the reflected rotor inertia '
+                    'J N^2, 0 if the bodies of the URDF have it'
+                )
+        joints = dict(self.joints)
+        for name in self.unknown_armature:
+            if name in armature or '*' in armature:
+                own = armature[name if name in armature else '*']
+                known = Parameter(float(own), joints[name].armature.unit, reason=reason)
+                joints[name] = replace(joints[name], armature=known)
+        return replace(self, joints=joints)
+
+    def with_locked(self, locked: Mapping[str, float]) -> RobotModelFile:
+        """
+        Return the model with joints held still at positions [rad or m] beside those that are.
+
+        :raises ConfigurationError: if it is left without a joint.
+        """
+        joints = {name: joint for name, joint in self.joints.items() if name not in locked}
+        if not joints:
+            raise ConfigurationError(f'all joints of model {self.name} are locked: leave one')
+        return replace(self, joints=joints, locked={**self.locked, **locked})
 
     @property
     def is_rigid_body_identified(self) -> bool:
@@ -125,7 +178,8 @@ class RobotModelFile:
             own is used if this is None, or if the folder's rigid body was identified: a driver
             that was started before has an older one.
         :raises ConfigurationError: if there is no URDF, or it disagrees with the joints or with
-            the units of their parameters (a prismatic joint has N where a revolute has Nm).
+            the units of their parameters (a prismatic joint has N where a revolute has Nm), or if
+            an armature is not known.
         """
         document = urdf
         if urdf is None or (self.urdf is not None and self.is_rigid_body_identified):
@@ -134,8 +188,14 @@ class RobotModelFile:
             raise ConfigurationError(
                 f'model {self.name} has no URDF: put robot.urdf beside its model.yaml'
             )
+        if self.unknown_armature:
+            raise ConfigurationError(
+                f'the armature of joint {", ".join(self.unknown_armature)} is not known (model '
+                f'{self.name}): set it in model.yaml, or state it with --armature, in a node with '
+                'the parameter armature: J N^2 of the rotor, 0 if the bodies of the URDF have it'
+            )
         armature = [joint.armature.value for joint in self.joints.values()]
-        robot = Robot(document, self.joint_names, armature)
+        robot = Robot(document, self.joint_names, armature, self.locked)
         for (name, joint), effort in zip(self.joints.items(), robot.effort_units, strict=True):
             inertia = 'kg m2' if effort == 'Nm' else 'kg'
             if joint.armature.unit != inertia:
@@ -182,6 +242,8 @@ class RobotModelFile:
             'urdf': urdf,
             'joints': joints,
         }
+        if self.locked:
+            document['locked'] = dict(self.locked)
         if terms:
             document['terms'] = terms
         if self.provenance:
@@ -252,7 +314,7 @@ def parse_model(text: str, where: str) -> RobotModelFile:
         parse, key, kind = _parse_joint_1, 'effects', 'effect'
     else:
         parse, key, kind = _parse_joint, 'terms', 'term'
-        known = ('format', 'name', 'urdf', 'joints', 'terms', 'provenance')
+        known = ('format', 'name', 'urdf', 'joints', 'locked', 'terms', 'provenance')
         unknown = sorted(map(str, set(document) - set(known)))
         if unknown:
             raise ConfigurationError(
@@ -266,7 +328,19 @@ def parse_model(text: str, where: str) -> RobotModelFile:
     effects = _parse_terms(document.get(key), tuple(joints), where, key, kind)
     if version == FORMAT:
         joints, effects = _with_laws(joints, effects, where)
-    return RobotModelFile(str(document.get('name', 'robot')), joints, None, provenance, effects)
+    locked = _parse_locked(document.get('locked'), where)
+    name = str(document.get('name', 'robot'))
+    return RobotModelFile(name, joints, None, provenance, effects, locked)
+
+
+def _parse_locked(entries: Any, where: str) -> dict[str, float]:
+    try:
+        return {str(name): float(position) for name, position in (entries or {}).items()}
+    except (AttributeError, TypeError, ValueError) as error:
+        raise ConfigurationError(
+            f'{where} has locked: {entries!r}: give each joint that is held still its position '
+            '[rad or m]'
+        ) from error
 
 
 def _entry(term: str, joint: str, parameters: Mapping[str, Parameter]) -> dict[str, Any]:
@@ -370,10 +444,12 @@ def _parse_armature(entry: Any, where: str, other: str) -> Parameter:
         raise ConfigurationError(f'{where} has an unknown entry {unknown[0]}: remove it')
     armature = Parameter.from_dict(entry['armature'], f'{where}.armature')
     _require_unit(armature, ('kg m2', 'kg'), f'{where}.armature')
+    if math.isnan(armature.value) and armature.reason:
+        return armature
     if not 0.0 <= armature.value < math.inf:
         raise ConfigurationError(
             f'{where}.armature is {armature.value}: give the reflected rotor inertia J N^2, 0 if '
-            'it is none'
+            'it is none, or null with a reason where it is not known'
         )
     return armature
 

@@ -126,7 +126,7 @@ def _applied(model: RobotModelFile, robot: Robot, changes: Sequence[Change]) -> 
         if rotors[i] != armature.value:
             armature = Parameter(float(rotors[i]), armature.unit)
         joints[name] = replace(joint, armature=armature)
-    return replace(model, joints=joints, urdf=with_bodies(model.urdf, changed))
+    return replace(model, joints=joints, urdf=with_bodies(model.urdf, changed, robot.held))
 
 
 def tilted(model: RobotModelFile, term: EffectTerm) -> RobotModelFile:

@@ -5,27 +5,19 @@
 from __future__ import annotations
 
 import copy
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.urdf_joints import JointLimits, Mimic, UrdfJoints, read_joints
+
+__all__ = ['JointLimits', 'Robot']
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class JointLimits:
-    """Limits the URDF states: position [rad or m], velocity [rad/s or m/s], effort [Nm or N]."""
-
-    lower: float
-    upper: float
-    velocity: float
-    effort: float
+_NOTHING = pinocchio.Inertia.Zero()
 
 
 class Robot:
@@ -37,43 +29,47 @@ class Robot:
     inertia (armature) is on the diagonal of M. Not safe to share between threads: Pinocchio works
     in one buffer.
 
+    The URDF's other joints are held still, at ``locked`` or else at 0, and ``held`` says where
+    each is; one that mimics a joint of ``joints`` follows it with its body (``followers``).
+    ``remarks`` has a sentence on what is held though nobody said so: what such a joint carries
+    when it moves all the same would pass for friction.
+
     :param urdf: the URDF document itself.
-    :param joints: names of the joints to model, in the caller's order; the URDF's other movable
-        joints are an error, because a load that is left out would pass for friction.
+    :param joints: names of the joints to model, in the caller's order.
     :param armature: reflected inertia per joint [kg m2 or kg].
-    :raises ConfigurationError: if the URDF cannot be read or its joints differ from ``joints``.
+    :param locked: positions [rad or m] of joints that are held still.
+    :raises ConfigurationError: if the URDF cannot be read or lacks one of the joints.
     """
 
-    def __init__(self, urdf: str, joints: Sequence[str], armature: Sequence[float]) -> None:
+    def __init__(
+        self,
+        urdf: str,
+        joints: Sequence[str],
+        armature: Sequence[float],
+        locked: Mapping[str, float] | None = None,
+    ) -> None:
+        stated = read_joints(urdf)
+        self.robot_name = stated.robot_name
         try:
-            # ElementTree first: urdfdom writes lines of its own to stderr on what is not XML.
-            self.robot_name = ElementTree.fromstring(urdf).get('name', '')
-            model = pinocchio.buildModelFromXML(urdf)
-        except (ValueError, RuntimeError, ElementTree.ParseError) as error:
+            model = pinocchio.buildModelFromXML(stated.plain)
+        except (ValueError, RuntimeError) as error:
             reason = (
                 str(error).strip().splitlines()[0] if str(error).strip() else 'no reason given'
             )
             raise ConfigurationError(f'the URDF cannot be read: {reason}') from error
-        movable = [name for name in model.names if name != 'universe']
-        if sorted(movable) != sorted(joints):
-            raise ConfigurationError(
-                f'the URDF moves the joints {", ".join(movable) or "none"} where the model names '
-                f'{", ".join(joints)}: make them the same'
-            )
+        _check_names(stated, joints, locked or {})
         if len(armature) != len(joints) or not all(0.0 <= a < np.inf for a in armature):
             raise ConfigurationError(
                 f'armature is {list(armature)} for joints {", ".join(joints)}: give each joint a '
                 'reflected rotor inertia >= 0'
             )
-        ids = [model.getJointId(name) for name in joints]
-        if any(model.joints[i].nq != 1 for i in ids):
-            raise ConfigurationError(
-                'a continuous or multi-degree joint is in the URDF: give it type revolute or '
-                'prismatic with limits'
-            )
         self.names = tuple(joints)
         self.document = urdf
         self.armature = tuple(float(a) for a in armature)
+        self.held, self.followers = _held_and_followers(stated, self.names, locked or {})
+        self.remarks = _remarks(stated, self.held, locked or {})
+        model = _reduced(model, self.held)
+        ids = [model.getJointId(name) for name in joints]
         self._order = np.array([model.joints[i].idx_v for i in ids])
         rotor = np.zeros(model.nv)
         rotor[self._order] = np.asarray(armature, dtype=float)
@@ -81,45 +77,68 @@ class Robot:
         self._model = model
         self._data = model.createData()
         self._identity = bool(np.array_equal(self._order, np.arange(model.nv)))
+        self._spread, self._offset = self._following()
         self.effort_units = tuple(
-            'N' if model.joints[i].shortname().startswith('JointModelP') else 'Nm' for i in ids
+            'N' if stated.joints[n].kind == 'prismatic' else 'Nm' for n in joints
         )
-        self.limits = tuple(
-            JointLimits(
-                float(model.lowerPositionLimit[i]),
-                float(model.upperPositionLimit[i]),
-                float(model.velocityLimit[i]),
-                float(model.effortLimit[i]),
-            )
-            for i in self._order
-        )
+        self.limits = tuple(stated.joints[name].limits for name in joints)
 
     @property
     def n(self) -> int:
         """Return the number of joints."""
         return len(self.names)
 
+    def _following(self) -> tuple[FloatArray | None, FloatArray]:
+        """Return G and h: the model's positions are G q + h; G is None where nothing follows."""
+        nv = self._model.nv
+        offset = np.zeros(nv)
+        if not self.followers:
+            return None, offset
+        spread = np.zeros((nv, self.n))
+        spread[self._order, np.arange(self.n)] = 1.0
+        for name, mimic in self.followers.items():
+            i = self._model.joints[self._model.getJointId(name)].idx_v
+            spread[i, self.names.index(mimic.leader)] = mimic.multiplier
+            offset[i] = mimic.offset
+        return spread, offset
+
     def _in(self, x: FloatArray) -> FloatArray:
+        """Return velocities or accelerations, or positions but for an offset, for Pinocchio."""
         if self._identity:
             return x
+        if self._spread is not None:
+            return np.asarray(self._spread @ x)
         y = np.empty(len(x))
         y[self._order] = x
         return y
 
+    def _at(self, q: FloatArray) -> FloatArray:
+        """Return positions for Pinocchio."""
+        return self._in(q) if self._spread is None else self._in(q) + self._offset
+
+    def _out(self, y: FloatArray) -> FloatArray:
+        """Return efforts or momenta of Pinocchio's, a copy; what follows works on its leader."""
+        if self._spread is not None:
+            return np.asarray(self._spread.T @ y)
+        return np.array(y[self._order])
+
+    def _matrix(self, A: FloatArray) -> FloatArray:
+        if self._spread is not None:
+            return np.asarray(self._spread.T @ A @ self._spread)
+        return np.array(A if self._identity else A[np.ix_(self._order, self._order)])
+
     def inertia(self, q: FloatArray) -> FloatArray:
         """Return M(q), (n, n) [kg m2 or kg], armature included, a copy of its own."""
-        M = pinocchio.crba(self._model, self._data, self._in(q))
-        return np.array(M if self._identity else M[np.ix_(self._order, self._order)])
+        return self._matrix(pinocchio.crba(self._model, self._data, self._at(q)))
 
     def coriolis(self, q: FloatArray, v: FloatArray) -> FloatArray:
         """Return C(q, q') by Christoffel symbols, (n, n)."""
-        C = pinocchio.computeCoriolisMatrix(self._model, self._data, self._in(q), self._in(v))
-        return np.array(C if self._identity else C[np.ix_(self._order, self._order)])
+        C = pinocchio.computeCoriolisMatrix(self._model, self._data, self._at(q), self._in(v))
+        return self._matrix(C)
 
     def gravity(self, q: FloatArray) -> FloatArray:
         """Return g(q), (n,) [Nm or N]: the effort that holds the arm still."""
-        g = pinocchio.computeGeneralizedGravity(self._model, self._data, self._in(q))
-        return np.array(g[self._order])
+        return self._out(pinocchio.computeGeneralizedGravity(self._model, self._data, self._at(q)))
 
     def momentum_terms(
         self, q: FloatArray, v: FloatArray
@@ -130,7 +149,7 @@ class Robot:
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s].
         """
-        q, v = self._in(q), self._in(v)
+        q, v = self._at(q), self._in(v)
         model, data = self._model, self._data
         M = pinocchio.crba(model, data, q)
         p = M @ v
@@ -138,33 +157,41 @@ class Robot:
         drift = C.T @ v - pinocchio.computeGeneralizedGravity(model, data, q)
         if self._identity:
             return p, drift, np.array(M)
-        return p[self._order], drift[self._order], M[np.ix_(self._order, self._order)]
+        return self._out(p), self._out(drift), self._matrix(M)
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
         """Return q'' under the net effort ``tau`` (actuator minus friction), (n,)."""
-        a = pinocchio.aba(self._model, self._data, self._in(q), self._in(v), self._in(tau))
+        if self._spread is not None:
+            rest = self.inverse_dynamics(q, v, np.zeros(self.n))
+            return np.asarray(np.linalg.solve(self.inertia(q), tau - rest))
+        a = pinocchio.aba(self._model, self._data, self._at(q), self._in(v), self._in(tau))
         return a if self._identity else np.array(a[self._order])
 
     def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Return M q'' + C q' + g, (n,) [Nm or N]."""
-        tau = pinocchio.rnea(self._model, self._data, self._in(q), self._in(v), self._in(a))
-        return np.array(tau[self._order])
+        return self._out(
+            pinocchio.rnea(self._model, self._data, self._at(q), self._in(v), self._in(a))
+        )
 
     def torque_regressor(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """
         Return Y, (n, 10 n): M q'' + C q' + g = Y pi without rotors, linear in the inertias pi.
 
         pi holds ten numbers for the body of each joint, in the order of the joints
-        (:meth:`inertial_parameters`).
+        (:meth:`inertial_parameters`). The bodies of ``followers`` are not in it: what they need
+        is that of :meth:`inverse_dynamics` beside Y pi and the rotors.
         """
         Y = pinocchio.computeJointTorqueRegressor(
-            self._model, self._data, self._in(q), self._in(v), self._in(a)
+            self._model, self._data, self._at(q), self._in(v), self._in(a)
         )
         # For one joint Pinocchio's binding returns a vector.
-        blocks = np.array(Y).reshape(self.n, self.n, 10)
-        if self._identity:
-            return blocks.reshape(self.n, 10 * self.n)
-        return blocks[np.ix_(self._order, self._order)].reshape(self.n, 10 * self.n)
+        nv = self._model.nv
+        blocks = np.array(Y).reshape(nv, nv, 10)
+        if self._spread is not None:
+            blocks = np.tensordot(self._spread.T, blocks[:, self._order], 1)
+        elif not self._identity:
+            blocks = blocks[np.ix_(self._order, self._order)]
+        return blocks.reshape(self.n, 10 * self.n)
 
     def inertial_parameters(self) -> FloatArray:
         """
@@ -199,7 +226,9 @@ class Robot:
         other = copy.copy(self)
         model = self._model.copy()
         for i, row in zip(self._order, inertias, strict=True):
-            model.inertias[int(i) + 1] = pinocchio.Inertia.FromDynamicParameters(row)
+            # Of no mass at all the centre is nowhere, and would be NaN.
+            body = pinocchio.Inertia.FromDynamicParameters(row) if row.any() else _NOTHING
+            model.inertias[int(i) + 1] = body
         rotor = np.zeros(model.nv)
         rotor[self._order] = armature
         model.armature = rotor
@@ -215,7 +244,83 @@ class Robot:
 
     def energy(self, q: FloatArray, v: FloatArray) -> float:
         """Return kinetic (rotors included) plus potential energy [J]."""
-        q, v = self._in(q), self._in(v)
+        q, v = self._at(q), self._in(v)
         # Pinocchio 3 and 4 differ on whether its kinetic energy has the armature: M has it.
         kinetic = 0.5 * float(v @ pinocchio.crba(self._model, self._data, q) @ v)
         return kinetic + float(pinocchio.computePotentialEnergy(self._model, self._data, q))
+
+
+def _check_names(stated: UrdfJoints, joints: Sequence[str], locked: Mapping[str, float]) -> None:
+    movable = list(stated.joints)
+    if len(set(joints)) != len(joints) or not set(joints) <= set(movable):
+        raise ConfigurationError(
+            f'the URDF moves the joints {", ".join(movable) or "none"} where the model names '
+            f'{", ".join(joints)}: make them the same'
+        )
+    for name in joints:
+        if not stated.joints[name].is_single:
+            raise ConfigurationError(
+                f'joint {name} of the URDF is of type {stated.joints[name].kind}: give it type '
+                'revolute, continuous or prismatic, or leave it out of the model'
+            )
+    for name, position in locked.items():
+        if name not in movable or name in joints:
+            why = 'the model moves it' if name in joints else 'the URDF has no such joint'
+            raise ConfigurationError(f'joint {name} cannot be locked: {why}')
+        if not (stated.joints[name].is_single and np.isfinite(position)):
+            raise ConfigurationError(
+                f'joint {name} cannot be locked at {position}: that needs a number and a joint '
+                'of type revolute, continuous or prismatic'
+            )
+
+
+def _held_and_followers(
+    stated: UrdfJoints, joints: Sequence[str], locked: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, Mimic]]:
+    """Return where each joint that is not modelled is held, or what joint of them it follows."""
+    held: dict[str, float] = {}
+    followers: dict[str, Mimic] = {}
+    for name, joint in stated.joints.items():
+        if name in joints:
+            continue
+        leader, ratio, offset = name, 1.0, 0.0
+        while leader not in joints and leader not in locked:
+            mimic = stated.joints[leader].mimic
+            if mimic is None:
+                break
+            leader, ratio, offset = (
+                mimic.leader, ratio * mimic.multiplier, ratio * mimic.offset + offset,
+            )  # fmt: skip
+        if leader in joints and joint.is_single:
+            followers[name] = Mimic(leader, ratio, offset)
+        else:
+            held[name] = ratio * float(locked.get(leader, 0.0)) + offset
+    return held, followers
+
+
+def _remarks(
+    stated: UrdfJoints, held: Mapping[str, float], locked: Mapping[str, float]
+) -> tuple[str, ...]:
+    # Of a joint that follows one that is held, its leader tells.
+    silent = [n for n in held if n not in locked and stated.joints[n].mimic is None]
+    if not silent:
+        return ()
+    one = len(silent) == 1
+    return (
+        f'{"joint" if one else "joints"} {", ".join(silent)} of the URDF {"is" if one else "are"} '
+        f'not in the model and held at 0: name {"it" if one else "them"} under joints of '
+        f'model.yaml if {"it moves" if one else "they move"}, or under locked with the position '
+        'where that is another',
+    )
+
+
+def _reduced(model: pinocchio.Model, held: Mapping[str, float]) -> pinocchio.Model:
+    """Return the model with joints held still."""
+    if not held:
+        return model
+    q = pinocchio.neutral(model)
+    ids = [model.getJointId(name) for name in held]
+    for i, position in zip(ids, held.values(), strict=True):
+        if model.joints[i].nq == 1:
+            q[model.joints[i].idx_q] = position
+    return pinocchio.buildReducedModel(model, ids, q)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,16 @@ FloatArray = NDArray[np.float64]
 _TURNED = 'turned_base'
 
 
-def with_bodies(urdf: str, bodies: Mapping[str, FloatArray]) -> str:
+def with_bodies(urdf: str, bodies: Mapping[str, FloatArray], held: Collection[str] = ()) -> str:
     """
     Return the URDF with other mass distributions.
 
-    What is fixed to a joint's link is one body with it: the link gets the whole, and the inertias
-    of what is fixed to it go away. Shapes and everything else stay.
+    What is fixed to a joint's link, or on a joint that is held still, is one body with it: the
+    link gets the whole, and the inertias of the others go away. Shapes and everything else stay.
 
     :param bodies: by joint, m, m c (x, y, z), I (xx, xy, yy, xz, yz, zz) of the body it moves, in
         the joint's frame and about its origin [kg, kg m, kg m2].
+    :param held: joints that are held still (:attr:`Robot.held`).
     :raises ConfigurationError: if a joint is not there or a body has no positive mass.
     """
     root = _parse(urdf)
@@ -39,7 +40,7 @@ def with_bodies(urdf: str, bodies: Mapping[str, FloatArray]) -> str:
         if not body[0] > 0.0:
             raise ConfigurationError(f'the body of joint {name} has the mass {body[0]:g} kg')
         child = _of(joints[name], 'child')
-        for other in _fixed_to(root, child):
+        for other in _fixed_to(root, child, held):
             for inertial in links[other].findall('inertial'):
                 links[other].remove(inertial)
         for inertial in links[child].findall('inertial'):
@@ -88,13 +89,14 @@ def _of(joint: ElementTree.Element, what: str) -> str:
     return '' if element is None else str(element.get('link'))
 
 
-def _fixed_to(root: ElementTree.Element, link: str) -> list[str]:
-    """Return the links that fixed joints hang on a link, and those on them."""
+def _fixed_to(root: ElementTree.Element, link: str, held: Collection[str]) -> list[str]:
+    """Return the links that fixed or held joints hang on a link, and those on them."""
     found = []
     for joint in root.findall('joint'):
-        if joint.get('type') == 'fixed' and _of(joint, 'parent') == link:
+        is_still = joint.get('type') == 'fixed' or joint.get('name') in held
+        if is_still and _of(joint, 'parent') == link:
             child = _of(joint, 'child')
-            found += [child, *_fixed_to(root, child)]
+            found += [child, *_fixed_to(root, child, held)]
     return found
 
 

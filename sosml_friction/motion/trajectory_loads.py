@@ -63,10 +63,17 @@ def limit_uses(
 
     :param effort_margin: share of the effort limit the rigid body alone may take.
     :param acceleration: limits (n,) [rad/s2 or m/s2]; None: there are none.
+    :raises TrajectoryError: if the URDF states no limit of a speed or an effort.
     """
     uses = []
     for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
         q, v, a, tau = loads.q[:, i], loads.v[:, i], loads.a[:, i], loads.tau[:, i]
+        for what in ('velocity', 'effort'):
+            if np.isnan(getattr(limit, what)):
+                raise TrajectoryError(
+                    f'the URDF gives joint {name} no {what} limit: write it into its <limit>, a '
+                    'trajectory is checked against it'
+                )
         low = limit.lower - q > q - limit.upper
         effort = effort_margin * limit.effort
         rows = [

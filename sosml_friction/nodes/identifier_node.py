@@ -54,7 +54,7 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
 from sosml_friction.motion.trajectories import (
@@ -72,8 +72,8 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
+from sosml_friction.nodes.stated_model import ARMATURE, StatedModel
 from sosml_friction.observers.configuration import parse_configuration
-from sosml_friction.share import share_directory
 
 #: Options of the first trajectory have no prefix.
 _PLAIN = 'speed_ladder'
@@ -105,8 +105,13 @@ def _option_specs() -> tuple[ParameterSpec, ...]:
 
 PARAMETERS = (
     ParameterSpec(
-        'model', 'string', '', 'nominal model folder, written into the bag; empty: exoskeleton'
+        'model',
+        'string',
+        '',
+        'nominal model folder, written into the bag; empty: exoskeleton, or with armature the '
+        'robot of robot_description',
     ),
+    ARMATURE,
     ParameterSpec('output', 'string', 'identification', 'folder that gets a folder for each run'),
     ParameterSpec('run_name', 'string', '', 'name of the run folder; empty: date and time in UTC'),
     ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
@@ -206,15 +211,12 @@ class IdentifierNode(ProgramNode):
     def __init__(self) -> None:
         super().__init__('identifier_node')
         self._p = declare(self, PARAMETERS)
-        folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
-        self._model = read_model(folder)
+        self._stated = StatedModel(self._p)
+        self._encoded_names: list[bytes] = []
+        self._observed: tuple[str, ...] = ()
         self._label = find_kind(self._p['trajectory']).label
-        if self._p['centre'] and len(self._p['centre']) != len(self._model.joint_names):
-            raise ConfigurationError(
-                f'parameter centre has {len(self._p["centre"])} values for the joints '
-                f'{", ".join(self._model.joint_names)}: give one for each'
-            )
-        self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
+        if self._stated.model is not None:
+            self._look_for(self._stated.model)
         if self._p['diagnose_without']:
             # Only for those who asked: the catalogue takes a second to load.
             from sosml_friction.diagnosis.library import make_library
@@ -222,7 +224,6 @@ class IdentifierNode(ProgramNode):
             make_library(tuple(self._p['diagnose_without']))
         self._phase = 'idle'
         self._message = 'call ~/start to run the trajectory'
-        self._encoded_names = [name.encode() + b'\0' for name in self._model.joint_names]
         self._robot: Robot | None = None
         self._observers: list[str] = []
         self._latched: dict[str, bytes] = {}
@@ -268,6 +269,16 @@ class IdentifierNode(ProgramNode):
             self._job.join()
         super().destroy_node()
 
+    def _look_for(self, model: RobotModelFile) -> None:
+        names = model.joint_names
+        if self._p['centre'] and len(self._p['centre']) != len(names):
+            raise ConfigurationError(
+                f'parameter centre has {len(self._p["centre"])} values for the joints '
+                f'{", ".join(names)}: give one for each'
+            )
+        self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
+        self._encoded_names = [name.encode() + b'\0' for name in names]
+
     # Messages -----------------------------------------------------------------------------------
 
     def _subscribe(self, topic: str, kind: type, qos: Any) -> None:
@@ -285,9 +296,9 @@ class IdentifierNode(ProgramNode):
     def _read_latched(self, topic: str, data: bytes) -> None:
         text = deserialize(data, 'std_msgs/msg/String').data
         if topic == 'robot_description':
-            if self._robot is None:
-                self._robot = self._model.make_robot(text)
+            if topic not in self._latched:
                 self._latched[topic] = data
+                self._make_robot()
             elif data != self._latched[topic]:
                 self.get_logger().warning('another robot_description is ignored: restart for it')
             return
@@ -299,6 +310,8 @@ class IdentifierNode(ProgramNode):
             return
         configuration = parse_configuration(text, 'the topic observer_configuration')
         self._latched[topic] = data
+        self._observed = configuration.joints
+        self._make_robot()
         self._observers = list(configuration.gains)
         topics = {f'friction_estimate/{observer}' for observer in self._observers}
         for new in sorted(topics - self._subscribed):
@@ -308,11 +321,26 @@ class IdentifierNode(ProgramNode):
         if self._phase in ('starting', 'moving'):
             self._fail('the observers were started anew during the run: start it again')
 
+    def _make_robot(self) -> None:
+        """Make the robot once all that it needs is known."""
+        if self._robot is not None or 'robot_description' not in self._latched:
+            return
+        urdf = deserialize(self._latched['robot_description'], 'std_msgs/msg/String').data
+        if self._stated.model is None:
+            if not self._observed:
+                return
+            # Those that the observers found in joint_states.
+            self._look_for(self._stated.make(urdf, self._observed))
+        self._robot = self._stated.robot(urdf)
+        for sentence in self._robot.remarks:
+            self.get_logger().warning(sentence)
+
     def _on_message(self, topic: str, data: bytes) -> None:
         now_ns = self.get_clock().now().nanoseconds
         if topic == 'joint_states':
             # Another robot part may share the topic; looking for the names spares the decoding.
-            if not all(name in data for name in self._encoded_names):
+            names = self._encoded_names
+            if not names or not all(name in data for name in names):
                 return
             self._last_state, self._last_state_at = data, time.monotonic()
             self._states += 1
@@ -355,14 +383,17 @@ class IdentifierNode(ProgramNode):
     def _start(self) -> _Run:
         if self._phase in _RUNNING:
             raise ConfigurationError(f'a run is {self._phase}: wait for its end or call ~/abort')
-        if self._robot is None or self._last_state is None:
-            missing = 'robot_description' if self._robot is None else 'joint_states'
+        is_described = 'robot_description' in self._latched
+        if not is_described or (self._robot is not None and self._last_state is None):
+            missing = 'joint_states' if is_described else 'robot_description'
             raise ConfigurationError(f'nothing was received on {missing}: start the driver')
         if not self._observers or not self._reset_client.service_is_ready():
             raise ConfigurationError(
                 f'{self._p["observer_node"]} does not answer: start it, or name it in parameter '
                 'observer_node'
             )
+        assert self._robot is not None
+        assert self._last_state is not None
         state = deserialize(self._last_state, _JOINT_STATE)
         trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
@@ -373,6 +404,7 @@ class IdentifierNode(ProgramNode):
         return run
 
     def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
+        assert self._stated.model is not None
         recorder = BagRecorder(folder, {**tags, **controller_tags(self._controllers)})
         kinds = {
             'joint_states': _JOINT_STATE,
@@ -386,7 +418,7 @@ class IdentifierNode(ProgramNode):
         texts = {
             **self._latched,
             'robot_description': self._description(),
-            'model_description': serialize(String(data=self._model.to_yaml())),
+            'model_description': serialize(String(data=self._stated.model.to_yaml())),
         }
         now_ns = self.get_clock().now().nanoseconds
         for topic, data in texts.items():

@@ -35,7 +35,7 @@ from std_srvs.srv import Trigger
 from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
-from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
 from sosml_friction.nodes.node_help import NodeHelp
@@ -43,12 +43,12 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
+from sosml_friction.nodes.stated_model import ARMATURE, MeasuredJoints, StatedModel
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, VELOCITY_SOURCES
 from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains
 from sosml_friction.observers.registry import OBSERVERS, on_line_names, refuse_offline
-from sosml_friction.share import share_directory
 
 #: Unusable messages, without a usable one, after which the node ends with a sentence. Chosen, no
 #: measurement.
@@ -59,8 +59,13 @@ QUIET = 5
 
 _OPTIONS = (
     ParameterSpec(
-        'model', 'string', '', 'model folder with the armature of the joints; empty: exoskeleton'
+        'model',
+        'string',
+        '',
+        'model folder with the armature of the joints; empty: exoskeleton, or with armature the '
+        'robot of robot_description',
     ),
+    ARMATURE,
     ParameterSpec(
         'urdf_path', 'string', '', 'URDF file; empty: wait for the topic robot_description'
     ),
@@ -173,14 +178,12 @@ class ObserverNode(ProgramNode):
     def __init__(self) -> None:
         super().__init__('observer_node')
         self._p = declare(self, parameters())
-        folder = self._p['model'] or str(share_directory() / 'config' / 'exoskeleton')
-        self._model = read_model(folder)
-        self.get_logger().info(f'model {folder}: joints {", ".join(self._model.joint_names)}')
-        self._correction = EffortCorrection(self._model)
-        if self._correction:
-            self.get_logger().info(f'effort is corrected: {", ".join(self._correction.done)}')
-        for sentence in self._correction.left_out:
-            self.get_logger().warning(sentence)
+        self._stated = StatedModel(self._p)
+        self._measured: MeasuredJoints | None = None
+        self._early: list[JointState] = []
+        self._correction: EffortCorrection | None = None
+        if self._stated.model is not None:
+            self._correct(self._stated.model)
         refuse_offline(self._p['observers'])
         unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
         if unknown or self._p['selected'] not in self._p['observers']:
@@ -204,27 +207,68 @@ class ObserverNode(ProgramNode):
         if self._p['urdf_path']:
             try:
                 urdf = Path(self._p['urdf_path']).read_text(encoding='utf-8')
-                # What is stated counts, even beside a model whose rigid body was identified.
-                self._begin(replace(self._model, urdf=urdf).make_robot())
             except (OSError, UnicodeDecodeError) as error:
                 raise ConfigurationError(
                     f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
                     'path of a file'
                 ) from error
+            if self._stated.model is None:
+                self._wait_for_joints(urdf)
+            else:
+                # What is stated counts, even beside a model whose rigid body was identified.
+                self._stated.model = replace(self._stated.model, urdf=urdf)
+                self._begin(self._stated.robot(None))
         else:
             self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
 
     def _on_description(self, message: String) -> None:
-        if self._estimator is not None:
+        if self._estimator is not None or self._measured is not None:
             return
         try:
-            self._begin(self._model.make_robot(message.data))
-            if self._model.is_rigid_body_identified:
+            if self._stated.model is None:
+                self._wait_for_joints(message.data)
+                return
+            self._begin(self._stated.robot(message.data))
+            if self._stated.model.is_rigid_body_identified:
                 self.get_logger().info('the URDF of the model is used, not robot_description')
         except SosmlFrictionError as error:
             self.end(error)
 
+    def _correct(self, model: RobotModelFile) -> None:
+        names = ', '.join(model.joint_names)
+        self.get_logger().info(f'model {self._stated.label}: joints {names}')
+        correction = EffortCorrection(model)
+        if correction:
+            self.get_logger().info(f'effort is corrected: {", ".join(correction.done)}')
+            self._correction = correction
+        for sentence in correction.left_out:
+            self.get_logger().warning(sentence)
+
+    def _wait_for_joints(self, urdf: str) -> None:
+        self._measured = MeasuredJoints(urdf, PATIENCE)
+        self._urdf = urdf
+        self._subscribe()
+        self.get_logger().info('waiting for the names in joint_states')
+
+    def _see_joints(self, measured: MeasuredJoints, message: JointState) -> None:
+        """Keep a message until it is known which joints there are, and begin with all of them."""
+        self._early.append(message)
+        measured.see(message.name)
+        if measured.known is None:
+            return
+        early, self._early = self._early, []
+        try:
+            self._correct(self._stated.make(self._urdf, measured.known))
+            self._begin(self._stated.robot(self._urdf))
+        except SosmlFrictionError as error:
+            self.end(error)
+            return
+        for kept in early:
+            self._on_joint_states(kept)
+
     def _begin(self, robot: Robot) -> None:
+        for sentence in robot.remarks:
+            self.get_logger().warning(sentence)
         configuration = self._configure(robot)
         refuse_offline(configuration.gains)
         self._estimator = configuration.make_estimator(robot)
@@ -240,6 +284,11 @@ class ObserverNode(ProgramNode):
             String, 'observer_configuration', LATCHED
         )
         self._configuration_output.publish(String(data=configuration.to_yaml()))
+        if self._measured is None:
+            self._subscribe()
+        self.get_logger().info(f'observing {", ".join(self._joints)}')
+
+    def _subscribe(self) -> None:
         # Only now: whoever waits for this subscription knows that every message will be estimated.
         qos = JOINT_STATES
         if self._p['reliability'] == 'best_effort':
@@ -251,7 +300,6 @@ class ObserverNode(ProgramNode):
             )
         except UnsupportedEventTypeError:
             self.create_subscription(JointState, 'joint_states', self._on_joint_states, qos)
-        self.get_logger().info(f'observing {", ".join(self._joints)}')
 
     def _configure(self, robot: Robot) -> ObserverConfiguration:
         p = self._p
@@ -307,6 +355,9 @@ class ObserverNode(ProgramNode):
         return configuration
 
     def _on_joint_states(self, message: JointState) -> None:
+        if self._estimator is None and self._measured is not None:
+            self._see_joints(self._measured, message)
+            return
         names = tuple(message.name)
         if names not in self._columns:
             known = set(self._joints) <= set(names)
@@ -340,7 +391,7 @@ class ObserverNode(ProgramNode):
                 'velocity_source to position_difference',
             )
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
-        if self._correction:
+        if self._correction is not None:
             tau = self._correction.torque(tau)
         estimates = self._estimator.update(t_ns, q, v, tau)
         if estimates is None:
@@ -378,6 +429,8 @@ class ObserverNode(ProgramNode):
         name = self.get_name()
         if self._estimator is None:
             waiting = 'waiting for robot_description: start the driver, or set parameter urdf_path'
+            if self._measured is not None:
+                waiting = 'waiting for joint_states, to know which joints are measured'
             self._waited += 1
             if self._waited == QUIET:
                 self.get_logger().warning(waiting)

@@ -256,6 +256,9 @@ def make_signals(
     )
     regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
     rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
+    if robot.followers:
+        # Their bodies are not in the regressor.
+        rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
     return Signals(
         time=start_s + np.arange(len(q), dtype=np.float64) * step,
         q=q,

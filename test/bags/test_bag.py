@@ -325,7 +325,7 @@ def test_a_file_that_is_no_bag_is_one_sentence(tmp_path):
     ('name', 'sentence'),
     [
         ('notes.txt', 'is no bag: the folder holds no .mcap file'),
-        ('run_0.db3', 'is stored in SQLite: only MCAP is read; use `ros2 bag convert`'),
+        ('run_0.db3', 'is stored in SQLite: make it MCAP with sosml import'),
         ('run_0.mcap.zstd', 'holds compressed files only .run_0.mcap.zstd.: unpack them'),
     ],
 )

@@ -200,6 +200,7 @@ def test_start_time_is_added(source, mapping, start, ns):
     [
         ('position', 'rad', {}, 2.0),
         ('position', 'deg', {}, math.radians(2.0)),
+        ('position', 'turns', {}, 4.0 * math.pi),
         ('position', 'm', {}, 2.0),
         ('position', 'mm', {}, 0.002),
         ('position', 'counts', {'counts_per_unit': 1000}, 0.002),
@@ -209,6 +210,7 @@ def test_start_time_is_added(source, mapping, start, ns):
         ('velocity', 'rad/s', {}, 2.0),
         ('velocity', 'deg/s', {}, math.radians(2.0)),
         ('velocity', 'rpm', {}, 2.0 * 2.0 * math.pi / 60.0),
+        ('velocity', 'turns/s', {}, 4.0 * math.pi),
         ('velocity', 'm/s', {}, 2.0),
         ('velocity', 'mm/s', {}, 0.002),
         ('velocity', 'counts/s', {'counts_per_unit': 1000}, 0.002),
@@ -256,6 +258,94 @@ def test_joints_come_out_of_tables_by_column_and_row(source, mapping):
     assert log.q.tolist() == [[2 * k + 1, -2 * k] for k in range(5)]
     assert np.isnan(log.tau[:, 0]).all()
     np.testing.assert_array_equal(log.tau[:, 1], TAU)
+
+
+SHAFT = 4.0 * math.pi * np.sin(np.linspace(0.0, 9.0, 900))
+
+
+@pytest.mark.parametrize(
+    ('unit', 'per_rad', 'more', 'low'),
+    [
+        ('rad', 1.0, {}, -math.pi),
+        ('deg', 180.0 / math.pi, {}, 0.0),
+        ('turns', 0.5 / math.pi, {}, 0.0),
+        ('counts', 2048.0 / math.pi, {'counts_per_turn': 4096}, 0.0),
+    ],
+)
+@pytest.mark.parametrize('stated', ['recognised', 'period', 'range'])
+def test_a_position_that_wraps_is_unwrapped(source, mapping, unit, per_rad, more, low, stated):
+    period = 2.0 * math.pi * per_rad
+    wrap = {'period': {'wrap': period}, 'range': {'wrap': [low, low + period]}}.get(stated, {})
+    seen = (SHAFT * per_rad - low) % period + low
+    position = {'variable': 'q', 'unit': unit, **more, **wrap}
+    plan = read_mapping(mapping({'joints': {'shaft': {'position': position}}}))
+    told = []
+    log = read_recording(source(t=np.arange(900.0) * 0.01, q=seen, tau=seen), plan, told.append)
+    np.testing.assert_allclose(log.q[:, 0], SHAFT, atol=1e-9)
+    assert len(told) == (stated == 'recognised')
+    assert all('wraps at a period of' in sentence for sentence in told)
+
+
+def test_a_wrap_that_is_denied_stays(source, mapping):
+    seen = SHAFT % 6.0
+    plan = read_mapping(mapping({'joints/shoulder/position/wrap': False}))
+    log = read_recording(source(t=np.arange(900.0) * 0.01, q=seen, tau=seen), plan)
+    np.testing.assert_array_equal(log.q[:, 0], seen)
+
+
+def test_repeated_stamps_are_left_out_and_told(source, mapping):
+    t = np.arange(100.0) * 0.01
+    t[[20, 50]] = t[[19, 49]]
+    told = []
+    plan = read_mapping(mapping())
+    log = read_recording(source(t=t, q=np.arange(100), tau=np.zeros(100)), plan, told.append)
+    assert len(log) == 98
+    assert 20 not in log.q
+    assert len(told) == 1
+    assert '2 of 100 samples repeat the stamp before them' in told[0]
+
+
+def test_seconds_and_nanoseconds_of_two_columns_are_added(source, mapping):
+    changes = {'time': {'variable': 'sec', 'unit': 's', 'nanoseconds': 'nsec'}}
+    sec, nsec = np.array([7, 7, 8, 8, 8]), np.array([5, 999_999_999, 1, 2, 3])
+    log = read_recording(source(sec=sec, nsec=nsec), read_mapping(mapping(changes)))
+    assert log.t_ns.tolist() == (sec * 10**9 + nsec).tolist()
+
+
+def test_an_injected_signal_goes_into_the_bag(tmp_path, source, mapping):
+    plan = mapping({'joints/shoulder/injected': {'variable': 'p', 'unit': 'mNm'}})
+    path = import_recording(source(p=np.arange(5)), plan, tmp_path / 'bag')
+    t_ns, names, effort = Bag.open(path).injected()
+    assert t_ns.tolist() == Bag.open(path).joint_log().t_ns.tolist()
+    assert names == ('shoulder',)
+    np.testing.assert_allclose(effort[:, 0], 1e-3 * np.arange(5))
+    assert (
+        Bag.open(import_recording(source(), mapping_without(plan), tmp_path / 'x')).injected()
+        is None
+    )
+
+
+def mapping_without(plan):
+    content = yaml.safe_load(plan.read_text())
+    del content['joints']['shoulder']['injected']
+    plan.write_text(yaml.safe_dump(content))
+    return plan
+
+
+def test_pulses_of_emps_explain_what_its_loop_does_not(data_directory, tmp_path):
+    source = data_directory / 'emps' / 'DATA_EMPS_PULSES.mat'
+    if not source.is_file():
+        pytest.skip(f'no {source}')
+    shipped = share_directory() / 'config/import/emps_pulses.yaml'
+    bag = Bag.open(import_recording(source, shipped, tmp_path / 'emps'))
+    raw = scipy.io.loadmat(source, squeeze_me=True)
+    log, (_, _, wanted), (_, _, added) = bag.joint_log(), bag.reference(), bag.injected()
+    q = log.q[:, 0]
+    smooth = np.append(q[0], 0.5 * (q[1:] + q[:-1]))
+    v = np.append(0.0, np.diff(smooth)) * 1000.0
+    law = raw['gtau'] * (raw['kp'] * raw['kv'] * (wanted[:, 0] - q) - raw['kv'] * v)
+    left = log.tau[:, 0] - law
+    assert np.std((left - added[:, 0])[10:]) < 0.2 * np.std(left[10:])
 
 
 def test_fields_of_matlab_structs_have_dotted_names(tmp_path, mapping):
@@ -326,7 +416,7 @@ FAULTS = [
     ({'time/unit': None}, 'time has no unit: known are s, ms, us, ns'),
     (
         {'joints/shoulder/position/unit': 'degree'},
-        "joints.shoulder.position has the unknown unit 'degree': known are rad, deg, m, mm",
+        "joints.shoulder.position has the unknown unit 'degree': known are rad, deg, turns, m, mm",
     ),
     ({'joints/shoulder/effort/unit': 'W'}, "unknown unit 'W': known are Nm, mNm, N, kN, A, mA, V"),
     (
@@ -359,7 +449,7 @@ FAULTS = [
     ({'joints/shoulder/effort/scale': [1]}, r'effort.scale is \[1\]: a number is needed'),
     ({'joints/shoulder/effort/scale': math.nan}, 'a finite number is needed'),
     ({'joints/shoulder/effort/variable': None}, 'joints.shoulder.effort has no variable'),
-    ({'joints/shoulder/effort/variable': 3}, 'effort.variable is 3: a name is needed'),
+    ({'joints/shoulder/effort/variable': -3}, 'effort.variable is -3: a name is needed'),
     ({'joints/shoulder/effort/column': -1}, 'effort.column is -1: count from 0'),
     (
         {'joints/shoulder/effort/column': 0, 'joints/shoulder/effort/row': 0},
@@ -373,10 +463,16 @@ FAULTS = [
     ({'sample_rate': 5}, 'needs either time or sample_rate'),
     ({'time': None, 'sample_rate': -5}, 'sample_rate is -5 Hz: it must be positive'),
     ({'start_time': 'noon'}, "start_time is 'noon': a number is needed"),
+    ({'joints/shoulder/position/wrap': 0}, 'position.wrap is 0: give the period, .lowest, high'),
+    ({'joints/shoulder/position/wrap': [3, 1]}, r'wrap is -2.0: give the period'),
+    ({'joints/shoulder/effort/wrap': 1}, "effort has the unknown key 'wrap'"),
+    ({'joints/shoulder/injected': {'variable': 'q', 'unit': 'A'}}, 'injected is in A and has no'),
+    ({'joints/shoulder/injected': {'variable': 'q', 'unit': 'N'}}, 'has both rad and N: a joint'),
+    ({'joints/shoulder/effort/unit': 'FILL_IN'}, 'effort.unit is left open .FILL_IN.: fill it in'),
     ({'urdf': 'no.urdf'}, "urdf is 'no.urdf' and .*no.urdf does not exist"),
     ({'model': 'no.yaml'}, "model is 'no.yaml' and .*no.yaml does not exist"),
     ({'rows': 'abc'}, "rows is 'abc': a list of names is needed"),
-    ({'rows': ['a']}, 'rows and columns name the parts of an .npy table'),
+    ({'rows': ['a']}, 'name the parts of a table without names, and .*source.npz has'),
     (
         {'joints/shoulder/temperature': {'variable': 'q', 'unit': 'K', 'offset': 1}},
         'is in K and has an offset',
@@ -465,7 +561,7 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
 @pytest.mark.parametrize(
     ('name', 'content', 'sentence'),
     [
-        ('x.csv', b'', 'is empty: a CSV file needs a header line'),
+        ('x.csv', b'', 'is empty: a CSV file needs rows of numbers'),
         ('x.csv', b't,q,tau\n', 'holds no samples'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2\n', 'line 3 has 2 cells where the header has 3'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2,two\n', "line 3, column 'tau': 'two' is not a number"),
@@ -474,14 +570,14 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
         ('x.mat', b'not a mat file' * 20, 'is no readable MAT file'),
         ('x.npz', b'PK not a zip', 'is no readable NPZ file'),
         (
-            'x.txt',
+            'x.xls',
             b'',
-            'is not of a kind that can be imported: give one of .mat, .csv, .npz, .npy',
+            'is not of a kind that can be imported: give one of .mat, .npz, .npy, .parquet',
         ),
         (
             'x.mat',
             b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM' + b'\x89HDF\r\n\x1a\n',
-            "is of MATLAB version 7.3 .HDF5., which is not read: save it with '-v7'",
+            r'is of MATLAB version 7.3 \(HDF5\), which needs h5py|is no readable MAT',
         ),
     ],
 )
@@ -496,7 +592,6 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path, mapping, name, con
 @pytest.mark.parametrize(
     ('table', 'names', 'sentence'),
     [
-        (np.zeros((3, 5)), None, 'has no names of its own: the mapping must name either its rows'),
         (np.zeros((3, 5)), ['t', 'q'], 'has 3 rows and the mapping names 2 .t, q.'),
         (np.zeros((2, 5)), ['t', 't'], 'names 2 .t, t.: give each its own name'),
         (np.zeros(5), ['t'], r'shape \(5,\): a table is needed'),

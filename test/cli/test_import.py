@@ -7,6 +7,7 @@ import pytest
 from slider_bags import checked, slider_log
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.share import share_directory
 
 
 def write_csv(folder, name='slider.csv'):
@@ -105,3 +106,80 @@ def test_a_missing_file_is_told_before_a_mapping_is_looked_for(refused, name):
     err = refused('import', name)
     assert f'{name} does not exist' in err
     assert '--map' not in err
+
+
+def test_several_files_become_as_many_bags(sosml, tmp_path):
+    one, mapping = write_csv(tmp_path, 'one.csv')
+    two, _ = write_csv(tmp_path, 'two.csv')
+    code, out, _ = sosml('import', one, two, '--map', mapping, '--out', 'bags', '--json')
+    assert code == 0
+    document = checked(out, 'import')
+    assert [x['bag'] for x in document['imports']] == ['bags/one', 'bags/two']
+    for name in ('one', 'two'):
+        assert np.allclose(Bag.open(tmp_path / 'bags' / name).joint_log().q, slider_log().q)
+
+
+def test_files_of_one_name_are_not_written_over_each_other(refused, tmp_path):
+    _, mapping = write_csv(tmp_path)
+    (tmp_path / 'other').mkdir()
+    write_csv(tmp_path / 'other')
+    err = refused('import', 'slider.csv', 'other/slider.csv', '--map', mapping)
+    assert 'two files have the same name' in err
+
+
+def test_guess_writes_a_mapping_that_import_takes(sosml, tmp_path):
+    log = slider_log()
+    rows = np.column_stack([log.time, log.q, log.tau])
+    np.savetxt(
+        tmp_path / 'x.csv', rows, delimiter=';', header='t;position [m];force [N]', comments=''
+    )
+    code, out, err = sosml('import', 'x.csv', '--guess')
+    assert (code, err) == (0, '')
+    assert 'joint.position is position [m] [m]: its name says so' in out
+    assert out.splitlines()[-1] == 'Look through x.yaml, then: sosml import x.csv --map x.yaml'
+    assert sosml('import', 'x.csv', '--map', 'x.yaml')[0] == 0
+    assert np.allclose(Bag.open(tmp_path / 'x').joint_log().tau, log.tau)
+
+
+def test_guess_says_what_it_leaves_open(sosml, tmp_path):
+    write_csv(tmp_path)
+    code, out, _ = sosml('import', 'slider.csv', '--guess', '--out', 'm.yaml', '--json')
+    assert code == 0
+    document = checked(out, 'import_guess')
+    assert document['left_open'] == ['joints.joint.position.unit', 'joints.joint.effort.unit']
+    code, _, err = sosml('import', 'slider.csv', '--map', 'm.yaml')
+    assert code == 2
+    assert 'joints.joint.position.unit, joints.joint.effort.unit is left open (FILL_IN)' in err
+
+
+def test_guess_takes_names_and_kinds_of_joints_from_the_urdf(sosml, tmp_path):
+    write_csv(tmp_path)
+    urdf = share_directory() / 'urdf' / 'emps.urdf'
+    code, out, _ = sosml('import', 'slider.csv', '--guess', '--urdf', urdf, '--json', '--out', 'm')
+    assert code == 0
+    document = checked(out, 'import_guess')
+    assert list(document['content']['joints']) == ['slider']
+    assert document['content']['joints']['slider']['position'] == {'variable': 'q', 'unit': 'm'}
+    assert document['left_open'] == ['joints.slider.effort.unit']
+    text = (tmp_path / 'm').read_text().replace('FILL_IN', 'N')
+    (tmp_path / 'm').write_text(text)
+    assert sosml('import', 'slider.csv', '--map', 'm')[0] == 0
+    assert Bag.open(tmp_path / 'slider').text('robot_description') == urdf.read_text()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        (('slider.csv', 'slider.csv', '--guess'), '--guess looks at one file'),
+        (('slider.csv', '--guess', '--out', 'slider.yaml'), 'slider.yaml exists and is not'),
+        (('slider.csv', '--guess', '--out', 'no/m.yaml'), 'cannot be written: No such file'),
+        (('slider.csv', '--guess', '--urdf', 'no.urdf', '--out', 'm'), 'no.urdf cannot be read'),
+        (('x.mcap', '--guess'), 'x.mcap is a bag, or a folder: a bag of MCAP is used as it is'),
+        (('words.csv', '--guess'), 'holds nothing that looks like the position of a joint'),
+    ],
+)
+def test_what_guess_cannot_do_is_one_sentence(refused, tmp_path, arguments, sentence):
+    write_csv(tmp_path)
+    (tmp_path / 'x.mcap').write_bytes(b'')
+    (tmp_path / 'words.csv').write_text('all,these\nare,words\n')
+    assert sentence in refused('import', *arguments)

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -171,15 +173,15 @@ def test_limits_are_those_of_the_urdf(exoskeleton_urdf):
         (lambda s: 'no xml at all', JOINTS, (0, 0), 'the URDF cannot be read'),
         (lambda s: s[: len(s) // 2], JOINTS, (0, 0), 'the URDF cannot be read'),
         (lambda s: '<html/>', JOINTS, (0, 0), 'the URDF cannot be read'),
-        (lambda s: s, ('shoulder',), (0,), 'moves the joints shoulder, elbow where'),
         (lambda s: s, ('shoulder', 'wrist'), (0, 0), 'names shoulder, wrist'),
         (lambda s: s, ('shoulder', 'shoulder'), (0, 0), 'make them the same'),
         (lambda s: s, JOINTS, (0, -1e-3), 'rotor inertia >= 0'),
         (lambda s: s, JOINTS, (0, float('nan')), 'rotor inertia >= 0'),
         (lambda s: s, JOINTS, (0, float('inf')), 'rotor inertia >= 0'),
         (lambda s: s, JOINTS, (0,), 'for joints shoulder, elbow'),
-        (lambda s: s.replace('"revolute"', '"continuous"'), JOINTS, (0, 0), 'continuous'),
-        (lambda s: s.replace('"revolute"', '"floating"'), JOINTS, (0, 0), 'continuous or multi'),
+        (lambda s: s.replace('"revolute"', '"floating"'), JOINTS, (0, 0), 'of type floating'),
+        (lambda s: f'{s[:-9]}<xacro:arm/></robot>', JOINTS, (0, 0), 'cannot be read'),
+        (lambda s: s.replace('upper="0.7"', 'upper="high"'), JOINTS, (0, 0), "'high', no number"),
         (lambda s: s.replace('"revolute"', '"fixed"'), JOINTS, (0, 0), 'moves the joints none'),
     ],
 )
@@ -189,3 +191,116 @@ def test_a_urdf_that_cannot_serve_is_refused_in_one_sentence(
     with pytest.raises(ConfigurationError, match=words) as caught:
         Robot(change(exoskeleton_urdf), joints, armature)
     assert '\n' not in str(caught.value)
+
+
+def reduced(urdf, names):
+    return Robot(urdf, names, [0.01] * len(names))
+
+
+def test_joints_that_the_model_does_not_name_are_held_and_it_says_so(make_serial_arm):
+    """The same as the arm at rest in those joints: effort of the others, and nothing else."""
+    urdf = make_serial_arm(['revolute', 'prismatic', 'continuous', 'revolute'])
+    whole = Robot(urdf, ['j1', 'j2', 'j3', 'j4'], [0.01] * 4)
+    some = Robot(urdf, ['j4', 'j1'], [0.01] * 2, {'j2': 0.3})
+    assert some.held == {'j2': 0.3, 'j3': 0.0}
+    # Only what nobody stated is remarked upon.
+    (remark,) = some.remarks
+    assert 'joint j3 of the URDF' in remark
+    assert whole.remarks == ()
+    rng = np.random.default_rng(2)
+    for q, v, a in rng.normal(size=(20, 3, 2)):
+        full = [np.array([x[1], still, 0.0, x[0]]) for x, still in ((q, 0.3), (v, 0.0), (a, 0.0))]
+        expected = whole.inverse_dynamics(*full)[[3, 0]]
+        assert some.inverse_dynamics(q, v, a) == pytest.approx(expected, abs=1e-12)
+    for wrong in ({'j1': 0.0}, {'j9': 0.0}, {'j2': float('nan')}):
+        with pytest.raises(ConfigurationError, match='cannot be locked'):
+            Robot(urdf, ['j4', 'j1'], [0.01] * 2, wrong)
+
+
+def test_a_continuous_joint_goes_round_and_has_no_limits(make_serial_arm):
+    urdf = make_serial_arm(['revolute', 'continuous'])
+    robot = reduced(urdf, ['j1', 'j2'])
+    limit = robot.limits[1]
+    assert (limit.lower, limit.upper, limit.velocity) == (-np.inf, np.inf, 4.0)
+    q, v, a = np.random.default_rng(3).normal(size=(3, 2))
+    turned = q + np.array([0.0, 14 * np.pi])
+    assert robot.inverse_dynamics(turned, v, a) == pytest.approx(robot.inverse_dynamics(q, v, a))
+
+
+def test_a_joint_without_limits_has_none(make_serial_arm):
+    robot = reduced(re.sub('<limit[^>]*>', '', make_serial_arm(['revolute'])), ['j1'])
+    limit = robot.limits[0]
+    assert (limit.lower, limit.upper) == (-np.inf, np.inf)
+    assert np.isnan([limit.velocity, limit.effort]).all()
+
+
+def with_mimic(urdf, ratio=-2.0, offset=0.4):
+    """Return the URDF in which j3 follows j1."""
+    mimic = f'<mimic joint="j1" multiplier="{ratio}" offset="{offset}"/><limit lower="-3"'
+    assert '<limit lower="-3"' in urdf
+    return urdf.replace('<limit lower="-3"', mimic)
+
+
+def test_a_mimic_joint_follows_its_leader_with_its_body(make_serial_arm):
+    """q3 = -2 q1 + 0.4: what it needs and stores is seen at j1, by the principle of power."""
+    urdf = make_serial_arm(['revolute', 'revolute', 'revolute', 'prismatic'])
+    whole = Robot(urdf, ['j1', 'j2', 'j3', 'j4'], [0.01, 0.01, 0.0, 0.01])
+    robot = reduced(with_mimic(urdf), ['j4', 'j1', 'j2'])
+    assert robot.remarks == ()
+    G = np.array([[0, 1, 0], [0, 0, 1], [0, -2.0, 0], [1, 0, 0]])
+    h = np.array([0.0, 0.0, 0.4, 0.0])
+    for q, v, a in np.random.default_rng(4).normal(size=(20, 3, 3)):
+        x, u = G @ q + h, G @ v
+        tau = robot.inverse_dynamics(q, v, a)
+        assert tau == pytest.approx(G.T @ whole.inverse_dynamics(x, u, G @ a), abs=1e-11)
+        assert robot.acceleration(q, v, tau) == pytest.approx(a, abs=1e-9)
+        assert robot.energy(q, v) == pytest.approx(whole.energy(x, u))
+        p, drift, M = robot.momentum_terms(q, v)
+        assert p == pytest.approx(M @ v, abs=1e-12)
+        assert drift == pytest.approx(robot.coriolis(q, v).T @ v - robot.gravity(q), abs=1e-12)
+        assert pytest.approx(robot.inertia(q), abs=1e-12) == M
+        assert M @ a + robot.coriolis(q, v) @ v + robot.gravity(q) == pytest.approx(tau, abs=1e-11)
+        # The regressor has the bodies of the joints that are named, not of what follows them.
+        pi = robot.inertial_parameters().ravel() * 1e-3
+        heavier = robot.changed(1.001 * robot.inertial_parameters(), [0.01] * 3, [0, 0, -9.81])
+        more = heavier.inverse_dynamics(q, v, a) - tau
+        assert robot.torque_regressor(q, v, a) @ pi == pytest.approx(more, abs=1e-9)
+
+
+def test_a_mimic_joint_of_one_that_is_held_is_held_with_it(make_serial_arm):
+    urdf = with_mimic(make_serial_arm(['revolute', 'revolute', 'revolute']))
+    robot = Robot(urdf, ['j2'], [0.0], {'j1': 0.5})
+    assert robot.held == {'j1': 0.5, 'j3': pytest.approx(-0.6)}
+    assert robot.remarks == ()
+    # One that the model names moves by itself.
+    assert reduced(urdf, ['j1', 'j2', 'j3']).followers == {}
+
+
+@pytest.mark.parametrize('leader', ['j9', 'j3'])
+def test_a_mimic_joint_of_nothing_is_refused(make_serial_arm, leader):
+    urdf = with_mimic(make_serial_arm(['revolute'] * 3)).replace('joint="j1"', f'joint="{leader}"')
+    with pytest.raises(ConfigurationError, match='joint j3 mimics'):
+        reduced(urdf, ['j1'])
+
+
+def test_what_a_robot_is_drawn_and_driven_with_does_not_matter(exoskeleton_urdf):
+    more = (
+        '<link name="tool"><visual><geometry><mesh filename="package://nowhere/tool.dae"/>'
+        '</geometry></visual></link><joint name="mount" type="fixed"><parent link="forearm"/>'
+        '<child link="tool"/></joint><transmission name="t"><joint name="shoulder">'
+        '<hardwareInterface>Effort</hardwareInterface></joint></transmission>'
+        '<gazebo reference="forearm"><plugin name="p" filename="libx.so"/></gazebo>'
+        '<ros2_control name="c" type="system"><joint name="elbow"/></ros2_control></robot>'
+    )
+    dressed = exoskeleton_urdf.replace('</robot>', more)
+    bare, robot = reduced(exoskeleton_urdf, JOINTS), reduced(dressed, JOINTS)
+    q, v, a = np.random.default_rng(5).normal(size=(3, 2))
+    assert (robot.inverse_dynamics(q, v, a) == bare.inverse_dynamics(q, v, a)).all()
+
+
+def test_an_arm_with_a_body_of_no_mass_can_be_changed(make_serial_arm):
+    """Its centre is nowhere; what is left of it is its rotor."""
+    urdf = re.sub('<inertial>.*?</inertial>', '', make_serial_arm(['revolute']))
+    robot = Robot(urdf, ['j1'], [0.3])
+    again = robot.changed(robot.inertial_parameters(), np.array([0.2]), np.zeros(3))
+    assert again.inertia(np.zeros(1)) == pytest.approx(np.array([[0.2]]))

@@ -71,3 +71,13 @@ def test_a_turned_base_feels_gravity_turned_back(exoskeleton_urdf, rotation):
     back = Robot(with_turned_base(urdf, -np.array(rotation)), NAMES, [0.0, 0.0])
     q = np.array([0.3, 0.8])
     assert back.gravity(q) == pytest.approx(robot.gravity(q), abs=1e-12)
+
+
+def test_a_body_that_is_changed_has_what_is_held_on_it(make_serial_arm):
+    urdf = make_serial_arm(['revolute', 'prismatic', 'revolute', 'continuous'])
+    names, locked = ['j1', 'j3'], {'j2': 0.1, 'j4': -0.7}
+    robot = Robot(urdf, names, [0.0, 0.0], locked)
+    bodies = 1.2 * robot.inertial_parameters()
+    text = with_bodies(urdf, dict(zip(names, bodies, strict=True)), robot.held)
+    again = Robot(text, names, [0.0, 0.0], locked)
+    np.testing.assert_allclose(again.inertial_parameters(), bodies, atol=1e-12)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -174,3 +175,12 @@ def test_a_joint_that_the_trajectory_lacks_is_named(robot):
     lacking = speed_ladder({'shoulder': 0.0}, {'shoulder': 0.0}, SPEEDS)
     with pytest.raises(TrajectoryError, match='does not move joint elbow'):
         check_limits(lacking, robot)
+
+
+@pytest.mark.parametrize('limit', ['velocity', 'effort'])
+def test_a_limit_that_the_urdf_does_not_state_is_asked_for(limit):
+    urdf = (REPOSITORY / 'urdf/exoskeleton.urdf').read_text(encoding='utf-8')
+    robot = Robot(re.sub(f'{limit}="[^"]*"', '', urdf), ('shoulder', 'elbow'), (0.0, 0.0))
+    rest = Trajectory(('shoulder', 'elbow'), np.array([0.0, 1.0]), np.zeros((2, 2)), None)
+    with pytest.raises(TrajectoryError, match=f'joint shoulder no {limit} limit'):
+        check_limits(rest, robot)

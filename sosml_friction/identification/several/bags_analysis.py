@@ -11,7 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import read_nominal, read_recorded_robot
+from sosml_friction.bags.recorded_robot import (
+    ModelSource,
+    read_nominal,
+    read_recorded_robot,
+)
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
@@ -48,7 +52,7 @@ class BagsAnalysis:
 
 def analyse_bags(
     paths: Sequence[str | Path],
-    model: str | Path | None = None,
+    model: ModelSource = None,
     urdf: str | Path | None = None,
     settings: FitSettings | None = None,
     bandwidth: float | None = None,
@@ -101,7 +105,7 @@ def analyse_bags(
 
 def _common_body(
     labels: Mapping[str, str | Path],
-    model: str | Path | None,
+    model: ModelSource,
     urdf: str | Path | None,
     settings: FitSettings,
     namespace: str | None,

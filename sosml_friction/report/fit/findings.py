@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.sampling import lost_share
 from sosml_friction.identification.friction_fit import REGRESSION
-from sosml_friction.identification.joint_motion import missing_share
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.parameter_interval import (
@@ -25,6 +25,9 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import observer_label, symbols_of
 from sosml_friction.report.common.number_text import format_number, range_text, rounded, value_text
 from sosml_friction.report.fit.joint_view import JointView
+
+#: Share of lost samples that is told. Chosen, no measurement.
+_LOST = 0.02
 
 
 def joint_sentence(view: JointView) -> str:
@@ -244,12 +247,12 @@ def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
 
 
 def sampling_text(log: JointLog) -> str:
-    """Return how much was recorded, how fast, and what share of the samples is missing."""
+    """Return how much was recorded, how fast, and what share of the samples was lost."""
     count, span = len(log), float(log.time[-1])
     if not span > 0.0:
         return f'{count} samples'
     text = f'{count} samples over {span:.1f} s, {(count - 1) / span:.4g} Hz'
-    missing = missing_share(log)
-    if missing > 0.02:
-        text += f'; {100.0 * missing:.0f} % of them are missing: the computer was too busy'
+    lost = lost_share(log.time)
+    if lost > _LOST:
+        text += f'; {100.0 * lost:.2g} % more were lost, in steps of two or more usual ones'
     return text

@@ -27,6 +27,8 @@ _DAMPING = 0.05
 _SMOOTHER = 0.6
 #: Steps of the integration in one cycle of the resonance.
 _STEPS = 25.0
+#: A body of less than this share of its rotor is rounding of their sum.
+_LEAST_BODY = 1e-9
 
 
 class TransmissionTerm(Term):
@@ -39,6 +41,12 @@ class TransmissionTerm(Term):
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
     axis = 'effort'
+
+    def applies(self, signals: Recording, joint: int) -> bool:
+        """Tell whether there is a body for a gear to move beside the rotor."""
+        robot = signals.robot
+        own = robot.inertia(np.median(signals.q, axis=0))[joint, joint]
+        return bool(own > (1.0 + _LEAST_BODY) * robot.armature[joint])
 
     @abstractmethod
     def gear(self, joint: int, inner: Inner) -> Gear:

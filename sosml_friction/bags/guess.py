@@ -1,0 +1,753 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Propose what the columns of a recording are, with reasons; what is not told is left open."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.bags import series_evidence as evidence
+from sosml_friction.bags.data_file import DataFile
+from sosml_friction.bags.header_words import HeaderWord, read_header
+from sosml_friction.bags.importer import recognised_wrap
+from sosml_friction.bags.joint_log import FloatArray
+from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS, open_places
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.model.urdf_joints import read_joints
+
+#: Two figures of one quantity agree if they are this close: units are further apart.
+_SAME = 0.05
+#: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
+_RAD_SPAN = (0.5, 4.0 * math.pi)
+#: Share of an effort's variance that the motion must explain for it to be proposed.
+_EXPLAINED = 0.2
+#: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
+_UNIT_OF_WRAP = {
+    2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
+}  # fmt: skip
+#: A position is smoother than an effort by so much; the files at hand have 10 and more.
+_SMOOTHER = 3.0
+_BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
+_QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
+
+
+@dataclass(frozen=True)
+class Columns:
+    """
+    State what columns are, as on a command line.
+
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
+    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
+    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
+    """
+
+    quantities: Mapping[str, Sequence[str]]
+    time: str = ''
+    scales: Sequence[float] = ()
+    counts_per_turn: float | None = None
+
+
+@dataclass
+class Guess:
+    """
+    Hold a proposed mapping.
+
+    ``content``: as in a mapping file, with ``FILL_IN`` where the data leave it open; ``reasons``
+    by key, such as ``joints.arm.velocity``; ``remarks``: sentences about the rest of the file.
+    """
+
+    content: dict[str, Any] = field(default_factory=dict)
+    reasons: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def left_open(self) -> list[str]:
+        """Return the keys that are to be filled in."""
+        return open_places(self.content)
+
+    def sentences(self) -> list[str]:
+        """Return what every column was taken for, and why."""
+        told = []
+        for key, why in self.reasons.items():
+            entry: Any = self.content
+            for part in key.split('.', 2):
+                entry = entry[part]
+            unit = '' if entry == FILL_IN else f' [{entry.get("unit", FILL_IN)}]'
+            name = '' if entry == FILL_IN else f' is {entry["variable"]}'
+            told.append(f'{key.removeprefix("joints.")}{name}{unit}: {why}')
+        return told
+
+    def to_yaml(self, title: str) -> str:
+        """Return the text of the mapping file, each reason beside its line."""
+        lines = [f'# {line}' for line in (title, *self.remarks)]
+        for key, value in self.content.items():
+            if key != 'joints':
+                lines += [*self._why(key), f'{key}: {_flow(value)}']
+        lines.append('joints:')
+        for joint, quantities in self.content['joints'].items():
+            lines.append(f'  {_word(joint)}:')
+            for quantity, value in quantities.items():
+                key = f'joints.{joint}.{quantity}'
+                lines += [f'    {why}' for why in self._why(key)]
+                lines.append(f'    {quantity}: {_flow(value)}')
+        return '\n'.join(lines) + '\n'
+
+    def _why(self, key: str) -> list[str]:
+        return [f'# {self.reasons[key]}'] if key in self.reasons else []
+
+
+def _word(text: str) -> str:
+    plain = text.replace('_', '').replace('.', '')
+    is_plain = plain.isalnum() and not plain[0].isdecimal()
+    return text if is_plain and text.lower() not in _YAML_WORDS else json.dumps(text)
+
+
+_YAML_WORDS = frozenset(('y', 'n', 'yes', 'no', 'on', 'off', 'true', 'false', 'null'))
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return '{' + ', '.join(f'{key}: {_flow(x)}' for key, x in value.items()) + '}'
+    return _word(value) if isinstance(value, str) else json.dumps(value)
+
+
+def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
+    """
+    Return the mapping that the names and the numbers of a file speak for.
+
+    Time is what grows all the time. A velocity is the slope of its position, and the factor
+    between them tells their units. The effort is, of what is left, what follows the direction,
+    speed and acceleration of its joint. Words in the names come first where there are any.
+
+    :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
+    :raises DataError: if the file holds no series that could be the position of a joint.
+    """
+    return _Guesser(data, urdf_text).guess()
+
+
+def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
+    """
+    Return the mapping of columns whose quantities are stated; time and units are proposed.
+
+    :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
+        says how to state it.
+    :raises ConfigurationError: if an effort that is no torque has no constant.
+    """
+    return _Guesser(data, urdf_text, columns).map_stated()
+
+
+class _Guesser:
+    def __init__(
+        self, data: DataFile, urdf_text: str | None, columns: Columns | None = None
+    ) -> None:
+        self.data = data
+        self.columns = columns
+        self.series = data.series()
+        self.result = Guess()
+        self.is_named = not all(name.isdecimal() for name in data)
+        self.words = {
+            name: read_header(name) if self.is_named else HeaderWord('', '', '', False, False)
+            for name in self.series
+        }
+        joints = {} if urdf_text is None else read_joints(urdf_text).joints
+        self.kinds = {
+            name: joint.kind
+            for name, joint in joints.items()
+            if joint.is_single and joint.mimic is None
+        }
+        time, _, unit = (columns.time if columns else '').partition(':')
+        self.time = evidence.find_time(self.series, self._whole(time) if time else '')
+        if unit:
+            self.time = evidence.Time(self.time.name, _known(unit, TIME_UNITS, time), 'stated')
+        count = max((len(x) for x in self.series.values()), default=0)
+        self.t: FloatArray = np.arange(float(count))
+        if self.time.name and self.time.unit:
+            self.t = evidence.seconds(self.series[self.time.name], self.time.unit)
+        others = {name: x for name, x in self.series.items() if name != self.time.name}
+        self.moving = evidence.moving(self.t, others)
+        self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
+        self.stated_units: set[str] = set()
+        self.roles: dict[str, dict[str, str]] = {}
+        self.why: dict[str, str] = {}
+
+    def guess(self) -> Guess:
+        self._put_time()
+        if not self._by_names():
+            self._by_numbers()
+        if not self.roles:
+            raise DataError(
+                f'{self.data.path} holds nothing that looks like the position of a joint: write '
+                'the mapping yourself (docs/import.md)'
+            )
+        self._add_slopes()
+        self._add_efforts()
+        self.result.content['joints'] = {}
+        for joint, roles in self.roles.items():
+            self._put_joint(joint, roles)
+        self._put_remarks()
+        return self.result
+
+    def map_stated(self) -> Guess:
+        """Return the mapping of the columns that are stated."""
+        assert self.columns is not None
+        named, positions = zip(
+            *map(self._of_joint, self.columns.quantities['position']), strict=True
+        )
+        stated = {
+            quantity: [self._stated(quantity, entry) for entry in entries]
+            for quantity, entries in {**self.columns.quantities, 'position': positions}.items()
+        }
+        count = len(stated['position'])
+        for quantity, names in stated.items():
+            if len(names) != count:
+                raise ConfigurationError(
+                    f'{len(names)} columns of {quantity} are stated and {count} of position: name '
+                    'one for each joint'
+                )
+        self._put_time()
+        if not self.time.unit:
+            raise DataError(
+                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
+                '--time NAME:ms'
+            )
+        time = self.series.get(self.time.name, np.zeros(1))
+        if (np.diff(time) < 0).any():
+            raise DataError(
+                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
+                'column that grows all the time'
+            )
+        keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
+        joints = list(named) if all(named) else list(self._joint_names(keys).values())
+        strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
+        if strange or len(set(joints)) < count:
+            known = ', '.join(self.kinds) or 'joint'
+            raise ConfigurationError(
+                f'the columns of position are stated for {", ".join(joints)}, and the robot has '
+                f'{known}: say which joint each is, as --position {known.split(", ")[0]}='
+                f'{positions[0]}'
+            )
+        self.roles = {
+            joint: {quantity: names[k] for quantity, names in stated.items()}
+            for k, joint in enumerate(joints)
+        }
+        self.result.content['joints'] = {}
+        for k, (joint, roles) in enumerate(self.roles.items()):
+            self._put_joint(joint, roles)
+            self._close(joint, self.result.content['joints'][joint], k)
+        return self.result
+
+    def _of_joint(self, entry: str) -> tuple[str, str]:
+        """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
+        joint, _, column = entry.rpartition('=')
+        return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
+
+    def _whole(self, name: str) -> str:
+        """Return the name of a series as the file has it."""
+        found = self.data.find(name) or name
+        if found not in self.series:
+            raise DataError(
+                f'{self.data.path} has no series {name!r}: it has {", ".join(self.series)}'
+            )
+        return found
+
+    def _stated(self, quantity: str, entry: str) -> str:
+        """Return the column of ``NAME`` or ``NAME:UNIT``, and keep what is known of its unit."""
+        name, _, unit = entry.rpartition(':') if self.data.find(entry) is None else (entry, '', '')
+        name, unit = (unit, '') if not name else (name, unit)
+        whole = self._whole(name)
+        word = self.words[whole]
+        said = word.unit if word.quantity == quantity else ''
+        if unit:
+            said = _known(unit, UNITS[quantity], entry)
+            self.stated_units.add(whole)
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
+        self.why[whole] = 'stated'
+        return whole
+
+    def _close(self, joint: str, own: dict[str, Any], index: int) -> None:
+        """Fill in what was stated beside the columns; refuse what is still open."""
+        assert self.columns is not None
+        position = own['position']
+        turn = self.columns.counts_per_turn
+        for entry in (position, own.get('velocity', {})):
+            if 'counts_per_turn' in entry and turn is not None:
+                entry['counts_per_turn'] = turn
+        if position['unit'] == FILL_IN:
+            _, why = self._position_unit(joint)
+            raise DataError(
+                f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
+                f'--position {position["variable"]}:deg'
+            )
+        if FILL_IN in own.get('velocity', {}).values():
+            why = self.result.reasons.pop(f'joints.{joint}.velocity')
+            name = own.pop('velocity')['variable']
+            self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
+        effort = own.get('effort')
+        if effort is None:
+            return
+        scales = self.columns.scales
+        if effort['unit'] == FILL_IN:
+            slides = position['unit'] in LINEAR_UNITS
+            effort['unit'] = 'N' if slides else 'Nm'
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'taken as {effort["unit"]}, as nothing tells another unit'
+            )
+        if UNITS['effort'][effort['unit']] is None:
+            if not scales:
+                raise ConfigurationError(
+                    f'effort {effort["variable"]} is in {effort["unit"]}: give the Nm (or N) at '
+                    f'the joint that one of it makes, as --kt 1.8'
+                )
+            scale = scales[index % len(scales)]
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'stated, {scale:g} {"N" if position["unit"] in LINEAR_UNITS else "Nm"} per '
+                f'{effort["unit"].removeprefix("m")}'
+            )
+            effort['scale'] = scale * {'mA': 1e-3, 'mV': 1e-3}.get(effort['unit'], 1.0)
+        elif scales:
+            raise ConfigurationError(
+                f'--kt is given and effort {effort["variable"]} is in {effort["unit"]}: leave '
+                f'--kt out, or state the unit, as --effort {effort["variable"]}:A'
+            )
+
+    def _put_time(self) -> None:
+        content, reasons = self.result.content, self.result.reasons
+        if self.time.name:
+            content['time'] = {'variable': self._variable(self.time.name)}
+            content['time']['unit'] = self.time.unit or FILL_IN
+            reasons['time'] = self.time.reason
+            parts = [n for n in self.series if 'nanosec' in n.lower()]
+            if len(parts) == 1 and parts[0] != self.time.name and self.time.unit == 's':
+                content['time']['nanoseconds'] = self._variable(parts[0])
+        else:
+            content['sample_rate'] = FILL_IN
+            reasons['sample_rate'] = f'{self.time.reason}: give the samples per second'
+
+    def _variable(self, name: str) -> str | int:
+        return int(name) if name.isdecimal() else name
+
+    def _taken(self) -> set[str]:
+        return {self.time.name} | {name for own in self.roles.values() for name in own.values()}
+
+    def _free(self) -> list[str]:
+        """Return what moves, has no role, and is no wish of a controller."""
+        taken = self._taken()
+        return [
+            name
+            for name in self.moving
+            if name not in taken
+            and not self.words[name].is_wish
+            and self.words[name].quantity in ('', 'effort')
+        ]
+
+    # Which column is what.
+
+    def _by_names(self) -> bool:
+        """Give columns whose names have a quantity to their joints; tell whether any have."""
+        named = {
+            n: w for n, w in self.words.items() if w.quantity in _QUANTITIES and not w.is_wish
+        }
+        keys = dict.fromkeys(w.joint for w in named.values() if w.quantity == 'position')
+        if not keys:
+            return False
+        order = sorted(keys, key=int) if all(key.isdecimal() for key in keys) else list(keys)
+        names = self._joint_names(order)
+        for quantity in _QUANTITIES:
+            own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
+            # A torque needs no constant, a current a known one, and a voltage is no effort yet.
+            if quantity == 'effort':
+                own.sort(key=lambda n: _BEST_EFFORT.get(named[n].unit, len(_BEST_EFFORT)))
+            for name in own:
+                joint = self._joint_of_key(named[name].joint, names)
+                if joint is None:
+                    continue
+                roles = self.roles.setdefault(joint, {})
+                if quantity in roles:
+                    self._remark(f'{name} is a {quantity} too: {roles[quantity]} was taken')
+                    continue
+                roles[quantity] = name
+                self.why[name] = 'its name says so'
+        self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
+        return bool(self.roles)
+
+    def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
+        """Return the joint that what is left of a name means: by all of it, or by its number."""
+        if key in names:
+            return names[key]
+        if len(names) == 1:
+            return next(iter(names.values()))
+        number = re.findall(r'\d+', key)
+        alike = [known for known in names if number and re.findall(r'\d+', known) == number]
+        return names[alike[0]] if len(alike) == 1 else None
+
+    def _joint_names(self, keys: Sequence[str]) -> dict[str, str]:
+        """Return the name of the joint by what is left of the columns' names."""
+        of_urdf = list(self.kinds)
+        numbered = len(keys) == 1 or all(key.isdecimal() for key in keys)
+        if len(of_urdf) == len(keys) and numbered and not set(keys) & set(of_urdf):
+            if len(keys) > 1:
+                self._remark('the joints are in the order of the URDF')
+            return dict(zip(keys, of_urdf, strict=True))
+        named = {}
+        for key in keys:
+            whole = [n for n in of_urdf if n == key or n.removesuffix('_joint') == key]
+            plain = f'joint_{key}' if key.isdecimal() else key or 'joint'
+            named[key] = whole[0] if len(whole) == 1 else plain
+        return named
+
+    def _by_numbers(self) -> None:
+        """Find the positions by what is the slope of what, else by smoothness."""
+        pairs = self._pairs()
+        if pairs:
+            columns = self._blocks(pairs)
+            names = self._joint_names([str(k) for k in range(1, len(columns) + 1)])
+            if len(columns) == 1 and not self.kinds:
+                names = {'1': 'joint'}
+            for joint, (position, velocity, why) in zip(names.values(), columns, strict=True):
+                self.roles[joint] = {'position': position, 'velocity': velocity}
+                self.why.setdefault(position, why)
+            return
+        free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
+        if not free:
+            return
+        if self._halves(free):
+            return
+        order = sorted(free, key=lambda name: evidence.roughness(self.moving[name]))
+        smoothest = order[0]
+        alike = [n for n in order if self._nearly_same(smoothest, n)]
+        measured = smoothest
+        if len(alike) > 1:
+            leads = {
+                n: evidence.lead(self.t, self.moving[n], self.moving[smoothest]) for n in alike
+            }
+            measured = min(leads, key=lambda n: leads[n])
+            self.why[measured] = f'it comes after {", ".join(n for n in alike if n != measured)}'
+            for name in alike:
+                if name != measured:
+                    before = leads[name] - leads[measured]
+                    self._remark(
+                        f'{name} is nearly {measured} and comes {before:.3g} s before it: the '
+                        'reference of a controller, it seems'
+                    )
+        else:
+            self.why[measured] = 'the smoothest column: a position is an integral'
+        rough = [evidence.roughness(self.moving[n]) for n in order if n not in alike]
+        if rough and rough[0] < _SMOOTHER * evidence.roughness(self.moving[smoothest]):
+            self._remark(f'{measured} may be no position: {order[len(alike)]} is nearly as smooth')
+        (name,) = self._joint_names(['']).values()
+        self.roles[name] = {'position': measured}
+        self.alike = set(alike)
+
+    def _halves(self, free: Sequence[str]) -> bool:
+        """Take the smooth half of the columns for positions, the other for efforts, in order."""
+        count = len(free) // 2
+        rough = {name: evidence.roughness(self.moving[name]) for name in free}
+        smooth = sorted(free, key=lambda name: rough[name])
+        if (
+            count < 2
+            or len(free) % 2
+            or rough[smooth[count]] < _SMOOTHER * rough[smooth[count - 1]]
+        ):
+            return False
+        if any(self._nearly_same(a, b) for a in smooth[:count] for b in smooth[:count] if a < b):
+            return False
+        positions = [name for name in free if name in smooth[:count]]
+        efforts = [name for name in free if name not in positions]
+        names = self._joint_names([str(k) for k in range(1, count + 1)]).values()
+        for joint, position, effort in zip(names, positions, efforts, strict=True):
+            self.roles[joint] = {'position': position, 'effort': effort}
+            self.why[position] = 'one of the smooth half of the columns'
+            self.why[effort] = 'one of the rough half of the columns, in the order of positions'
+        return True
+
+    def _nearly_same(self, one: str, other: str) -> bool:
+        apart = self.moving[one] - self.moving[other]
+        return float(np.std(apart)) < _SAME * float(np.std(self.moving[one]))
+
+    def _pairs(self) -> dict[str, evidence.Slope]:
+        """Return the surest velocity of each series that is nobody's slope itself."""
+        free = set(self._free())
+        slopes = [s for s in self.slopes if {s.position, s.velocity} <= free and s.cosine > 0.0]
+        # A velocity's own slope is an acceleration, or an effort that goes with it.
+        velocities = {s.velocity for s in slopes if s.cosine > 1.0 - _SAME / 10.0}
+        pairs: dict[str, evidence.Slope] = {}
+        used: set[str] = set()
+        for slope in slopes:
+            if slope.position in velocities or slope.position in pairs or slope.velocity in used:
+                continue
+            pairs[slope.position] = slope
+            used.add(slope.velocity)
+        return pairs
+
+    def _blocks(self, pairs: Mapping[str, evidence.Slope]) -> list[tuple[str, str, str]]:
+        """
+        Return (position, velocity, reason) of each joint, those that rest included.
+
+        Where all pairs are as many columns apart, positions and velocities are blocks of so many.
+        """
+        names = list(self.series)
+        at = {name: k for k, name in enumerate(names)}
+        found = sorted((at[s.position], at[s.velocity], s) for s in pairs.values())
+        plain = [
+            (s.position, s.velocity, f'{s.velocity} is its slope (cosine {s.cosine:.4f})')
+            for _, _, s in found
+        ]
+        apart = {v - p for p, v, _ in found}
+        width = apart.pop()
+        first = at[self.time.name] + 1 if self.time.name else 0
+        rest = len(names) - first
+        inside = all(first <= p < first + width for p, _, _ in found)
+        if apart or len(found) >= width or width < 2 or not inside or rest < 2 * width:
+            return plain
+        known = {position: why for position, _, why in plain}
+        resting = f'it rests; its place among the {width} columns of positions says so'
+        return [
+            (names[first + k], names[first + width + k], known.get(names[first + k], resting))
+            for k in range(width)
+        ]
+
+    def _add_slopes(self) -> None:
+        """Give each joint without a velocity the series that is the slope of its position."""
+        for roles in self.roles.values():
+            free = self._free()
+            for slope in self.slopes:
+                mine = slope.position == roles['position'] and slope.velocity in free
+                if 'velocity' not in roles and mine and self.words[slope.velocity].quantity == '':
+                    roles['velocity'] = slope.velocity
+
+    def _add_efforts(self) -> None:
+        """Give each joint without an effort that of what is left which its motion explains."""
+        without = [joint for joint, roles in self.roles.items() if 'effort' not in roles]
+        free = [n for n in self._free() if n not in getattr(self, 'alike', ())]
+        free = [n for n in free if not any(self._nearly_same(v, n) for v in self._velocities())]
+        if not without or not free:
+            return
+        if len(without) == 1:
+            self._best_effort(without[0], free)
+            return
+        count = len(self.roles)
+        names = list(self.series)
+        first = max(names.index(n) for own in self.roles.values() for n in own.values()) + 1
+        blocks = [names[k : k + count] for k in range(first, len(names) - count + 1, count)]
+        between = self._between(free)
+        if between:
+            for joint, columns in between.items():
+                self._best_effort(joint, columns)
+        elif len(names) > first and (len(names) - first) % count == 0:
+            self._effort_block(blocks)
+
+    def _velocities(self) -> Iterable[str]:
+        return [r['velocity'] for r in self.roles.values() if r.get('velocity') in self.moving]
+
+    def _between(self, free: Sequence[str]) -> dict[str, list[str]]:
+        """Return the free columns between each position and the next, if every joint has some."""
+        names = list(self.series)
+        starts = [names.index(roles['position']) for roles in self.roles.values()]
+        ends = [*starts[1:], len(names)]
+        found = {
+            joint: [n for n in free if start < names.index(n) < end]
+            for joint, start, end in zip(self.roles, starts, ends, strict=True)
+        }
+        return found if all(found.values()) else {}
+
+    def _explained(self, name: str, joint: str) -> float:
+        position = self.roles[joint]['position']
+        if name not in self.moving or position not in self.moving:
+            return math.nan
+        angle = UNITS['position'].get(self._position_unit(joint)[0]) or 0.0
+        return evidence.explained(self.t, self.moving[name], self.moving[position], angle)
+
+    def _best_effort(self, joint: str, names: Sequence[str]) -> None:
+        shares = {name: self._explained(name, joint) for name in names}
+        best = max(shares, key=lambda name: float(np.nan_to_num(shares[name], nan=-1.0)))
+        if len(names) == 1 and not shares[best] >= _EXPLAINED:
+            self.roles[joint]['effort'] = best
+            self.why[best] = 'the only column that is left, though it does not follow the motion'
+            return
+        if not shares[best] >= _EXPLAINED:
+            self._remark(f'no column follows the motion of {joint}: map its effort yourself')
+            return
+        self.roles[joint]['effort'] = best
+        rest = ', '.join(n for n in names if n != best)
+        self.why[best] = (
+            f'friction, inertia and gravity of {self.roles[joint]["position"]} explain '
+            f'{100 * shares[best]:.0f} % of it' + (f', more than of {rest}' if rest else '')
+        )
+
+    def _effort_block(self, blocks: Sequence[Sequence[str]]) -> None:
+        """Choose, of blocks of one column for each joint, that which was measured."""
+        told = []
+        for block in blocks:
+            pairs = list(zip(block, self.roles, strict=True))
+            shares = [self._explained(name, joint) for name, joint in pairs]
+            noises = [evidence.noise(self.moving[name]) for name in block if name in self.moving]
+            usable = [x for x in shares if math.isfinite(x)]
+            if usable and max(usable) >= _EXPLAINED:
+                told.append((float(np.median(noises)), float(np.median(usable)), block))
+        if not told:
+            self._remark('no block of columns follows the motion: map the efforts yourself')
+            return
+        level, _, chosen = max(told, key=lambda entry: entry[0])
+        rivals = [f'{b[0]} to {b[-1]}' for _, _, b in told if b is not chosen]
+        for joint, name in zip(self.roles, chosen, strict=True):
+            self.roles[joint]['effort'] = name
+            self.why[name] = f'columns {chosen[0]} to {chosen[-1]} follow the motion of the joints'
+        if rivals:
+            self._remark(
+                f'{chosen[0]} to {chosen[-1]} were taken for the effort, as they are the noisiest '
+                f'({level:.2g} of their spread from sample to sample): measured, it seems, where '
+                f'{" and ".join(rivals)} are computed'
+            )
+
+    # In which units.
+
+    def _position_unit(self, joint: str) -> tuple[str, str]:
+        """Return the unit of a joint's position, FILL_IN where nothing tells, and why."""
+        name = self.roles[joint]['position']
+        word = self.words[name]
+        if word.unit:
+            return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
+        period = self._wrap(name)
+        if period in _UNIT_OF_WRAP:
+            return _UNIT_OF_WRAP[period], f'it wraps at {period:.6g}'
+        velocity = self.roles[joint].get('velocity')
+        slope = self._slope(name, velocity)
+        if slope is not None and velocity and self.words[velocity].is_unit_written:
+            si = UNITS['velocity'].get(self.words[velocity].unit)
+            for unit, factor in UNITS['position'].items():
+                if si and factor and _agree(slope.factor * factor, si):
+                    return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
+        spans = {
+            j: float(np.ptp(self.moving[r['position']]))
+            for j, r in self.roles.items()
+            if r['position'] in self.moving
+        }
+        kind = self.kinds.get(joint)
+        span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
+        if kind == 'prismatic':
+            return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
+        values = self.series[name]
+        if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
+            return 'counts', f'whole numbers, {span:.0f} from end to end'
+        if kind is not None and span < _RAD_SPAN[1]:
+            return 'rad', f'it turns in the URDF, and moves {span:.3g}'
+        if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
+            most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
+            return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
+        return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+
+    def _wrap(self, name: str, unit: str = '') -> float | None:
+        return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
+
+    def _slope(self, position: str, velocity: str | None) -> evidence.Slope | None:
+        mine = [s for s in self.slopes if (s.position, s.velocity) == (position, velocity)]
+        return mine[0] if mine else None
+
+    def _put_joint(self, joint: str, roles: Mapping[str, str]) -> None:
+        own: dict[str, Any] = {}
+        self.result.content['joints'][joint] = own
+        reasons = self.result.reasons
+        unit, why = self._position_unit(joint)
+        name = roles['position']
+        own['position'] = {'variable': self._variable(name), 'unit': unit}
+        if unit == 'counts':
+            own['position']['counts_per_turn'] = FILL_IN
+        period = self._wrap(name, unit)
+        if period is not None:
+            own['position']['wrap'] = float(f'{period:.9g}')
+            why += '; it jumps back by one and the same size'
+        known = 'unit open' if unit == FILL_IN else unit
+        reasons[f'joints.{joint}.position'] = f'{self.why[name]}; {known}: {why}'
+        if 'velocity' in roles:
+            own['velocity'], told = self._velocity(name, roles['velocity'], unit)
+            reasons[f'joints.{joint}.velocity'] = told
+        if 'effort' in roles:
+            effort = roles['effort']
+            unit = self.words[effort].unit or FILL_IN
+            own['effort'] = {'variable': self._variable(effort), 'unit': unit}
+            told = self.why[effort]
+            if unit == FILL_IN:
+                told += '; nothing tells its unit: Nm, N, or A or V with scale: Nm or N per unit'
+            elif UNITS['effort'][unit] is None:
+                own['effort']['scale'] = FILL_IN
+                told += f'; {unit} by its name: the scale is the Nm or N at the joint per {unit}'
+            else:
+                told += f'; {unit} by its name'
+            reasons[f'joints.{joint}.effort'] = told
+        if 'temperature' in roles:
+            own['temperature'] = {'variable': self._variable(roles['temperature']), 'unit': 'degC'}
+
+    def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
+        """Return the entry of a velocity by the factor between it and the slope of position."""
+        entry: dict[str, Any] = {'variable': self._variable(velocity)}
+        slope = self._slope(position, velocity)
+        written = self.words[velocity].unit
+        si = UNITS['position'].get(unit)
+        if slope is None:
+            kind = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
+            entry['unit'] = written or kind.get(unit, FILL_IN)
+            return (
+                entry,
+                f'{self.why.get(velocity, "its place says so")}; the joint rests, so '
+                'that nothing but the unit of position tells its own',
+            )
+        told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
+        if si is None:
+            entry['unit'] = written or FILL_IN
+            if entry['unit'] == 'counts/s':
+                entry['counts_per_turn'] = FILL_IN
+            return entry, f'{told}; its unit depends on that of position'
+        turns = {'rad', 'deg', 'turns'} & {unit}
+        units = ('rad/s', 'deg/s', 'rpm', 'turns/s') if turns else ('m/s', 'mm/s')
+        fitting = [u for u in units if _agree(slope.factor * si, UNITS['velocity'][u] or 0.0)]
+        if fitting and written in ('', *fitting):
+            entry['unit'] = fitting[0]
+            return entry, told
+        entry['unit'] = written or units[0]
+        entry['scale'] = FILL_IN
+        per = slope.factor * si / (UNITS['velocity'].get(entry['unit']) or 1.0)
+        return entry, (
+            f'{told}: no unit explains it; a scale of {per:.4g} makes it the slope; without this '
+            'line the velocity comes from position'
+        )
+
+    # What else there is to say.
+
+    def _remark(self, sentence: str) -> None:
+        if sentence not in self.result.remarks:
+            self.result.remarks.append(sentence)
+
+    def _put_remarks(self) -> None:
+        taken = self._taken()
+        for name, word in self.words.items():
+            if word.quantity == 'injected' and name not in taken:
+                self._remark(
+                    f'{name} may have been added to the command of a controller: if so, map it '
+                    'as injected, in the unit of effort'
+                )
+        constants = {n: x for n, x in self.data.constants().items() if n not in self.series}
+        if constants:
+            listed = ', '.join(f'{name} = {value:.6g}' for name, value in constants.items())
+            self._remark(f'constants of the file, which a scale may name: {listed}')
+        rest = [n for n in self.series if n not in taken]
+        if rest:
+            self._remark(f'not used: {", ".join(rest)}')
+
+
+def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
+    if unit not in units:
+        raise ConfigurationError(
+            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
+        )
+    return unit
+
+
+def _agree(one: float, other: float) -> bool:
+    return abs(one - other) <= _SAME * abs(other)

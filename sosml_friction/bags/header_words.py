@@ -1,0 +1,137 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the name of a column says: quantity, unit, joint, and whether it was measured."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+#: Words for a quantity; short ones as in the equations of robots.
+_QUANTITIES = {
+    'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
+    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel',
+    'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
+    'drehzahl geschwindigkeit',
+    'acceleration': 'qdd ddq qddot acc accel acceleration',
+    'effort': 'tau torque torques trq effort efforts force moment current currents cur i iq amps '
+    'voltage voltages volts drehmoment strom',
+    'temperature': 'temp temperature temperatures temperatur',
+    'injected': 'pulse pulses injected excitation dither perturbation chirp',
+}
+_WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
+_WISHES = frozenset((
+    'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
+    'sp', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err', 'limit', 'max', 'min',
+))  # fmt: skip
+_FILLERS = frozenset((
+    'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
+    'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
+    'filtered', 'filt', 'control',
+))  # fmt: skip
+#: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
+_UNITS = {
+    'time': {'s': 's', 'sec': 's', 'secs': 's', 'seconds': 's', 'ms': 'ms', 'msec': 'ms',
+             'us': 'us', 'usec': 'us', 'ns': 'ns', 'nsec': 'ns', 'nanosec': 'ns'},
+    'position': {'rad': 'rad', 'radian': 'rad', 'radians': 'rad', 'deg': 'deg', 'degree': 'deg',
+                 'degrees': 'deg', '°': 'deg', 'turn': 'turns', 'turns': 'turns', 'rev': 'turns',
+                 'revs': 'turns', 'm': 'm', 'mm': 'mm', 'counts': 'counts', 'count': 'counts',
+                 'ticks': 'counts', 'inc': 'counts', 'cts': 'counts'},
+    'velocity': {'rad/s': 'rad/s', 'rads': 'rad/s', 'radps': 'rad/s', 'deg/s': 'deg/s',
+                 'degs': 'deg/s', 'dps': 'deg/s', '°/s': 'deg/s', 'rpm': 'rpm', '1/min': 'rpm',
+                 'turns/s': 'turns/s', 'rev/s': 'turns/s', 'rps': 'turns/s', 'm/s': 'm/s',
+                 'mps': 'm/s', 'mm/s': 'mm/s', 'counts/s': 'counts/s'},
+    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'ma': 'mA', 'v': 'V',
+               'mv': 'mV'},
+    'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
+    'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
+}  # fmt: skip
+#: Names of two words that are one: currents of a motor's axes, and derivatives.
+_JOINED = (
+    (re.compile(r'(?i)\b([iuv])[ _]q\b'), r'\1q'),
+    (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
+    (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
+)
+#: Unit that a word for the quantity has with it, where none is written.
+_BY_WORD = {
+    'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
+    'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A', 'strom': 'A',
+    'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
+}  # fmt: skip
+
+
+class HeaderWord(NamedTuple):
+    """
+    Hold what a name says.
+
+    ``quantity``: ``time``, ``position``, ``velocity``, ``acceleration``, ``effort``,
+    ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
+    the name, a number or a name or ''; ``is_wish``: what was commanded, not what was measured.
+    ``is_unit_written``: whether the unit stands there, or comes with the word.
+    """
+
+    quantity: str
+    unit: str
+    joint: str
+    is_wish: bool
+    is_unit_written: bool
+
+
+def read_header(name: str) -> HeaderWord:
+    """Return what the name of a column says of it."""
+    # A bracket with a number is the column of a table, any other is a unit.
+    bracket = re.search(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name))
+    bare = name if bracket is None else name.replace(bracket[0], ' ')
+    bare = bare.replace('_', ' ')
+    for pattern, one in _JOINED:
+        bare = pattern.sub(one, bare)
+    words = [w for w in re.split(r'[^a-zA-Z0-9°]+', bare) if w]
+    letters = {unit for units in _UNITS.values() for unit in units}
+    words = [
+        part
+        for word in words
+        for part in ([word] if word.lower() in letters else re.split(r'(?<=[a-z])(?=[A-Z])', word))
+    ]
+    parts: list[str] = []
+    for word in words:
+        # "q1" is q of joint 1; "joint1" has the number alone.
+        split = re.fullmatch(r'([a-zA-Z]+)(\d+)', word)
+        known = split is not None and split[1].lower() in {*_WORDS, *_FILLERS, *_WISHES}
+        parts += [split[1], split[2]] if split is not None and known else [word]
+    lower = [part.lower() for part in parts]
+    found = [part for part in lower if part in _WORDS]
+    quantity = _WORDS[found[-1]] if found else ''
+    written = _written_unit(bracket[1] if bracket else None, lower, quantity, found)
+    unit = written or (_BY_WORD.get(found[-1], '') if found else '')
+    if not quantity and bracket is not None:
+        quantity = next((q for q, units in _UNITS.items() if bracket[1].lower() in units), '')
+        unit = written = _UNITS.get(quantity, {}).get(bracket[1].lower(), '')
+    known_units = {part for own in _UNITS.get(quantity, ()) for part in (own, *own.split('/'))}
+    rest = [
+        part
+        for part, low in zip(parts, lower, strict=True)
+        if low not in _WORDS
+        and low not in _WISHES
+        and low not in _FILLERS
+        and not (low in known_units and written)
+    ]
+    return HeaderWord(
+        quantity, unit, '_'.join(rest), any(p in _WISHES for p in lower), bool(written)
+    )
+
+
+def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: list[str]) -> str:
+    """Return the unit in brackets, or at the end of a name whose quantity is a whole word."""
+    units = _UNITS.get(quantity, {})
+    if bracket is not None:
+        return units.get(bracket.lower().replace(' ', ''), '')
+    if not found or len(lower) < 2:
+        return ''
+    # "velocity_rad_s" and "pos_deg"; a single letter behind "q" may be anything: "q_m".
+    two = '/'.join(lower[-2:])
+    if two in units:
+        return units[two]
+    last = lower[-1]
+    if last in units and (len(last) > 1 or len(found[-1]) > 2) and last not in _WORDS:
+        return units[last]
+    return ''

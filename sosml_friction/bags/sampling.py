@@ -1,0 +1,46 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How evenly a recording was sampled: lost samples told from stamps that are off."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+#: A step of fewer periods than this holds no other sample.
+_LONG = 1.5
+#: Steps to either side in which a stamp that came late is made up for.
+_BESIDE = 2
+
+
+def lost_samples(time: FloatArray) -> int:
+    """
+    Return how many samples are missing between the others.
+
+    A hole is a step of more than 1.5 median steps; what is missing in it are the whole steps that
+    it has more than its place and its neighbours: a late stamp is followed by short steps, a clock
+    in multiples of a controller's cycle has some of each, and neither has lost anything.
+
+    :param time: stamps (N,) [s]; steps backwards and of zero are left out.
+    """
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    if not len(steps):
+        return 0
+    period = float(np.median(steps))
+    usual = np.minimum(steps, period)
+    lost = 0
+    for k in np.flatnonzero(steps > _LONG * period):
+        beside = np.r_[usual[max(0, k - _BESIDE) : k], usual[k + 1 : k + 1 + _BESIDE]]
+        # Periods that the hole has more than the one of its step, less those its neighbours lack.
+        more = steps[k] / period - 1.0 - float(np.sum(1.0 - beside / period))
+        lost += max(0, int(np.rint(more)))
+    return lost
+
+
+def lost_share(time: FloatArray) -> float:
+    """Return the share of the samples that are missing, 0 to 1."""
+    lost = lost_samples(time)
+    return lost / (lost + len(time))

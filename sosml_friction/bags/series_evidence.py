@@ -1,0 +1,172 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What series of numbers say of themselves: which is time, which is the slope of which."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sosml_friction.bags.header_words import read_header
+from sosml_friction.bags.joint_log import FloatArray
+from sosml_friction.bags.mapping import TIME_UNITS
+from sosml_friction.bags.wrap import wrap_period
+
+#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
+_RATES = (10.0, 10_000.0)
+#: Least cosine between the steps of one series and the integral of another that is its slope.
+SLOPE = 0.95
+#: Time over which steps are taken, in samples: longer than the noise of an encoder.
+_SAMPLES = 8
+#: How much of the steps of time may be 0: a logger that writes a sample twice.
+_REPEATED = 0.05
+
+
+class Time(NamedTuple):
+    """Name the series that is time, its unit, and why; '' where none is, or no unit is told."""
+
+    name: str
+    unit: str
+    reason: str
+
+
+class Slope(NamedTuple):
+    """
+    Say that ``velocity`` is the slope of ``position`` by time.
+
+    ``cosine`` of the steps of one with the integral of the other over the same time; ``factor``:
+    slope of position [its unit/s] per unit of velocity.
+    """
+
+    position: str
+    velocity: str
+    cosine: float
+    factor: float
+
+
+def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
+    """
+    Return which series is time, and its unit by its name, else by the rate of sampling.
+
+    :param stated: the one that is known to be time.
+    """
+    rising = {}
+    for name, values in series.items() if not stated else ():
+        steps = np.diff(values)
+        grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
+        if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
+            rising[name] = float(np.std(steps) / np.mean(steps))
+    by_name = [name for name in rising if read_header(name).quantity == 'time']
+    if stated:
+        chosen, why = stated, 'stated'
+    elif not rising:
+        return Time('', '', 'no column grows all the time')
+    elif len(by_name) == 1:
+        chosen, why = by_name[0], 'its name says so, and it grows all the time'
+    elif len(rising) == 1:
+        chosen, why = next(iter(rising)), 'the only column that grows all the time'
+    else:
+        among = by_name or list(rising)
+        chosen = min(among, key=lambda name: rising[name])
+        others = ', '.join(name for name in among if name != chosen)
+        why = f'it grows all the time, in more even steps than {others} does'
+    step = float(np.median(np.diff(series[chosen])))
+    unit = read_header(chosen).unit if read_header(chosen).quantity == 'time' else ''
+    if unit:
+        return Time(chosen, unit, f'{why}; its name has the unit')
+    for unit, ns in TIME_UNITS.items():
+        rate = 1e9 / (step * ns) if step > 0.0 else 0.0
+        if _RATES[0] <= rate < _RATES[1]:
+            return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
+    return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
+
+
+def seconds(series: NDArray[Any], unit: str) -> FloatArray:
+    """Return a series of time from its first sample on [s], (N,)."""
+    from_start: FloatArray = (series - series[0]).astype(np.float64) * (TIME_UNITS[unit] * 1e-9)
+    return from_start
+
+
+def moving(t: FloatArray, series: Mapping[str, NDArray[Any]]) -> dict[str, FloatArray]:
+    """Return the series that change, unwrapped where a wrap is recognised, gaps filled in."""
+    found = {}
+    for name, raw in series.items():
+        values = raw.astype(np.float64)
+        known = np.isfinite(values)
+        if known.sum() < 2 * _SAMPLES or np.ptp(values[known]) == 0.0:
+            continue
+        values = np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
+        period = wrap_period(t, values)
+        found[name] = values if period is None else np.unwrap(values, period=period)
+    return found
+
+
+def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
+    """
+    Return every pair of which one is the slope of the other, the surest first.
+
+    :param t: (N,) [s], rising.
+    :param series: each (N,), that change.
+    """
+    names = list(series)
+    if len(names) < 2 or len(t) < 3 * _SAMPLES:
+        return []
+    table = np.column_stack([series[name] for name in names])
+    middle = 0.5 * (table[1:] + table[:-1]) * np.diff(t)[:, None]
+    integral = np.vstack([np.zeros(len(names)), np.cumsum(middle, axis=0)])
+    width = min(_SAMPLES, len(t) // 3)
+    step = table[width:] - table[:-width]
+    added = integral[width:] - integral[:-width]
+    size_step = np.sqrt(np.sum(step**2, axis=0))
+    size_added = np.sqrt(np.sum(added**2, axis=0))
+    with np.errstate(divide='ignore', invalid='ignore'):
+        cosine = (step.T @ added) / np.outer(size_step, size_added)
+    found = []
+    for i, j in np.argwhere(np.abs(np.nan_to_num(cosine)) >= SLOPE).tolist():
+        # The faster half, by the median: a velocity may be clipped, and is noisy at rest.
+        size = np.abs(added[:, j])
+        fast = size >= np.median(size[size > 0.0])
+        ratio = float(np.median(step[fast, i] / added[fast, j]))
+        if i != j:
+            found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio))
+    return sorted(found, key=lambda slope: -abs(slope.cosine))
+
+
+def lead(t: FloatArray, first: FloatArray, second: FloatArray) -> float:
+    """Return by how much ``first`` comes before ``second``, which are nearly the same [s]."""
+    rate = np.gradient(second, t)
+    apart = (first - np.mean(first)) - (second - np.mean(second))
+    return float(apart @ rate / (rate @ rate))
+
+
+def roughness(values: FloatArray) -> float:
+    """Return the step from sample to sample as a share of the whole spread."""
+    spread = float(np.std(values))
+    return float(np.std(np.diff(values))) / spread if spread > 0.0 else math.inf
+
+
+def noise(values: FloatArray) -> float:
+    """Return what is not smooth from sample to sample as a share of the spread; jumps are few."""
+    spread = float(np.std(values))
+    return float(np.median(np.abs(np.diff(values, n=3)))) / spread if spread > 0.0 else 0.0
+
+
+def explained(t: FloatArray, effort: FloatArray, position: FloatArray, angle: float) -> float:
+    """
+    Return the share of a series' variance that friction, inertia and gravity of a joint explain.
+
+    :param angle: of a unit of position [rad].
+    """
+    width = min(_SAMPLES, len(t) // 3)
+    flat = np.ones(width) / width
+    smooth = np.convolve(np.pad(position, width, mode='edge'), flat, mode='same')[width:-width]
+    v = np.gradient(smooth, t)
+    columns = [np.ones_like(t), np.sign(v), v, np.gradient(v, t)]
+    columns += [np.sin(angle * position), np.cos(angle * position)]
+    design = np.column_stack([c / (np.abs(c).max() or 1.0) for c in columns])
+    rest = effort - design @ np.linalg.lstsq(design, effort, rcond=None)[0]
+    return 1.0 - float(np.var(rest) / np.var(effort)) if np.var(effort) > 0.0 else 0.0

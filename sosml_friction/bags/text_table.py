@@ -1,0 +1,154 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Read a table of numbers written as text, with or without names of its columns."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from sosml_friction.exceptions import DataError
+
+#: Cells with the line each was read from, by name of the column.
+Columns = dict[str, list[tuple[int, str]]]
+_DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
+#: Rows that the form of a table is taken from: enough for a preamble, and read at once.
+_LOOK = 200
+
+
+class _Row(NamedTuple):
+    line: int
+    cells: list[str]
+
+
+def read_text_table(path: Path) -> Columns:
+    """
+    Return the cells of each column.
+
+    Columns are parted by comma, semicolon, tab, or any white space; where it is not the comma, a
+    decimal comma is read as a point. The header is the line above the numbers, with ``#`` or ``%``
+    before it or without; units in a line of their own below it are put into the names as
+    ``name [unit]``. A column without a name is called by its number, counted from 0. Lines above
+    the header that do not have its number of cells are passed over.
+
+    :raises DataError: if it is no text, or lines differ in their number of cells.
+    """
+    try:
+        text = path.read_text(encoding='utf-8-sig')
+    except UnicodeDecodeError as error:
+        raise DataError(f'{path} is no readable CSV file: {error}') from error
+    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    if not lines:
+        raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
+    delimiter = _delimiter([line for _, line in lines[:_LOOK]])
+    try:
+        rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
+    except csv.Error as error:
+        raise DataError(f'{path} is no readable CSV file: {error}') from error
+    if delimiter != ',' and _has_decimal_commas(rows[:_LOOK]):
+        rows = [
+            _Row(k, [c.replace(',', '.') if _DECIMAL_COMMA.fullmatch(c) else c for c in cells])
+            for k, cells in rows
+        ]
+    first = _first_of_numbers(rows)
+    comment = re.compile(r'\s*[#%]')
+    rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
+    above = [cells for _, cells in rows[max(0, first - 2) : first]]
+    # A line that is no row of the table is a preamble: the header has the cells of the numbers.
+    width = len(rows[first].cells) if first < len(rows) else len(above[-1])
+    above = [cells for cells in above if len(cells) == width]
+    names = _names(above, width)
+    if len(set(names)) != len(names):
+        raise DataError(
+            f'{path} has the header {", ".join(names)}: each column needs its own name'
+        )
+    for line, cells in rows[first:]:
+        if len(cells) != width:
+            raise DataError(
+                f'{path} line {line} has {len(cells)} cells where the '
+                f'{"header" if above else "first row"} has {width}: correct that line'
+            )
+    return {
+        name: [(line, cells[i]) for line, cells in rows[first:]] for i, name in enumerate(names)
+    }
+
+
+def _delimiter(lines: list[str]) -> str:
+    """Return what parts the cells, '' for white space: what most lines have as many of."""
+    best, most = '', 0
+    for candidate in ';\t,':
+        counts = Counter(line.count(candidate) for line in lines)
+        counts.pop(0, None)
+        # With a decimal comma there are commas too, but the semicolon or tab comes first.
+        same = max(counts.values(), default=0)
+        if same > most:
+            best, most = candidate, same
+    # "0,5 1,25": commas inside of numbers that white space parts.
+    if best == ',' and all(
+        _DECIMAL_COMMA.fullmatch(cell) or _is_number(cell)
+        for line in lines[len(lines) // 2 :]
+        for cell in line.split()
+    ):
+        parted = [len(line.split()) for line in lines[len(lines) // 2 :]]
+        # Two whole numbers with a comma between them look alike: more cells than one decide.
+        if min(parted) > 1:
+            return ''
+    return best
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    bare = re.sub(r'^\s*[#%]+\s*', '', line)
+    if not delimiter:
+        return bare.split()
+    (cells,) = csv.reader([bare], delimiter=delimiter, skipinitialspace=True)
+    return [cell.strip() for cell in cells]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _has_decimal_commas(rows: list[_Row]) -> bool:
+    cells = [cell for _, row in rows for cell in row]
+    points = sum('.' in cell and _is_number(cell) for cell in cells)
+    return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
+
+
+def _first_of_numbers(rows: list[_Row]) -> int:
+    """
+    Return the index of the first row of the table itself.
+
+    It is the first that has as many cells, and as many numbers among them, as most rows have; a
+    header has fewer numbers.
+    """
+    seen = Counter(
+        (len(cells), sum(map(_is_number, cells))) for _, cells in islice(rows, 1, _LOOK)
+    )
+    if not seen:
+        return 0 if any(map(_is_number, rows[0].cells)) else 1
+    width, numbers = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
+    for k, (_, cells) in enumerate(rows):
+        # An empty cell is a number that is missing.
+        full = sum(_is_number(cell) or not cell for cell in cells)
+        if len(cells) == width and full >= numbers and any(map(_is_number, cells)):
+            return k
+    return 1
+
+
+def _names(above: list[list[str]], width: int) -> list[str]:
+    """Return the names of the columns from the header and, if there is one, the line of units."""
+    if not above:
+        return [str(k) for k in range(width)]
+    names = above[0]
+    if len(above) == 2:
+        units = [re.sub(r'^[\[(](.*)[\])]$', r'\1', cell) for cell in above[1]]
+        names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, units, strict=True)]
+    return [name or str(k) for k, name in enumerate(names)]

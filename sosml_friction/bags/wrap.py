@@ -1,0 +1,106 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Positions that wrap: an encoder's register that begins anew at the end of its range."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from sosml_friction.bags.joint_log import JointLog
+
+FloatArray = NDArray[np.float64]
+
+#: A register wraps by its whole range: a step of less than half of it is told from none by nobody.
+_HALF = 0.5
+#: Wraps are of one period; the motion within a step is known by its neighbours, to this share.
+_SAME = 0.02
+#: Steps before and after a wrap that must go the same way: one sample beside the others is none.
+_BESIDE = 2
+#: A period that is a turn, or a round number of rad, deg or m, within its error is that one.
+_TURNS = (2.0 * np.pi, 4.0 * np.pi, np.pi, 360.0, 180.0)
+_DIGITS = (1, 2)
+#: Fewest wraps by another period: one or two may be recordings that were joined.
+_FEWEST = 3
+#: A longer step than this [median steps] is a hole, and no wrap.
+_HOLE = 5.0
+
+
+def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
+    """
+    Return the period by which a position wraps [its unit], None if it does not.
+
+    A wrap is a step of a whole range of motion against the motion before and after it, and all of
+    them are one period, which no two positions are further apart than.
+
+    :param time: stamps (N,) [s]; ``position`` (N,), NaN where it is not known.
+    """
+    known = np.isfinite(position)
+    t, q = time[known], position[known]
+    with np.errstate(all='ignore'):
+        return _period(t, q)
+
+
+def _period(t: FloatArray, q: FloatArray) -> float | None:
+    """Return the period by which a known position (N,) wraps, None if it does not."""
+    forwards = np.append(True, np.diff(t) > 0.0) if len(t) else np.zeros(0, dtype=bool)
+    t, q = t[forwards], q[forwards]
+    if len(q) < 2 * _BESIDE + 2:
+        return None
+    span = float(np.ptp(q))
+    steps, dt = np.diff(q), np.diff(t)
+    jumps = np.flatnonzero(np.abs(steps) > _HALF * span)
+    if not len(jumps) or span == 0.0:
+        return None
+    speed = steps / dt
+    sizes, errors = [], []
+    for k in jumps[dt[jumps] <= _HOLE * float(np.median(dt))]:
+        near = np.r_[max(0, k - _BESIDE) : k, k + 1 : min(k + 1 + _BESIDE, len(steps))]
+        beside = speed[near]
+        # At the edge of the range noise alone goes to and fro: such a step says nothing more.
+        against = (np.sign(beside) == -np.sign(steps[k])).all()
+        if len(near) == 2 * _BESIDE and against and not np.isin(near, jumps).any():
+            sizes.append(abs(steps[k]) + abs(float(np.mean(beside))) * dt[k])
+            errors.append(0.5 * float(np.ptp(beside)) * dt[k])
+    if not sizes:
+        return None
+    period = float(np.median(sizes))
+    off = np.abs(np.array(sizes) - period)
+    error = float(np.median(errors)) / np.sqrt(len(sizes))
+    alike = (off <= _SAME * period + np.array(errors)).all() and error <= _SAME * period
+    whole = (np.abs(np.abs(steps[jumps]) - period) <= _HALF * period).all()
+    if not (alike and whole and span <= (1.0 + _SAME) * period):
+        return None
+    name = _named(period, max(error, 1e-4 * period))
+    return name if name is not None or len(sizes) < _FEWEST else period
+
+
+def _named(period: float, error: float) -> float | None:
+    """Return the turn or the roundest number within three errors of a period, None if neither."""
+    rounded = [float(f'{period:.{digits}g}') for digits in _DIGITS]
+    for name in (*_TURNS, *rounded):
+        if abs(period - name) <= 3.0 * error:
+            return name
+    return None
+
+
+def unwrapped(log: JointLog) -> JointLog:
+    """
+    Return a recording with the positions that wrap made continuous; ``log.wraps`` has the periods.
+
+    Every step of more than half of a period is taken for the shorter way around.
+    """
+    q, wraps = log.q, dict(log.wraps)
+    for i, name in enumerate(log.names):
+        period = wrap_period(log.time, log.q[:, i])
+        if period is None:
+            continue
+        known = np.isfinite(log.q[:, i])
+        q = q.copy()
+        q[known, i] = np.unwrap(q[known, i], period=period)
+        wraps[name] = period
+    return log if q is log.q else replace(log, q=q, wraps=wraps)

@@ -1,0 +1,257 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables in the place of bags, and robots without files, for the commands that read bags."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+import typer
+
+from sosml_friction.cli.app import remark
+from sosml_friction.cli.options import is_table, parse_names, parse_numbers
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+
+if TYPE_CHECKING:
+    from sosml_friction.model.model_folder import RobotModelFile
+
+
+def _columns_option(what: str) -> Any:
+    return typer.Option(metavar='COLUMN[:UNIT]', help=what, rich_help_panel='Tables')
+
+
+#: What a command that reads bags has beside for tables, and for a robot without files.
+_TABLE_OPTIONS: dict[str, Any] = {
+    'mapping': Annotated[
+        Path | None,
+        typer.Option(
+            '--map', metavar='MAPPING.yaml', help='What is what in a table; docs/import.md.'
+        ),
+    ],
+    'position': Annotated[
+        str | None,
+        _columns_option(
+            'Column of position in a table, by name or by number from 0, with its unit if that is '
+            'not plain, such as q:deg; several joints with commas, here and below, and which '
+            'joint of the URDF it is before it: elbow=q2.'
+        ),
+    ],
+    'velocity': Annotated[str | None, _columns_option('Column of velocity.')],
+    'effort': Annotated[str | None, _columns_option('Column of effort: Nm, or :N, :mNm, :A, :V.')],
+    'current': Annotated[str | None, _columns_option('Column of current [A], with --kt.')],
+    'kt': Annotated[
+        str | None,
+        typer.Option(
+            metavar='VALUE', help='Nm (or N) at the joint per A, or per V or count of --effort.'
+        ),
+    ],
+    'time': Annotated[
+        str | None, _columns_option('Column of time; default: that which grows all the time.')
+    ],
+    'counts_per_turn': Annotated[
+        float | None, typer.Option(metavar='N', help='Counts per turn of a position in counts.')
+    ],
+    'pendulum': Annotated[
+        str | None,
+        typer.Option(
+            metavar='KG,M[,KG_M2]',
+            help='The robot is a pendulum: mass, length to its centre, inertia about that.',
+        ),
+    ],
+    'axis': Annotated[
+        float | None, typer.Option(metavar='KG', help='The robot is this mass on a level slide.')
+    ],
+    'free': Annotated[
+        float | None,
+        typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.'),
+    ],
+}
+_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'counts_per_turn', 'kt')
+
+
+def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
+    """
+    Let a command that reads bags read tables too, and give it options that stand for a robot.
+
+    Its ``bags`` and ``holdout`` may be tables: they are made bags of, in a place that is removed
+    when the command ends. Of its own options it needs ``model``, ``urdf`` and ``armature``.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    hints['bags'] = Annotated[
+        list[Path], typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
+    ]
+    own = dict(inspect.signature(command).parameters)
+    for name in _TABLE_OPTIONS:
+        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+    hints.update(_TABLE_OPTIONS)
+
+    @functools.wraps(command)
+    def with_tables(**given: Any) -> None:
+        said = {name: given.pop(name) for name in _TABLE_OPTIONS}
+        with tempfile.TemporaryDirectory(prefix='sosml_') as place:
+            bags = _made_bags(given, said, Path(place))
+            try:
+                command(**given)
+            except SosmlFrictionError as error:
+                text = str(error)
+                for table, bag in bags.items():
+                    text = text.replace(str(bag), str(table))
+                raise SosmlFrictionError(text) from error
+
+    parameters = [
+        p.replace(annotation=hints[p.name], kind=inspect.Parameter.KEYWORD_ONLY)
+        for p in own.values()
+    ]
+    with_tables.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_tables.__annotations__ = hints
+    return with_tables
+
+
+def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict[Path, Path]:
+    """
+    Put a bag in the place of each table and a folder in that of the model.
+
+    :param given: the arguments of the command, which are changed.
+    :return: the bag that was made of each table.
+    """
+    from sosml_friction.bags.other_bag import copy_bag, is_other_bag
+
+    paths = [*given['bags'], *filter(None, [given.get('holdout')])]
+    tables = [path for path in dict.fromkeys(paths) if is_table(path)]
+    others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
+    stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
+    if stated_columns and not tables:
+        raise ConfigurationError(
+            f'{stated_columns[0]} is of a table, and {paths[0]} is a bag: leave it out'
+        )
+    simple = _simple_model(said, paths[0])
+    if simple is not None:
+        if given['model'] is not None or given['urdf'] is not None:
+            raise ConfigurationError(
+                '--pendulum, --axis and --free are whole models: leave out --model and --urdf'
+            )
+        simple.write(place / 'model')
+        given['model'] = place / 'model'
+        # A bag's own robot_description would come first.
+        given['urdf'] = None if len(tables) == len(paths) else place / 'model' / 'robot.urdf'
+        for sentence in simple.provenance.get('assumed', ()):
+            remark(f'assumed: {sentence}')
+        if simple.unknown_armature and not given['armature']:
+            remark('assumed: the rotor has no inertia of its own (state it with --armature)')
+            given['armature'] = ['0']
+    no_robot = simple is None and given['model'] is None and given['urdf'] is None
+    if tables and no_robot and said['mapping'] is None:
+        raise ConfigurationError(
+            f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
+            '--free INERTIA, or --urdf FILE with --armature or --model'
+        )
+    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
+    urdf = None if simple is None else simple.urdf
+    if tables and simple is None:
+        urdf = urdf_text(given['urdf'], given['model'])
+    for path in tables:
+        _make_bag(path, bags[path], said, urdf)
+    for path in others:
+        copy_bag(path, bags[path])
+    given['bags'] = [bags.get(path, path) for path in given['bags']]
+    if given.get('holdout') in bags:
+        given['holdout'] = bags[given['holdout']]
+    return bags
+
+
+def urdf_text(urdf: Path | None, model: Path | None = None) -> str | None:
+    """
+    Return a URDF, else that of a model folder, None if neither is given.
+
+    :raises ConfigurationError: if it cannot be read.
+    """
+    from sosml_friction.model.model_folder import read_model
+
+    if urdf is None:
+        return None if model is None else read_model(model).urdf
+    try:
+        return urdf.read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
+
+
+def _simple_model(said: dict[str, Any], recording: Path) -> RobotModelFile | None:
+    chosen = [name for name in ('pendulum', 'axis', 'free') if said[name] is not None]
+    if not chosen:
+        return None
+    if len(chosen) > 1:
+        raise ConfigurationError(f'--{chosen[0]} and --{chosen[1]} are two robots: give one')
+    from sosml_friction.model.simple_models import axis_model, free_model, pendulum_model
+
+    joint = 'joint' if is_table(recording) else _only_joint(recording)
+    if chosen == ['axis']:
+        return axis_model(said['axis'], joint)
+    if chosen == ['free']:
+        return free_model(said['free'], joint)
+    numbers = parse_numbers('--pendulum', said['pendulum'])
+    if len(numbers) not in (2, 3):
+        raise ConfigurationError(
+            f'--pendulum {said["pendulum"]} has {len(numbers)} numbers: give mass,length in kg '
+            'and m, and the inertia about the centre of mass behind them if it is known'
+        )
+    inertia = numbers[2] if len(numbers) == 3 else None
+    return pendulum_model(numbers[0], numbers[1], inertia, joint=joint)
+
+
+def _only_joint(bag: Path) -> str:
+    from sosml_friction.bags.bag import Bag
+
+    names = Bag.open(bag).joint_log().names
+    if len(names) != 1:
+        raise ConfigurationError(
+            f'{bag} has the joints {", ".join(names)}: --pendulum, --axis and --free are for one'
+        )
+    return names[0]
+
+
+def _make_bag(table: Path, bag: Path, said: dict[str, Any], urdf: str | None) -> None:
+    """Write a table as a bag, and say what was assumed on the way."""
+    from sosml_friction.bags.importer import import_recording
+    from sosml_friction.bags.mapping import parse_mapping, read_mapping
+
+    if said['mapping'] is not None:
+        import_recording(table, read_mapping(said['mapping']), bag, remark)
+        return
+    content, assumed = stated_mapping(table, said, urdf)
+    for sentence in assumed:
+        remark(f'{table.name}: {sentence}')
+    import_recording(table, parse_mapping(content, table), bag, remark)
+
+
+def stated_mapping(
+    table: Path, said: dict[str, Any], urdf: str | None
+) -> tuple[dict[str, Any], list[str]]:
+    """
+    Return the mapping that the options of columns make, and a sentence on each thing assumed.
+
+    :raises ConfigurationError: if they do not say what is needed.
+    """
+    from sosml_friction.bags.data_file import DataFile
+    from sosml_friction.bags.guess import Columns, map_columns
+
+    if said['position'] is None:
+        raise ConfigurationError(
+            f'{table} is a table, which does not say what is what: name its columns, as '
+            f'--position q --effort tau, or look at sosml import {table} --guess'
+        )
+    if said['current'] is not None and said['effort'] is not None:
+        raise ConfigurationError('--current and --effort are both the effort: give one')
+    entries = {name: parse_names(said[name]) for name in ('position', 'velocity', 'effort')}
+    if said['current'] is not None:
+        current = parse_names(said['current']) or ()
+        entries['effort'] = tuple(x if ':' in x else f'{x}:A' for x in current)
+    quantities = {name: own for name, own in entries.items() if own is not None}
+    scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])
+    columns = Columns(quantities, said['time'] or '', scales, said['counts_per_turn'])
+    guess = map_columns(DataFile(table), columns, urdf)
+    return guess.content, [*guess.sentences(), *guess.remarks]

@@ -1,0 +1,116 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The model that a node was started with, or that robot_description makes with an armature."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.simple_models import skeleton_model
+from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.nodes.parameters import ParameterSpec
+from sosml_friction.share import share_directory
+
+#: For every node that takes a model.
+ARMATURE = ParameterSpec(
+    'armature',
+    'double_array',
+    [],
+    'inertia of the rotor at the joint, J N^2, where the model does not know it: one for all '
+    'joints, or one for each of the model; 0 where the bodies of the URDF have it. With it and '
+    'without a model, the robot is that of robot_description, with the joints that joint_states '
+    'names',
+    'kg m2 or kg',
+)
+
+
+class StatedModel:
+    """
+    Hold what parameters ``model`` and ``armature`` state.
+
+    ``model`` is None as long as it is to be made of robot_description and the joints that are
+    measured (:meth:`make`); ``label`` says where it comes from.
+
+    :raises ConfigurationError: if the model cannot be read or the armature does not fit.
+    """
+
+    def __init__(self, parameters: Mapping[str, Any]) -> None:
+        self._armature: list[float] = list(parameters['armature'])
+        self._is_default = not parameters['model']
+        self.model: RobotModelFile | None = None
+        self.label = 'robot_description'
+        if self._armature and self._is_default:
+            return
+        self.label = parameters['model'] or str(share_directory() / 'config' / 'exoskeleton')
+        self.model = self._with_armature(read_model(self.label))
+
+    def make(self, urdf: str, joints: Sequence[str]) -> RobotModelFile:
+        """
+        Make the model of a URDF.
+
+        :param joints: that are measured; the URDF's others are held still.
+        :raises ConfigurationError: if the URDF cannot be used.
+        """
+        self.model = self._with_armature(skeleton_model(urdf, joints))
+        return self.model
+
+    def robot(self, urdf: str | None) -> Robot:
+        """
+        Return the rigid body of the model.
+
+        :param urdf: robot_description; None: the model's own.
+        :raises ConfigurationError: if the URDF cannot be used with the model.
+        """
+        assert self.model is not None
+        try:
+            return self.model.make_robot(urdf)
+        except ConfigurationError as error:
+            if self._armature or not self._is_default:
+                raise
+            raise ConfigurationError(
+                f'{error}, or set parameter model: without it the exoskeleton is expected; or set '
+                'parameter armature, and the robot is that of robot_description'
+            ) from error
+
+    def _with_armature(self, model: RobotModelFile) -> RobotModelFile:
+        if not self._armature:
+            return model
+        names = model.joint_names
+        if len(self._armature) not in (1, len(names)):
+            raise ConfigurationError(
+                f'parameter armature has {len(self._armature)} values for the joints '
+                f'{", ".join(names)}: give one for all or one for each'
+            )
+        values = self._armature * len(names) if len(self._armature) == 1 else self._armature
+        by_joint = dict(zip(names, values, strict=True))
+        return model.with_armature(by_joint, 'parameter armature of the node')
+
+
+class MeasuredJoints:
+    """
+    Find out which joints of a URDF are measured, from the names in joint_states.
+
+    Where an arm and a gripper publish on one topic by turns, they are those of the arm: of the
+    message that names most. :attr:`known` is None until all are named, or until ``patience``
+    messages have come.
+    """
+
+    def __init__(self, urdf: str, patience: int) -> None:
+        joints = read_joints(urdf).joints
+        self._movable = set(joints)
+        self._moving = {n for n, joint in joints.items() if joint.is_single and not joint.mimic}
+        self._left = patience
+        self._best: tuple[str, ...] = ()
+        self.known: tuple[str, ...] | None = None
+
+    def see(self, names: Iterable[str]) -> None:
+        """Take the names in one message."""
+        found = tuple(name for name in names if name in self._movable)
+        self._best = max(self._best, found, key=len)
+        self._left -= 1
+        if self._moving <= set(self._best) or self._left <= 0:
+            self.known = self._best

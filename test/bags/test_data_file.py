@@ -1,0 +1,130 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The same series out of every kind of file, and how they are called."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sosml_friction.bags.data_file import DataFile
+from sosml_friction.exceptions import DataError
+
+T = np.arange(6) * 0.5
+Q = np.column_stack([np.sin(T), np.cos(T)])
+
+
+def write_json(path, form):
+    records = [
+        {'t': t, 'q': q.tolist(), 'motor': {'i': -t}} for t, q in zip(T.tolist(), Q, strict=True)
+    ]
+    if form == 'lists':
+        whole = {'t': T.tolist(), 'q': Q.tolist(), 'motor': {'i': (-T).tolist()}}
+        path.write_text(json.dumps(whole))
+    elif form == 'records':
+        path.write_text(json.dumps(records))
+    else:
+        path.write_text('\n'.join(map(json.dumps, records)) + '\n')
+
+
+@pytest.mark.parametrize('form', ['lists', 'records', 'lines'])
+@pytest.mark.parametrize('suffix', ['json', 'jsonl', 'ndjson'])
+def test_every_form_of_json_holds_the_same_series(tmp_path, form, suffix):
+    path = tmp_path / f'x.{suffix}'
+    write_json(path, form)
+    series = DataFile(path).series()
+    assert list(series) == ['t', 'q[0]', 'q[1]', 'motor.i']
+    np.testing.assert_array_equal(series['q[1]'], Q[:, 1])
+    np.testing.assert_array_equal(series['motor.i'], -T)
+
+
+def test_a_record_that_lacks_a_value_has_nan(tmp_path):
+    path = tmp_path / 'x.jsonl'
+    path.write_text('{"t": 0, "q": [1, 2]}\n{"t": 1}\n{"t": 2, "q": [3, 4], "c": null}\n')
+    data = DataFile(path)
+    np.testing.assert_array_equal(data['q'], [[1, 2], [np.nan, np.nan], [3, 4]])
+    assert np.isnan(data['c']).all()
+
+
+@given(st.text(max_size=100))
+def test_any_text_is_json_or_a_sentence(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp('any') / 'x.json'
+    path.write_text(text, encoding='utf-8')
+    sentence = ''
+    try:
+        DataFile(path).series()
+    except DataError as error:
+        sentence = str(error)
+    assert '\n' not in sentence
+
+
+@pytest.mark.parametrize('turned', [False, True])
+def test_a_table_without_names_has_numbers_along_its_shorter_side(tmp_path, turned):
+    table = np.column_stack([T, Q])
+    np.save(tmp_path / 'x.npy', table.T if turned else table)
+    series = DataFile(tmp_path / 'x.npy').series()
+    assert list(series) == ['0', '1', '2']
+    np.testing.assert_array_equal(series['2'], Q[:, 1])
+
+
+def test_records_of_numpy_have_their_fields(tmp_path):
+    table = np.zeros(6, dtype=[('t', float), ('q', float)])
+    table['t'] = T
+    np.save(tmp_path / 'x.npy', table)
+    np.testing.assert_array_equal(DataFile(tmp_path / 'x.npy')['t'], T)
+
+
+def test_objects_of_python_are_not_loaded_and_hide_nothing(tmp_path):
+    np.savez(tmp_path / 'x.npz', t=T, meta=np.array({'a': 1}, dtype=object), k=2.5)
+    data = DataFile(tmp_path / 'x.npz')
+    assert list(data.series()) == ['t']
+    assert data.constants() == {'k': 2.5}
+    with pytest.raises(DataError, match='holds object: real numbers are needed'):
+        data['meta']
+
+
+def test_names_are_found_without_unit_and_case_and_by_number(tmp_path):
+    np.savez(tmp_path / 'x.npz', **{'Time [s]': T, 'q (rad)': Q[:, 0], 'both': Q})
+    data = DataFile(tmp_path / 'x.npz')
+    assert data.find('Time') == data.find('time') == data.find('0') == 'Time [s]'
+    assert data.find('q') == 'q (rad)'
+    np.testing.assert_array_equal(data['both[1]'], Q[:, 1])
+    with pytest.raises(DataError, match=r'it has no column 2 \(counted from 0\)'):
+        data['both[2]']
+    with pytest.raises(DataError, match="has no variable 'x': it has Time"):
+        data['x']
+
+
+def test_parquet_needs_pyarrow_or_is_read(tmp_path):
+    path = tmp_path / 'x.parquet'
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError:
+        path.write_bytes(b'PAR1')
+        with pytest.raises(DataError, match='needs pyarrow: pip install pyarrow'):
+            DataFile(path)
+        return
+    parquet.write_table(pa.table({'t': T, 'q': list(Q)}), path)
+    assert list(DataFile(path).series()) == ['t', 'q[0]', 'q[1]']
+
+
+def test_matlab_7_3_needs_h5py_or_is_read(tmp_path):
+    path = tmp_path / 'x.mat'
+    try:
+        import h5py
+    except ImportError:
+        head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
+        path.write_bytes(head + b'\x89HDF\r\n\x1a\n')
+        with pytest.raises(DataError, match='needs h5py: save it with'):
+            DataFile(path)
+        return
+    with h5py.File(path, 'w', userblock_size=512) as content:
+        content['arm/q'] = Q.T
+        content['t'] = T[None, :]
+    head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
+    with path.open('r+b') as stream:
+        stream.write(head)
+    assert list(DataFile(path).series()) == ['arm.q[0]', 'arm.q[1]', 't']

@@ -1,0 +1,329 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Proposals for tables whose columns are known: any order, layout, unit and name."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sosml_friction.bags.data_file import DataFile
+from sosml_friction.bags.guess import Columns, guess_mapping, map_columns
+from sosml_friction.bags.header_words import read_header
+from sosml_friction.bags.importer import read_recording
+from sosml_friction.bags.mapping import FILL_IN, parse_mapping
+from sosml_friction.exceptions import ConfigurationError, DataError, SosmlFrictionError
+
+SPEEDS = {'rad/s': 1.0, 'deg/s': math.pi / 180, 'rpm': math.pi / 30, 'turns/s': 2 * math.pi}
+ANGLES = {'rad': 1.0, 'deg': math.pi / 180, 'turns': 2 * math.pi}
+
+
+def joint(seed, samples=2500, rate=250.0):
+    """Return t, q [rad], v and effort [Nm] of a joint with friction, gravity and noise."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(samples) / rate
+    w, phase = rng.uniform(1.0, 4.0, 3), rng.uniform(0.0, 6.0, 3)
+    size = np.array([0.9, 0.5, 0.3])
+    q = np.sum(size * np.sin(np.outer(t, w) + phase), axis=1)
+    v = np.sum(size * w * np.cos(np.outer(t, w) + phase), axis=1)
+    a = np.sum(-size * w**2 * np.sin(np.outer(t, w) + phase), axis=1)
+    tau = 0.1 * a + 1.5 * np.sin(q) + 0.8 * np.sign(v) + 0.2 * v
+    noise = rng.normal(0.0, 1.0, (3, samples))
+    return t, q + 2e-5 * noise[0], v + 0.01 * noise[1], tau + 0.05 * noise[2]
+
+
+def save(folder, columns, header=None):
+    path = folder / 'x.csv'
+    text = '' if header is None else ','.join(header) + '\n'
+    rows = [','.join(repr(float(x)) for x in row) for row in zip(*columns, strict=True)]
+    path.write_text(text + '\n'.join(rows) + '\n')
+    return DataFile(path)
+
+
+def roles(guess):
+    """Return the variables by joint and quantity."""
+    return {
+        name: {quantity: entry['variable'] for quantity, entry in own.items()}
+        for name, own in guess.content['joints'].items()
+    }
+
+
+@given(
+    order=st.permutations(range(4)),
+    speed=st.sampled_from(list(SPEEDS)),
+    seed=st.integers(0, 50),
+    time=st.sampled_from([('s', 1.0), ('ms', 1e3), ('us', 1e6), ('ns', 1e9)]),
+)
+@settings(max_examples=25)
+def test_columns_without_names_are_told_by_their_numbers(
+    tmp_path_factory, order, speed, seed, time
+):
+    t, q, v, tau = joint(seed)
+    columns = [t * time[1] + 5.0 * time[1], q, v / SPEEDS[speed], tau]
+    data = save(tmp_path_factory.mktemp('guess'), [columns[k] for k in order])
+    guess = guess_mapping(data)
+    assert guess.content['time'] == {'variable': order.index(0), 'unit': time[0]}
+    (own,) = guess.content['joints'].values()
+    assert own['position'] == {'variable': order.index(1), 'unit': 'rad'}
+    assert own['velocity'] == {'variable': order.index(2), 'unit': speed}
+    assert own['effort']['variable'] == order.index(3)
+    assert guess.left_open == ['joints.joint.effort.unit']
+
+
+@pytest.mark.parametrize('layout', ['blocks', 'interleaved'])
+@pytest.mark.parametrize('count', [2, 3, 7])
+def test_joints_without_names_are_told_apart(tmp_path, layout, count):
+    parts = [joint(seed) for seed in range(count)]
+    own = [list(part[1:]) for part in parts]
+    columns = [parts[0][0]]
+    for k in range(3):
+        columns += [x[k] for x in own] if layout == 'blocks' else []
+    columns += [x for part in own for x in part] if layout == 'interleaved' else []
+    guess = guess_mapping(save(tmp_path, columns))
+    step = (1, count) if layout == 'blocks' else (3, 1)
+    assert roles(guess) == {
+        f'joint_{j + 1}': {
+            quantity: 1 + j * step[0] + k * step[1]
+            for k, quantity in enumerate(('position', 'velocity', 'effort'))
+        }
+        for j in range(count)
+    }
+
+
+def test_joints_without_velocities_are_halves(tmp_path):
+    parts = [joint(seed) for seed in range(3)]
+    columns = [parts[0][0], *(p[1] for p in parts), *(p[3] for p in parts)]
+    guess = guess_mapping(save(tmp_path, columns))
+    assert list(roles(guess).values()) == [{'position': k, 'effort': k + 3} for k in (1, 2, 3)]
+
+
+def test_joints_that_rest_keep_their_place(tmp_path):
+    t, *moved = joint(3)
+    rng = np.random.default_rng(0)
+    still = [1e-5 * rng.integers(-2, 3, len(t)) + x for x in (0.3, -1.2, 0.7)]
+    columns = [t]
+    for part in moved:
+        columns += [still[0], part, still[1], still[2]]
+    guess = guess_mapping(save(tmp_path, columns))
+    assert [own['position'] for own in roles(guess).values()] == [1, 2, 3, 4]
+    assert [own['velocity'] for own in roles(guess).values()] == [5, 6, 7, 8]
+    assert 'it rests' in guess.reasons['joints.joint_1.position']
+
+
+@given(
+    angle=st.sampled_from(list(ANGLES)),
+    speed=st.sampled_from(list(SPEEDS)),
+    seed=st.integers(0, 50),
+)
+@settings(max_examples=15)
+def test_written_units_and_those_of_the_slope_make_the_same_log(
+    tmp_path_factory, angle, speed, seed
+):
+    t, q, v, tau = joint(seed)
+    columns = [t, q / ANGLES[angle], v / SPEEDS[speed], 1e3 * tau]
+    header = ['time', f'Joint angle [{angle}]', 'joint_speed', 'Torque (mNm)']
+    data = save(tmp_path_factory.mktemp('guess'), columns, header)
+    guess = guess_mapping(data)
+    assert guess.left_open == []
+    log = read_recording(data.path, parse_mapping(guess.content, data.path))
+    np.testing.assert_allclose(log.q[:, 0], q, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(log.v[:, 0], v, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(log.tau[:, 0], tau, rtol=1e-9, atol=1e-12)
+
+
+def test_names_of_joints_and_wishes_are_read(tmp_path):
+    one, two = joint(1), joint(2)
+    columns = [one[0], two[3], one[1], two[1], two[1] + 0.001, one[2], two[2], one[3]]
+    header = ['stamp', 'elbow_torque', 'wrist_position', 'elbow_position', 'elbow_position_cmd']
+    header += ['wrist_velocity', 'elbow_velocity', 'wrist_torque']
+    guess = guess_mapping(save(tmp_path, columns, header))
+    quantities = {'position': 'position', 'velocity': 'velocity', 'effort': 'torque'}
+    assert roles(guess) == {
+        name: {quantity: f'{name}_{word}' for quantity, word in quantities.items()}
+        for name in ('wrist', 'elbow')
+    }
+    assert any('not used: elbow_position_cmd' in remark for remark in guess.remarks)
+
+
+LOGGERS = {
+    'ur_rtde': 'timestamp,target_q_{},actual_q_{},actual_qd_{},actual_joint_voltage_{},'
+    'actual_current_{},target_moment_{}',
+    'franka': 'time,q_d[{}],q[{}],dq[{}],,tau_J[{}],tau_J_d[{}]',
+    'bagpy': 'Time,,position_{},velocity_{},,effort_{},',
+    'plotjuggler': '__time,,/js/joint{}/position,/js/joint{}/velocity,,/js/joint{}/effort,',
+}
+
+
+@pytest.mark.parametrize('logger', LOGGERS)
+def test_the_headers_of_known_loggers_are_read(tmp_path, logger):
+    time, *names = LOGGERS[logger].split(',')
+    joints = [joint(k) for k in range(3)]
+    header, columns = [time], [joints[0][0] + 1.7e9]
+    for k, name in enumerate(names):
+        for number, (t, q, v, tau) in enumerate(joints):
+            wanted = np.interp(t + 0.01, t, q)
+            kinds = (wanted, q, v, 24.0 + 0.1 * v, tau, tau + 0.1)
+            if name:
+                header.append(name.format(number))
+                columns.append(kinds[k])
+    guess = guess_mapping(save(tmp_path, columns, header))
+    assert guess.content['time'] == {'variable': time, 'unit': 's'}
+    expected = [names[k] for k in (1, 2, 4)]
+    assert list(roles(guess).values()) == [
+        {
+            quantity: name.format(number)
+            for quantity, name in zip(('position', 'velocity', 'effort'), expected, strict=True)
+        }
+        for number in range(3)
+    ]
+
+
+def test_of_two_positions_the_later_one_was_measured(tmp_path):
+    t, q, _, tau = joint(4)
+    wanted = np.interp(t + 0.012, t, q)
+    guess = guess_mapping(save(tmp_path, [t, wanted, q, tau]))
+    assert roles(guess) == {'joint': {'position': 2, 'effort': 3}}
+    assert any(remark.startswith('1 is nearly 2') for remark in guess.remarks)
+
+
+def test_a_velocity_that_no_unit_explains_is_left_open_with_its_factor(tmp_path):
+    t, q, v, tau = joint(5)
+    data = save(tmp_path, [t, q, 0.5 * v, tau], ['t', 'q', 'qd', 'tau'])
+    guess = guess_mapping(data)
+    assert guess.left_open == ['joints.joint.velocity.scale']
+    assert 'a scale of 2' in guess.reasons['joints.joint.velocity']
+
+
+def test_a_wrap_gives_the_unit(tmp_path):
+    t, q, _, tau = joint(6)
+    wrapped = np.rad2deg((4.0 * q + math.pi) % (2 * math.pi) - math.pi)
+    guess = guess_mapping(save(tmp_path, [t, wrapped, tau], ['t', 'q', 'tau']))
+    position = guess.content['joints']['joint']['position']
+    assert position == {'variable': 'q', 'unit': 'deg', 'wrap': 360.0}
+
+
+def test_what_is_left_open_is_refused_until_it_is_filled_in(tmp_path):
+    t, q, _, current = joint(7)
+    data = save(tmp_path, [t, 0.01 * q, current], ['t', 'q', 'i'])
+    guess = guess_mapping(data)
+    places = ['joints.joint.position.unit', 'joints.joint.effort.scale']
+    assert guess.left_open == places
+    text = guess.to_yaml('x')
+    with pytest.raises(ConfigurationError, match=r'position\.unit, .*effort\.scale is left open'):
+        parse_mapping(yaml.safe_load(text), data.path)
+    filled = text.replace(f'unit: {FILL_IN}', 'unit: rad').replace(FILL_IN, '1.8')
+    log = read_recording(data.path, parse_mapping(yaml.safe_load(filled), data.path))
+    np.testing.assert_allclose(log.tau[:, 0], 1.8 * current)
+
+
+def test_noise_is_no_robot(tmp_path):
+    rng = np.random.default_rng(0)
+    data = save(tmp_path, [np.zeros(50), np.ones(50)])
+    with pytest.raises(DataError, match='nothing that looks like the position of a joint'):
+        guess_mapping(data)
+    guess = guess_mapping(save(tmp_path, rng.normal(size=(3, 500))))
+    assert 'sample_rate' in guess.left_open
+
+
+@pytest.mark.parametrize(
+    ('name', 'quantity', 'unit', 'joint', 'is_wish'),
+    [
+        ('t', 'time', '', '', False),
+        ('timestamp_ms', 'time', 'ms', '', False),
+        ('q1', 'position', '', '1', False),
+        ('actual_q_0', 'position', '', '0', False),
+        ('target_qd_5', 'velocity', '', '5', True),
+        ('shoulder_pan_joint/velocity [deg/s]', 'velocity', 'deg/s', 'shoulder_pan', False),
+        ('elbowPosition', 'position', '', 'elbow', False),
+        ('velocity_rad_s', 'velocity', 'rad/s', '', False),
+        ('tau_mNm', 'effort', 'mNm', '', False),
+        ('Current (mA)', 'effort', 'mA', '', False),
+        ('motor_current_a', 'effort', 'A', '', False),
+        ('mos_temperature', 'temperature', '', 'mos', False),
+        ('x [mm]', 'position', 'mm', 'x', False),
+        ('pulses_N', 'injected', 'N', '', False),
+        ('vir', '', '', 'vir', False),
+        ('theta_dot_2', 'velocity', '', '2', False),
+        ('axis0.motor.Iq_measured', 'effort', 'A', 'axis0', False),
+        ('i_q', 'effort', 'A', '', False),
+        ('tau_J_d[3]', 'effort', 'Nm', 'J_3', True),
+        ('present_position', 'position', '', '', False),
+        ('Drehzahl [1/min]', 'velocity', 'rpm', '', False),
+    ],
+)
+def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
+    assert read_header(name)[:4] == (quantity, unit, joint, is_wish)
+
+
+@given(st.text(max_size=30))
+def test_any_name_can_be_read(name):
+    assert read_header(name).quantity in (
+        '', 'time', 'position', 'velocity', 'acceleration', 'effort', 'temperature', 'injected',
+    )  # fmt: skip
+
+
+STATED = [
+    (Columns({'position': ['x']}), "has no series 'x': it has t, q, i"),
+    (Columns({'position': ['q:furlong']}), "unknown unit 'furlong': known are rad, deg"),
+    (Columns({'position': ['q'], 'effort': ['i', 'i']}), '2 columns of effort are stated and 1'),
+    (Columns({'position': ['q'], 'effort': ['i']}), 'effort i is in A: give the Nm .* as --kt'),
+    (
+        Columns({'position': ['q'], 'effort': ['i:Nm']}, scales=[1.8]),
+        '--kt is given and effort i is in Nm: leave --kt out',
+    ),
+    (Columns({'position': ['q']}, time='q:s'), 'q was stated as time and goes back: name'),
+]
+
+
+@pytest.mark.parametrize(('columns', 'sentence'), STATED)
+def test_wrong_columns_are_one_sentence(tmp_path, columns, sentence):
+    t, q, _, current = joint(8)
+    data = save(tmp_path, [t, q, current], ['t', 'q', 'i'])
+    with pytest.raises(SosmlFrictionError, match=sentence) as caught:
+        read_recording(data.path, parse_mapping(map_columns(data, columns).content, data.path))
+    assert '\n' not in str(caught.value)
+
+
+def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
+    t, q, _, current = joint(9)
+    data = save(tmp_path, [t, np.rad2deg(q), current], ['t', 'q', 'i'])
+    with pytest.raises(DataError, match=r'may be rad, deg.*: say which, as --position q:deg'):
+        map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, scales=[1.0]))
+    stated = Columns({'position': ['q:deg'], 'effort': ['i']}, scales=[2.0])
+    log = read_recording(data.path, parse_mapping(map_columns(data, stated).content, data.path))
+    np.testing.assert_allclose(log.q[:, 0], q)
+    np.testing.assert_allclose(log.tau[:, 0], 2.0 * current)
+
+
+MEASURED = {
+    'ur10e/30sec_12harm.csv': {
+        f'joint_{k}': {'position': k, 'velocity': k + 6, 'effort': k + 12} for k in range(1, 7)
+    },
+    'ur10e/joint_2.csv': {
+        f'joint_{k}': {'position': k, 'velocity': k + 6, 'effort': k + 12} for k in range(1, 7)
+    },
+    'emps/DATA_EMPS.mat': {'joint': {'position': 'qm', 'effort': 'vir'}},
+    'emps/DATA_EMPS_PULSES.mat': {'joint': {'position': 'qm', 'effort': 'vir'}},
+    'damiao/motor_03_run_01.npz': {
+        'joint': {
+            'position': 'position',
+            'velocity': 'velocity',
+            'effort': 'torque_feedback',
+            'temperature': 'mos_temperature',
+        }
+    },
+    'odrive_cogging/slow2_nocomp_0.npy': {'joint': {'position': 1, 'effort': 2}},
+}
+
+
+@pytest.mark.parametrize('name', MEASURED)
+def test_measured_files_are_understood(data_directory, name):
+    file = data_directory / name
+    if not file.is_file():
+        pytest.skip(f'no {file}')
+    guess = guess_mapping(DataFile(file))
+    assert roles(guess) == MEASURED[name]
+    assert guess.content['time']['unit'] == 's'

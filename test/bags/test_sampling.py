@@ -1,0 +1,38 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Lost samples are counted, and stamps that are off are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sosml_friction.bags.sampling import lost_samples, lost_share
+
+
+def test_samples_taken_out_are_counted():
+    rng = np.random.default_rng(0)
+    kept = rng.random(20_000) > 0.03
+    kept[[0, -1]] = True
+    time = (0.004 * np.arange(20_000) + rng.normal(0.0, 1e-4, 20_000))[kept]
+    # Two holes beside each other are hardly told from one: 3 % of 3 % of them.
+    assert lost_samples(time) == pytest.approx(np.sum(~kept), rel=0.1)
+    assert lost_share(time) == pytest.approx(0.03, rel=0.15)
+
+
+def test_stamps_in_multiples_of_a_controllers_cycle_lost_nothing():
+    """A third of the steps of a robot's 500 Hz clock take 12 ms, the others 10."""
+    steps = np.random.default_rng(1).choice([0.010, 0.012], 5000, p=[2 / 3, 1 / 3])
+    assert lost_samples(np.cumsum(steps)) == 0
+
+
+def test_a_stamp_that_came_late_lost_nothing():
+    time = 0.01 * np.arange(1000)
+    time[100::50] += 0.008
+    assert lost_samples(time) == 0
+
+
+def test_a_hole_counts_what_is_missing_in_it():
+    time = 0.01 * np.arange(1000)
+    time[500:] += 0.37
+    assert lost_samples(time) == 37

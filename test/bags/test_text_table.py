@@ -1,0 +1,96 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Tables as text: the same numbers whatever parts the cells and whatever stands above them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from sosml_friction.bags.data_file import DataFile
+from sosml_friction.bags.text_table import read_text_table
+from sosml_friction.exceptions import DataError
+
+NAMES = ('t', 'q [rad]', 'motor current (A)', 'dq', 'Temp')
+
+
+def values_of(path):
+    data = DataFile(path)
+    return list(data), np.column_stack([np.atleast_1d(data[name]) for name in data])
+
+
+@given(
+    table=arrays(
+        float,
+        st.tuples(st.integers(2, 12), st.integers(2, 5)),
+        elements=st.floats(-1e6, 1e6, allow_nan=False).map(lambda x: round(x, 6)),
+    ),
+    delimiter=st.sampled_from([',', ';', '\t', ' ', '   ']),
+    comma=st.booleans(),
+    header=st.sampled_from(['', 'plain', '#', '%']),
+    preamble=st.booleans(),
+)
+def test_a_table_is_read_however_it_is_written(
+    tmp_path_factory, table, delimiter, comma, header, preamble
+):
+    names = [name.split()[0] for name in NAMES[: table.shape[1]]]
+    rows = [[f'{x:.6f}' for x in row] for row in table]
+    if comma and delimiter != ',':
+        rows = [[cell.replace('.', ',') for cell in row] for row in rows]
+    lines = [delimiter.join(row) for row in rows]
+    if header:
+        mark = '' if header == 'plain' else f'{header} '
+        lines.insert(0, mark + delimiter.join(names))
+    if header and preamble:
+        lines.insert(0, 'Recorded by somebody on a Tuesday with the blue robot')
+    path = tmp_path_factory.mktemp('table') / 'x.csv'
+    path.write_text('\n'.join(lines) + '\n')
+    found, values = values_of(path)
+    assert found == (names if header else [str(k) for k in range(table.shape[1])])
+    np.testing.assert_array_equal(values, table)
+
+
+def test_a_line_of_units_goes_into_the_names(tmp_path):
+    (tmp_path / 'x.csv').write_text('time;q;\n[s];[deg];[A]\n0;1,5;2\n1;2,5;3\n')
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['time [s]', 'q [deg]', '2']
+    assert values.tolist() == [[0, 1.5, 2], [1, 2.5, 3]]
+
+
+def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,phase,q\n0,rest,1\n1,"go, on",\n2,go,NA\n3,go,2\n')
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == ['t', 'phase', 'q']
+    np.testing.assert_array_equal(data['q'], [1, np.nan, np.nan, 2])
+    assert list(data.series()) == ['t', 'q']
+
+
+def test_remarks_between_the_rows_are_passed_over(tmp_path):
+    (tmp_path / 'x.csv').write_text('# t,q\n0,1\n# the cable came off\n1,2\n')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, 1], [1, 2]]
+
+
+def test_whole_numbers_parted_by_commas_are_no_decimal_commas(tmp_path):
+    (tmp_path / 'x.csv').write_text('1,2, 3\n4,5, 6\n')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp('any') / 'x.csv'
+    path.write_text(text, encoding='utf-8')
+    try:
+        table = read_text_table(path)
+    except DataError as error:
+        sentence = str(error)
+    else:
+        sentence = ''
+        assert len({len(column) for column in table.values()}) <= 1
+    assert '\n' not in sentence
+
+
+def test_lines_of_other_lengths_are_refused_by_number(tmp_path):
+    (tmp_path / 'x.csv').write_text('0 1 2\n1 2 3\n2 3\n3 4 5\n')
+    with pytest.raises(DataError, match='line 3 has 2 cells where the first row has 3'):
+        read_text_table(tmp_path / 'x.csv')

@@ -1,0 +1,156 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""``sosml fit`` and ``diagnose`` on tables, with a robot that no file describes."""
+
+import json
+
+import numpy as np
+import pytest
+from slider_bags import COULOMB, EMPS, VISCOUS, checked, record, slider_log
+
+from sosml_friction.bags.bag import Bag
+
+ROBOT = ('--axis', '95.1089')
+
+
+def write_table(folder, name='axis.csv', header='t,q,f', scale=(1.0, 1.0, 1.0), extra=()):
+    log = slider_log()
+    columns = [log.time * scale[0], log.q[:, 0] * scale[1], log.tau[:, 0] * scale[2], *extra]
+    np.savetxt(folder / name, np.column_stack(columns), delimiter=',', header=header, comments='')
+    return folder / name
+
+
+def friction(text):
+    own = checked(text, 'fit')['joints']
+    (fits,) = own.values()
+    return {n: p['value'] for n, p in fits['weak_form']['parameters'].items()}
+
+
+@pytest.mark.parametrize(
+    ('scale', 'columns'),
+    [
+        ((1.0, 1.0, 1.0), ('--position', 'q', '--effort', 'f')),
+        ((1.0, 1.0, 1.0), ('--position', '1', '--effort', '2', '--time', '0')),
+        ((1e3, 1e3, 0.1), ('--position', 'q:mm', '--effort', 'f:A', '--kt', '10')),
+        ((1e6, 1.0, 0.5), ('--position', 'q', '--current', 'f', '--kt', '2', '--time', 't:us')),
+    ],
+)
+def test_a_table_gives_the_friction_it_was_made_with(sosml, tmp_path, scale, columns):
+    table = write_table(tmp_path, scale=scale)
+    code, out, err = sosml('fit', table, *columns, *ROBOT, '--json')
+    assert code == 0
+    found = friction(out)
+    # The noise of the ladder is 0.3 N; what a bag of it gives agrees as well (test_fit).
+    assert found['coulomb'] == pytest.approx(COULOMB, rel=0.03)
+    assert found['viscous'] == pytest.approx(VISCOUS, rel=0.05)
+    assert 'time is t' in err
+    assert 'assumed: the axis is level' in err
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['axis.csv', 'axis_fit']
+
+
+def test_a_table_and_a_bag_of_one_motion_agree_to_the_last_digit(sosml, tmp_path):
+    table = write_table(tmp_path)
+    bag = record(tmp_path / 'bag', slider_log(), model=False, urdf=False)
+    columns = ('--position', 'q', '--effort', 'f')
+    assert sosml('fit', table, *columns, *ROBOT, '--out', 'a')[0] == 0
+    assert sosml('fit', bag, *ROBOT, '--out', 'b')[0] == 0
+    one, other = (json.loads((tmp_path / x / 'fit.json').read_text()) for x in 'ab')
+    (found,), (expected,) = (list(x['joints'].values()) for x in (one, other))
+    for name, parameter in expected['weak_form']['parameters'].items():
+        value = found['weak_form']['parameters'][name]['value']
+        # 18 digits of text; position in the table, velocity besides in the bag.
+        assert (value is None) == (parameter['value'] is None)
+        if value is not None and name in ('coulomb', 'viscous'):
+            assert value == pytest.approx(parameter['value'], rel=1e-6)
+
+
+def test_several_tables_are_fitted_together(sosml, tmp_path):
+    tables = [
+        write_table(tmp_path, f'{x}.csv', scale=(1.0, 1.0, y)) for x, y in (('a', 1), ('b', 1.01))
+    ]
+    code, out, _ = sosml('fit', *tables, '--position', 'q', '--effort', 'f', *ROBOT, '--json')
+    assert code == 0
+    assert [bag['label'] for bag in json.loads(out)['bags']] == ['a', 'b']
+
+
+def test_a_mapping_does_for_the_columns(sosml, tmp_path):
+    table = write_table(tmp_path)
+    (tmp_path / 'm.yaml').write_text(
+        'time: {variable: t, unit: s}\n'
+        'joints: {slider: {position: {variable: q, unit: m}, effort: {variable: f, unit: N}}}\n'
+    )
+    code, out, _ = sosml('fit', table, '--map', 'm.yaml', '--model', EMPS, '--json')
+    assert code == 0
+    assert friction(out)['coulomb'] == pytest.approx(COULOMB, rel=0.03)
+
+
+def test_the_only_joint_of_a_model_is_the_one_of_the_columns(sosml, tmp_path):
+    columns = ('--position', 'q', '--effort', 'f')
+    code, out, _ = sosml('fit', write_table(tmp_path), *columns, '--model', EMPS, '--json')
+    assert code == 0
+    assert list(checked(out, 'fit')['joints']) == ['slider']
+
+
+def test_diagnose_takes_the_same(sosml, tmp_path):
+    table = write_table(tmp_path)
+    columns = ('--position', 'q', '--effort', 'f')
+    code, out, err = sosml('diagnose', table, *columns, *ROBOT, '--json')
+    assert code == 0
+    document = checked(out, 'diagnosis')
+    # What the plant had is what the model refits: nothing is left to name.
+    assert document['verdict'] == 'nothing_above_floor'
+    assert 'time is t' in err
+
+
+WRONG = [
+    ((), 'says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS'),
+    (ROBOT, 'is a table, which does not say what is what: name its columns, as --position q'),
+    ((*ROBOT, '--position', 'x'), "has no series 'x': it has t, q, f"),
+    ((*ROBOT, '--free', '1'), '--axis and --free are two robots: give one'),
+    ((*ROBOT, '--model', str(EMPS)), 'are whole models: leave out --model and --urdf'),
+    (('--pendulum', '1'), '--pendulum 1 has 1 numbers: give mass,length in kg and m'),
+    (('--pendulum', 'a,b'), '--pendulum a,b is no number: give numbers'),
+    (('--axis', '-1', '--position', 'q'), 'the mass is -1 kg: give a positive number'),
+    ((*ROBOT, '--position', 'q:deg', '--effort', 'f:N'), 'has both deg and N: a joint either'),
+    ((*ROBOT, '--position', 'q', '--effort', 'f:A'), 'effort f is in A: give the Nm (or N)'),
+    ((*ROBOT, '--position', 'q', '--effort', 'f', '--current', 'f'), 'both the effort: give one'),
+    ((*ROBOT, '--position', 'elbow=q', '--effort', 'f'), 'the robot has joint: say which joint'),
+    ((*ROBOT, '--position', 'q', '--kt', 'two', '--current', 'f'), '--kt two is no number'),
+]
+
+
+@pytest.mark.parametrize(('options', 'sentence'), WRONG)
+def test_what_is_missing_or_wrong_is_one_sentence(sosml, tmp_path, options, sentence):
+    table = write_table(tmp_path)
+    code, out, err = sosml('fit', table, *options)
+    assert (code, out) == (2, '')
+    refusal = err.splitlines()[-1]
+    assert refusal.startswith('sosml: ')
+    assert sentence in refusal
+    assert 'sosml_' not in refusal
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['axis.csv']
+
+
+def test_a_bag_in_sqlite_is_as_good_as_one_in_mcap(sosml, tmp_path, slider_bag):
+    rosbag2 = pytest.importorskip('rosbags.rosbag2')
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    name = 'sensor_msgs/msg/JointState'
+    plugin = rosbag2.StoragePlugin.SQLITE3
+    with rosbag2.Writer(tmp_path / 'lite', version=9, storage_plugin=plugin) as writer:
+        connection = writer.add_connection('/joint_states', name, typestore=store)
+        for stamp, cdr in Bag.open(slider_bag).messages('/joint_states'):
+            writer.write(connection, stamp, cdr)
+    axis = ('--model', EMPS, '--json')
+    found, expected = (
+        friction(sosml('fit', bag, *axis, '--out', out)[1])
+        for bag, out in ((tmp_path / 'lite', 'a'), (slider_bag, 'b'))
+    )
+    assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
+
+
+def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):
+    code, _, err = sosml('fit', slider_bag, '--position', 'q')
+    assert code == 2
+    assert '--position is of a table, and' in err
