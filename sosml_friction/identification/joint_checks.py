@@ -40,8 +40,8 @@ _LEAST_MOTION_S, _LEAST_SHARE = 0.15, 0.02
 _GIVES_WAY = 5e-3
 #: Share of saturated samples beyond which the joint is not fitted.
 _MOST_SATURATED = 0.2
-#: A speed this many times the URDF's limit is no speed of that robot.
-_IMPOSSIBLE = 1.5
+#: A speed this many times the URDF's limit is no speed of that robot, if its bodies do not tell.
+_IMPOSSIBLE = 3.0
 #: A velocity this many times the slope of position is another one.
 _OTHER_VELOCITY = 1.2
 #: The misfit of another hypothesis is at most this share of that of the data as they are, and of
@@ -185,6 +185,12 @@ def check_joint(
             'are left out): its drive is at the limit of its speed'
         )
         findings.append(DataFinding('speed_limit', name, LEFT_OUT, what))
+    if limit.upper - limit.lower > 0.0 and (q.min() < limit.lower or q.max() > limit.upper):
+        what = (
+            f'joint {name} is at {q.min():.4g} to {q.max():.4g}, and its URDF allows '
+            f'{limit.lower:.4g} to {limit.upper:.4g} {way}'
+        )
+        findings.append(DataFinding('limits', name, NOTE, what))
     if 0.0 < limit.velocity < found.top_speed:
         what = (
             f'joint {name} moves at {found.top_speed:.3g} {way}/s, faster than the '
@@ -238,20 +244,21 @@ def _refusal(
             f'{_percent(min(effort.free, effort.alone))} if it is in {way}: convert '
             f'{effort.unit} to {way} in the driver or the mapping'
         )
+    fits = effort is not None and effort.fits
     room = limit.upper - limit.lower
     outside = max(limit.lower - float(q.min()), float(q.max()) - limit.upper)
-    if 0.0 < room < np.inf and outside > 0.5 * room:
+    if 0.0 < room < np.inf and outside > 0.5 * room and not fits:
         # What goes no further than the joint can is off by its zero, not by its unit.
         inside = found.travel > room
         inside &= limit.lower - room < float(q.min()) / per_unit
         inside &= float(q.max()) / per_unit < limit.upper + room
-        fits = f' (read as {other} it would be inside)' if inside else ''
+        so = f' (read as {other} it would be inside)' if inside else ''
         return 'position_unit', (
             f'joint {name} is at {q.min():.4g} to {q.max():.4g} where its URDF allows '
-            f'{limit.lower:.4g} to {limit.upper:.4g} {way}{fits}: '
+            f'{limit.lower:.4g} to {limit.upper:.4g} {way}{so}: '
             + (wrong_unit if inside else 'correct its zero or the URDF')
         )
-    if limit.velocity > 0.0 and found.top_speed > _IMPOSSIBLE * limit.velocity:
+    if 0.0 < _IMPOSSIBLE * limit.velocity < found.top_speed and not fits:
         return 'position_unit', (
             f'joint {name} moves at {found.top_speed:.3g} where its URDF allows '
             f'{limit.velocity:.3g} {way}/s: {wrong_unit}'

@@ -200,6 +200,11 @@ class EffortRelation:
         """Tell whether the bodies explain half of the variance that friction leaves."""
         return abs(self.scale) > 5.0 * self.error and self.free**2 < 0.5 * self.alone**2
 
+    @property
+    def fits(self) -> bool:
+        """Tell whether the bodies explain the effort with the positions as they are."""
+        return self.tells and self.as_it_is**2 < 0.5 * self.alone**2
+
 
 def effort_relation(
     log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: NDArray[np.bool_]
