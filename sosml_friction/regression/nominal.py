@@ -152,7 +152,7 @@ def make_nominal(
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, silent)
+    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, silent=silent)
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:
