@@ -209,10 +209,9 @@ def _rest(log: JointLog, robot: Robot, i: int, moved_s: float) -> str | None:
     name, way = robot.names[i], 'rad' if unit == 'Nm' else 'm'
     if moved_s > _LEAST_MOTION_S and travels[i] >= _GIVES_WAY * travels[most]:
         return None
-    text = f'joint {name} rests while its effort is known (its range is {travels[i]:.3g} {way}'
-    if most != i:
-        text += f', that of {robot.names[most]} {travels[most]:.3g}'
-    return f'{text}): its friction is not answered; record motion of it in both directions'
+    text = f'joint {name} does not move while its effort is known (its range is {travels[i]:.3g}'
+    text += f' {way}' if most == i else f' {way}, that of {robot.names[most]} {travels[most]:.3g}'
+    return f'{text}), and is left out as resting: record motion in both directions of it'
 
 
 def _refusal(

@@ -247,7 +247,7 @@ def test_a_resting_joint_is_named_and_the_other_goes_on(swing, robot):
     log, checks = check_data(replace(swing, q=q, v=v), robot)
     assert list(checks.resting) == ['elbow']
     assert checks.refused == {}
-    assert 'elbow rests' in checks.resting['elbow']
+    assert 'as resting' in checks.resting['elbow']
     assert np.isnan(log.tau[:, 1]).all()
     assert np.isfinite(log.tau[:, 0]).all()
 
