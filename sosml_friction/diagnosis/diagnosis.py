@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import (
     REST_LEFT_OUT,
     Check,
@@ -114,7 +115,7 @@ def diagnose(
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
-    logs = [log.select(robot.names) for log in logs]
+    logs = [unwrapped(log.select(robot.names)) for log in logs]
     library = make_library(without)
     # A term of the model that cannot be used is refused before anything is computed.
     known_terms(model)
@@ -220,7 +221,7 @@ def _prepared(
 
     :raises ConfigurationError: if it is of no use.
     """
-    log = holdout.select(first.robot.names)
+    log = unwrapped(holdout.select(first.robot.names))
     band = replace(settings, band=first.band.cutoff)
     try:
         checks = check_log(log) + check_joints(log, first.robot)

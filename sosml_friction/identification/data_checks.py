@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_finding import (
     LEFT_OUT,
@@ -100,7 +101,8 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
     :raises DataError: if no joint can be fitted; one sentence: what, where, and what to do.
     """
-    log = log.select(robot.names)
+    # A bag is unwrapped where it is read; a log may come from elsewhere.
+    log = unwrapped(log.select(robot.names))
     log.require_effort()
     findings = [DataFinding('cut_off', '*', LEFT_OUT, recovery)] if recovery else []
     samples = len(log)
