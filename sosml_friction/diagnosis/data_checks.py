@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,11 @@ from scipy.ndimage import uniform_filter1d
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
+from sosml_friction.identification.data_checks import SHORTEST_S
+from sosml_friction.identification.data_finding import WARNING
+from sosml_friction.identification.joint_checks import check_joint
+from sosml_friction.identification.joint_relations import Slopes
+from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.signals import Signals
 
@@ -27,14 +33,21 @@ _COARSE = 0.2
 #: Repeated values over one step are this many times as frequent as over two, if noise is
 #: correlated. Chosen, no measurement.
 _CORRELATED = 1.5
-#: A joint hardly moves if its range is below this number of encoder steps. Chosen, no
-#: measurement.
-_FEWEST_STEPS = 10.0
 #: A recorded velocity whose scale is below this share of the slope of position is something else.
 _NO_VELOCITY = 0.2
 #: A lag is named beyond this many standard errors and this share of a sample: effort that is held
 #: over a sample is late by half of one. Chosen, no measurement.
 _ERRORS, _SAMPLES = 4.0, 0.75
+#: Findings on a joint that matter here: their kind, and how bad they are if not a warning.
+_KINDS = {
+    'position_unit': ('position', 'bad'),
+    'wrap': ('position', 'warning'),
+    'velocity_unit': ('velocity', 'warning'),
+    'rest': ('motion', 'bad'),
+    'constant_effort': ('effort', 'bad'),
+    'effort_unit': ('effort', 'bad'),
+    'dissipation': ('effort', 'bad'),
+}
 #: Number of means from which the standard error is taken: errors within each may be correlated.
 #: Chosen, no measurement.
 _STRETCHES = 200
@@ -45,9 +58,10 @@ class Check:
     """
     Hold one finding about the data.
 
-    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, quantisation, motion, effort,
-    rest or held_joints; ``severity``: note, warning or bad; ``joint``: its name, or '*';
-    ``sentence`` for a person; ``values``: the numbers, SI units in their names.
+    ``kind``: cut_off, time_base, dropped_samples, velocity_lag, velocity, position, quantisation,
+    motion, effort, rest or held_joints; ``severity``: note, warning or bad; ``joint``: its name,
+    or '*'; ``sentence`` for a person; ``values``: the numbers, SI units in their names. What is bad of one
+    joint leaves out that joint, and the others go on.
     """
 
     kind: str
@@ -125,7 +139,7 @@ def _chance_of_repeat(log: JointLog) -> float:
 
 
 def _effort(log: JointLog, i: int, name: str) -> Check:
-    """Return whether a joint moves, and how finely its position and effort are resolved."""
+    """Return whether a joint has effort, and how finely position and effort are resolved."""
     q, tau = log.q[:, i], log.tau[:, i]
     if not np.isfinite(tau).any():
         return Check('effort', 'bad', name, f'{name} has no effort: let its driver report one')
@@ -138,8 +152,6 @@ def _effort(log: JointLog, i: int, name: str) -> Check:
         'effort_quantum': quantum,
         'effort_noise': noise,
     }
-    if not np.ptp(q[np.isfinite(q)]) > _FEWEST_STEPS * max(quantum_q, 1e-12):
-        return Check('motion', 'bad', name, f'{name} hardly moved: record motion', values)
     if quantum > _COARSE * max(size, 1e-300) and noise < quantum:
         sentence = (
             f'the effort of {name} has steps of {quantum:.3g}, a {size / quantum:.1f}th of its '
@@ -151,6 +163,39 @@ def _effort(log: JointLog, i: int, name: str) -> Check:
         f'steps of {quantum:.3g} with noise {noise:.2g}'
     )
     return Check('quantisation', 'note', name, sentence, values)
+
+
+def check_joints(log: JointLog, robot: Robot) -> list[Check]:
+    """
+    Return what the relations between the columns of a recording say of each joint.
+
+    What the fit says of them, but for what is a cause to the diagnosis, or no obstacle to it.
+    """
+    forwards = log.t_ns > np.append(-1, np.maximum.accumulate(log.t_ns)[:-1])
+    rows = np.flatnonzero(forwards & np.isfinite(log.q).all(axis=1))
+    if len(rows) < 2 or log.time[rows[-1]] - log.time[rows[0]] < SHORTEST_S:
+        return []
+    log = log.rows(rows)
+    slopes = Slopes.of(log)
+    checks = []
+    for i in range(robot.n):
+        for finding in check_joint(log, robot, i, slopes)[3]:
+            if finding.check in _KINDS:
+                kind, severity = _KINDS[finding.check]
+                if finding.level == WARNING:
+                    severity = 'warning'
+                # Wrong angles of one joint are wrong bodies of all.
+                joint = '*' if finding.check == 'position_unit' else finding.joint
+                checks.append(Check(kind, severity, joint, finding.sentence))
+    return checks
+
+
+def without_bad(log: JointLog, checks: Sequence[Check]) -> JointLog:
+    """Return a recording without the effort of the joints of which something is bad."""
+    bad = {check.joint for check in checks if check.severity == 'bad'}
+    if bad.isdisjoint(log.names):
+        return log
+    return replace(log, tau=np.where([name in bad for name in log.names], np.nan, log.tau))
 
 
 def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:

@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, check_log, velocity_lag
+from sosml_friction.bags.wrap import unwrapped
+from sosml_friction.diagnosis.data_checks import (
+    REST_LEFT_OUT,
+    Check,
+    check_joints,
+    check_log,
+    velocity_lag,
+    without_bad,
+)
 from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
@@ -107,16 +115,19 @@ def diagnose(
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
-    logs = [log.select(robot.names) for log in logs]
+    logs = [unwrapped(log.select(robot.names)) for log in logs]
     library = make_library(without)
     # A term of the model that cannot be used is refused before anything is computed.
     known_terms(model)
     step('checking the data')
-    checks = [check for log in logs for check in check_log(log)]
+    by_log = [check_log(log) + check_joints(log, robot) for log in logs]
+    checks = [check for own in by_log for check in own]
+    logs = [without_bad(log, own) for log, own in zip(logs, by_log, strict=True)]
     try:
-        _refuse_bad(checks)
+        _refuse_bad(checks, logs)
         signals = with_known(prepare(logs, model, robot, settings), model)
-        lags = [velocity_lag(logs[0], signals[0], i) for i in range(robot.n)]
+        told = [i for i in range(robot.n) if i not in signals[0].silent]
+        lags = [velocity_lag(logs[0], signals[0], i) for i in told]
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = WhitenedRegression.make(signals, library, settings, step)
@@ -188,15 +199,18 @@ def diagnose(
     )
 
 
-def _refuse_bad(checks: Sequence[Check]) -> None:
+def _refuse_bad(checks: Sequence[Check], logs: Sequence[JointLog]) -> None:
     """
-    Refuse data that are of no use.
+    Refuse data that are of no use: all of them, or those of each joint.
 
-    :raises DataError: with the sentence of the first check that found them bad.
+    :raises DataError: with the sentences of the checks that found them bad.
     """
-    for check in checks:
-        if check.severity == 'bad':
+    bad = [check for check in checks if check.severity == 'bad']
+    for check in bad:
+        if check.joint == '*':
             raise DataError(check.sentence)
+    if all(np.isnan(log.tau).all() for log in logs):
+        raise DataError('; '.join(dict.fromkeys(check.sentence for check in bad)))
 
 
 def _prepared(
@@ -207,10 +221,12 @@ def _prepared(
 
     :raises ConfigurationError: if it is of no use.
     """
-    log = holdout.select(first.robot.names)
+    log = unwrapped(holdout.select(first.robot.names))
     band = replace(settings, band=first.band.cutoff)
     try:
-        _refuse_bad(check_log(log))
+        checks = check_log(log) + check_joints(log, first.robot)
+        log = without_bad(log, checks)
+        _refuse_bad(checks, [log])
         return with_known(prepare([log], model, first.robot, band, first.scales), model)
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None

@@ -100,6 +100,7 @@ def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
         f'{1e3 * gain.forward_after[i]:.3g} {"mrad" if units[i] == "Nm" else "mm"}'
         f'{" (chance)" if gain.forward_by_chance[i] else ""}'
         for i, name in enumerate(names)
+        if np.isfinite(gain.relative_before[i])
     )
 
 

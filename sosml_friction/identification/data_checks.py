@@ -11,9 +11,17 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, REFUSED, DataFinding
+from sosml_friction.identification.data_finding import (
+    LEFT_OUT,
+    NOTE,
+    REFUSED,
+    WARNING,
+    DataFinding,
+)
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
+from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.robot import Robot
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
@@ -61,6 +69,16 @@ class DataChecks:
         return {f.joint: f.sentence for f in self.findings if f.level == REFUSED}
 
     @property
+    def resting(self) -> dict[str, str]:
+        """Return by joint that it rests, so that it is left out, without a full stop."""
+        return {f.joint: f.sentence for f in self.findings if f.check == 'rest'}
+
+    @property
+    def warnings(self) -> dict[str, str]:
+        """Return by joint what is wrong with data that are used all the same."""
+        return {f.joint: f.sentence for f in self.findings if f.level == WARNING}
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """Return what a person should be told: everything that is more than a note."""
         return tuple(f.sentence for f in self.findings if f.level != NOTE)
@@ -83,7 +101,8 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
     :raises DataError: if no joint can be fitted; one sentence: what, where, and what to do.
     """
-    log = log.select(robot.names)
+    # A bag is unwrapped where it is read; a log may come from elsewhere.
+    log = unwrapped(log.select(robot.names))
     log.require_effort()
     findings = [DataFinding('cut_off', '*', LEFT_OUT, recovery)] if recovery else []
     samples = len(log)
@@ -100,9 +119,9 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
         )
     period = float(np.median(steps))
     joints = {}
-    tau = log.tau.copy()
+    v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     for i, name in enumerate(robot.names):
-        joints[name], tau[:, i], own = check_joint(log, robot, i)
+        joints[name], v[:, i], tau[:, i], own = check_joint(log, robot, i, slopes)
         findings += own
     long = steps[steps > _GAP_PERIODS * period]
     if len(long):
@@ -125,10 +144,9 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
         joints=joints,
         findings=tuple(findings),
     )
-    with_effort = [n for n, x in zip(robot.names, log.tau.T, strict=True) if np.isfinite(x).any()]
-    if all(name in checks.refused for name in with_effort):
-        raise DataError('; '.join(checks.refused[name] for name in with_effort))
-    return replace(log, tau=tau), checks
+    if np.isnan(tau).all():
+        raise DataError('; '.join([*checks.refused.values(), *checks.resting.values()]))
+    return replace(log, v=v, tau=tau), checks
 
 
 def _one_pass(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog, int]:

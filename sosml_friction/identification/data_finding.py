@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: What a finding means: the data say nothing against it; a part of them is not used; no fit.
-NOTE, LEFT_OUT, REFUSED = 'note', 'left_out', 'refused'
+#: What a finding means: nothing is against the data; they are used, and something is to be known
+#: of them or of the model; a part of them is not used; no fit.
+NOTE, WARNING, LEFT_OUT, REFUSED = 'note', 'warning', 'left_out', 'refused'
 
 
 @dataclass(frozen=True)
@@ -16,8 +17,9 @@ class DataFinding:
     Say one thing about a recording.
 
     ``check`` names what was looked at, ``joint`` where (``*``: all of it), ``level`` is one of
-    ``note``, ``left_out`` (a part of the data is not used) and ``refused`` (the joint is not
-    fitted). ``sentence`` says what, where, and what to do, without a full stop.
+    ``note``, ``warning`` (all is used), ``left_out`` (a part of the data is not used) and
+    ``refused`` (the joint is not fitted). ``sentence`` says what, where, and what to do, without
+    a full stop.
     """
 
     check: str

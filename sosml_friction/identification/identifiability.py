@@ -59,6 +59,12 @@ def reason_for(name: str, reach: DataReach, interval: tuple[float, float]) -> st
     if name == 'stribeck':
         if low > 0.0 and high <= SPREAD * low:
             return ''
+        v_s = reach.best.get('stribeck_velocity', np.nan)
+        if v_s < reach.slowest:
+            return (
+                f'the data begin at {reach.speed(reach.slowest)} and the Stribeck velocity of the '
+                f'best fit is {reach.speed(v_s)}: what is nearer to standstill is not in them'
+            )
         return f'only known to be between {max(low, 0.0):.3g} and {high:.3g} {reach.effort_unit}'
     half = 0.5 * (high - low)
     floor = SHARE_OF_LEVEL if name in ('coulomb', 'viscous') else SHARE_OF_OFFSET

@@ -28,6 +28,8 @@ _ORDER = 4
 _LEVEL = 0.95
 #: Collinearity: share of a column that the others must leave unexplained for it to be fitted.
 _COLLINEAR = 1e-6
+#: Gravity below this share of the largest effort is rounding: doubles have 2e-16.
+_ROUNDING = 1e-9
 #: Largest cut-off, as a share of the sampling frequency.
 _HIGHEST = 0.4
 #: Fewest clusters of ``cluster_s`` for a covariance by clusters. Chosen, no measurement.
@@ -247,7 +249,8 @@ class _InverseTask:
             named['inertia'] = ('kg m2' if rotary else 'kg', inertial)
         else:
             named['inertia_scale'] = ('1', inertial)
-        if np.abs(gravity).max() > 0.0:
+        # Gravity that is rounding, about a vertical axis, does not act on the joint.
+        if np.abs(gravity).max() > _ROUNDING * np.abs(tau).max():
             named['gravity_scale'] = ('1', gravity)
         viscous = unit_of('viscous', self.unit)
         if form == 'symmetric':

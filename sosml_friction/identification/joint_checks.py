@@ -10,24 +10,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, REFUSED, DataFinding
+from sosml_friction.identification.data_finding import (
+    LEFT_OUT,
+    NOTE,
+    REFUSED,
+    WARNING,
+    DataFinding,
+)
+from sosml_friction.identification.joint_relations import (
+    VELOCITY_UNITS,
+    EffortRelation,
+    Slopes,
+    VelocityRelation,
+    effort_relation,
+    speed_limit,
+    velocity_relation,
+)
 from sosml_friction.identification.law.law_fit import jackknife_errors
-from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 
 FloatArray = NDArray[np.float64]
 
-#: Time over which position is differenced to a speed [s]. Chosen, no measurement.
-_WINDOW_S = 0.1
-#: Motion in one direction for less than this says nothing [s]: a shorter window is not used.
-_LEAST_MOTION_S = 0.15
+#: Motion in one direction for less than this says nothing [s], and so does less than this share of
+#: that in the other direction. Chosen, no measurement.
+_LEAST_MOTION_S, _LEAST_SHARE = 0.15, 0.02
+#: A joint whose travel is less than this share of the farthest one's rests, and gives way.
+#: Friction turns around within about as much. Chosen, no measurement.
+_GIVES_WAY = 5e-3
 #: Share of saturated samples beyond which the joint is not fitted.
 _MOST_SATURATED = 0.2
-#: A speed this many times the URDF's limit is no speed of that robot.
-_IMPOSSIBLE = 1.5
-#: A velocity this many times the slope of position is in another unit.
-_OTHER_UNIT = 2.0
+#: A speed this many times the URDF's limit is no speed of that robot, if its bodies do not tell.
+_IMPOSSIBLE = 3.0
+#: A velocity this many times the slope of position is another one.
+_OTHER_VELOCITY = 1.2
+#: The misfit of another hypothesis is at most this share of that of the data as they are, and of
+#: one that is to refuse a joint. Chosen, no measurement.
+_WELL, _FAR = 0.5, 1.0 / 3.0
+#: Masses of a URDF are off by less than this factor, and two parts of one effort differ by less
+#: than that. Chosen, no measurement.
+_MASSES, _ALIKE = 3.0, 2.0
+#: A scale nearer to 1 than this is not told: gains of currents and masses differ by as much.
+_SCALE = 1.5
+#: Separate motions in each direction that a turned sign must be seen in.
+_FEWEST_RUNS = 3
 #: Largest friction of the wrong sign, as a share of the effort's range, that a delay of effort
 #: explains.
 _FEIGNED = 0.02
@@ -66,20 +92,22 @@ class JointChecks:
 
 
 def check_joint(
-    log: JointLog, robot: Robot, i: int
-) -> tuple[JointChecks, FloatArray, list[DataFinding]]:
+    log: JointLog, robot: Robot, i: int, slopes: Slopes | None = None
+) -> tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]:
     """
-    Return what was measured of joint i, its effort as far as it can be used (N,), and findings.
+    Return what was measured of joint i, velocity and effort as far as they can be used (N,).
+
+    The last of the four is what was found.
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
+    :param slopes: those of ``log``; None to compute them.
     """
+    slopes = slopes or Slopes.of(log)
     name, limit = robot.names[i], robot.limits[i]
     way = 'rad' if robot.effort_units[i] == 'Nm' else 'm'
-    time, q, tau = log.time, log.q[:, i], log.tau[:, i].copy()
+    q, tau = log.q[:, i], log.tau[:, i].copy()
     known = np.isfinite(tau)
-    period = float(np.median(np.diff(time)))
-    half = max(1, round(0.5 * _WINDOW_S / period))
-    v = centred_difference(time, q, half) if len(time) > 2 * half else np.full(len(time), np.nan)
+    period, half, v = slopes.period, slopes.half, slopes.v[:, i]
     step, noise = signal_noise(q)
     # One count, or the noise of two positions, is no motion.
     least = (step + 5.0 * np.sqrt(2.0) * noise) / (2 * half * period)
@@ -92,8 +120,9 @@ def check_joint(
     speeds = np.abs(v[np.isfinite(v)])
     level = error = np.nan
     if min(forwards, backwards) > _LEAST_MOTION_S:
-        level, error = _friction_level(log, robot, i, v, np.where(usable, tau, np.nan), half)
+        level, error = _friction_level(log, robot, i, slopes, np.where(usable, tau, np.nan))
     steps = np.abs(np.diff(tau[known]))
+    velocity = velocity_relation(log.v[:, i], slopes, i, moving)
     found = JointChecks(
         travel=float(np.ptp(q)),
         top_speed=float(np.quantile(speeds, 0.99)) if len(speeds) else np.nan,
@@ -105,16 +134,36 @@ def check_joint(
         effort_step=float(steps[steps > 0.0].min()) if (steps > 0.0).any() else np.nan,
         friction_level=level,
         friction_level_error=error,
-        velocity_factor=_velocity_factor(log.v[:, i], v, moving, half),
+        velocity_factor=np.nan if velocity is None else velocity.factor,
         without_effort=float(np.mean(~known)),
         saturated=float(np.mean(saturated)),
     )
-    refusal = _refusal(robot, i, q, tau, found) if known.any() else None
+    own_v = log.v[:, i]
+    findings = []
+    if name in log.wraps:
+        what = (
+            f'the position of joint {name} wraps by {log.wraps[name]:.5g} {way}: it was made '
+            'continuous'
+        )
+        findings.append(DataFinding('wrap', name, WARNING, what))
+    if not known.any():
+        return found, own_v, tau, findings
+    if rest := _rest(log, robot, i, forwards + backwards):
+        # What it reports is what the others load it with, and no friction of a motion.
+        findings.append(DataFinding('rest', name, LEFT_OUT, rest))
+        return found, own_v, np.full_like(tau, np.nan), findings
+    effort = effort_relation(log, robot, i, slopes, usable)
+    refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
     if refusal:
         check, sentence = refusal
-        return found, np.full_like(tau, np.nan), [DataFinding(check, name, REFUSED, sentence)]
-    findings = []
-    if known.any() and not known.all():
+        findings.append(DataFinding(check, name, REFUSED, sentence))
+        return found, own_v, np.full_like(tau, np.nan), findings
+    if effort is not None:
+        findings += _told(robot, i, effort)
+    if velocity is not None:
+        own_v, told = _velocity(log, robot, i, velocity)
+        findings += told
+    if not known.all():
         what = (
             f'joint {name} has no effort in {100.0 * found.without_effort:.2g} % of the '
             'samples, which are left out'
@@ -127,30 +176,88 @@ def check_joint(
             'of the samples, which are left out: it is limited there, and no measurement'
         )
         findings.append(DataFinding('saturation', name, LEFT_OUT, what))
+    if reached := speed_limit(tau, v, usable):
+        top, at = reached
+        tau[at] = np.nan
+        what = (
+            f'joint {name} goes no faster than {top:.3g} {way}/s in either direction, and its '
+            f'effort drops and scatters there ({100.0 * np.mean(at):.2g} % of the samples, which '
+            'are left out): its drive is at the limit of its speed'
+        )
+        findings.append(DataFinding('speed_limit', name, LEFT_OUT, what))
+    if limit.upper - limit.lower > 0.0 and (q.min() < limit.lower or q.max() > limit.upper):
+        what = (
+            f'joint {name} is at {q.min():.4g} to {q.max():.4g}, and its URDF allows '
+            f'{limit.lower:.4g} to {limit.upper:.4g} {way}'
+        )
+        findings.append(DataFinding('limits', name, NOTE, what))
     if 0.0 < limit.velocity < found.top_speed:
         what = (
             f'joint {name} moves at {found.top_speed:.3g} {way}/s, faster than the '
             f'{limit.velocity:.3g} its URDF allows'
         )
         findings.append(DataFinding('speed', name, NOTE, what))
-    return found, tau, findings
+    return found, own_v, tau, findings
+
+
+def _rest(log: JointLog, robot: Robot, i: int, moved_s: float) -> str | None:
+    """Return that a joint rests, or hardly gives way, while others move; None if it moves."""
+    unit = robot.effort_units[i]
+    travels = np.ptp(log.q, axis=0)
+    alike = [k for k in range(robot.n) if robot.effort_units[k] == unit]
+    most = max(alike, key=lambda k: travels[k])
+    name, way = robot.names[i], 'rad' if unit == 'Nm' else 'm'
+    if moved_s > _LEAST_MOTION_S and travels[i] >= _GIVES_WAY * travels[most]:
+        return None
+    text = f'joint {name} does not move while its effort is known (its range is {travels[i]:.3g}'
+    text += f' {way}' if most == i else f' {way}, that of {robot.names[most]} {travels[most]:.3g}'
+    return f'{text}), and is left out as resting: record motion in both directions of it'
 
 
 def _refusal(
-    robot: Robot, i: int, q: FloatArray, tau: FloatArray, found: JointChecks
+    robot: Robot,
+    i: int,
+    q: FloatArray,
+    tau: FloatArray,
+    found: JointChecks,
+    effort: EffortRelation | None,
+    runs: int,
 ) -> tuple[str, str] | None:
-    """Return (check, sentence) if the joint cannot be fitted."""
+    """
+    Return (check, sentence) if the joint cannot be fitted.
+
+    :param runs: separate motions in the direction that has fewer.
+    """
     name, unit, limit = robot.names[i], robot.effort_units[i], robot.limits[i]
-    way, convert = ('rad', 'degrees to rad') if unit == 'Nm' else ('m', 'millimetres to m')
+    way, other, per_unit = ('rad', 'degrees', 180.0 / np.pi) if unit == 'Nm' else ('m', 'mm', 1e3)
+    convert = 'degrees to rad' if unit == 'Nm' else 'millimetres to m'
     wrong_unit = f'convert {convert} in the driver or the mapping, or correct the URDF'
+    if (
+        effort is not None
+        and effort.unit is not None
+        and effort.unit_misfit < _WELL * min(effort.free, effort.as_it_is)
+    ):
+        return 'position_unit', (
+            f'the position of joint {name} is in {effort.unit}: read so, gravity and inertia of '
+            f'its URDF leave {_percent(effort.unit_misfit)} of its effort unexplained, and '
+            f'{_percent(min(effort.free, effort.alone))} if it is in {way}: convert '
+            f'{effort.unit} to {way} in the driver or the mapping'
+        )
+    fits = effort is not None and effort.fits
     room = limit.upper - limit.lower
     outside = max(limit.lower - float(q.min()), float(q.max()) - limit.upper)
-    if 0.0 < room < np.inf and outside > 0.5 * room:
+    if 0.0 < room < np.inf and outside > 0.5 * room and not fits:
+        # What goes no further than the joint can is off by its zero, not by its unit.
+        inside = found.travel > room
+        inside &= limit.lower - room < float(q.min()) / per_unit
+        inside &= float(q.max()) / per_unit < limit.upper + room
+        so = f' (read as {other} it would be inside)' if inside else ''
         return 'position_unit', (
             f'joint {name} is at {q.min():.4g} to {q.max():.4g} where its URDF allows '
-            f'{limit.lower:.4g} to {limit.upper:.4g} {way}: {wrong_unit}'
+            f'{limit.lower:.4g} to {limit.upper:.4g} {way}{so}: '
+            + (wrong_unit if inside else 'correct its zero or the URDF')
         )
-    if limit.velocity > 0.0 and found.top_speed > _IMPOSSIBLE * limit.velocity:
+    if 0.0 < _IMPOSSIBLE * limit.velocity < found.top_speed and not fits:
         return 'position_unit', (
             f'joint {name} moves at {found.top_speed:.3g} where its URDF allows '
             f'{limit.velocity:.3g} {way}/s: {wrong_unit}'
@@ -164,37 +271,131 @@ def _refusal(
         )
     known = tau[np.isfinite(tau)]
     moved = found.forwards_s + found.backwards_s
-    if moved <= _LEAST_MOTION_S:
-        return 'no_motion', (
-            f'joint {name} does not move while its effort is known (its range is '
-            f'{found.travel:.3g} {way}): record motion in both directions at several speeds'
-        )
     if len(known) and np.ptp(known) == 0.0:
         return 'constant_effort', (
             f'the effort of joint {name} is {known[0]:.4g} {unit} in every sample though it '
             'moves, so it is not measured: let the driver fill it'
         )
-    if min(found.forwards_s, found.backwards_s) <= _LEAST_MOTION_S:
+    if min(found.forwards_s, found.backwards_s) <= max(_LEAST_MOTION_S, _LEAST_SHARE * moved):
         side = 'forwards' if found.forwards_s > found.backwards_s else 'backwards'
         return 'one_direction', (
             f'joint {name} moves in one direction only ({side}, {moved:.3g} s), where friction '
             'cannot be told from gravity: record motion in both directions'
         )
-    if np.isfinite(found.velocity_factor) and not (
-        1.0 / _OTHER_UNIT < found.velocity_factor < _OTHER_UNIT
-    ):
-        return 'velocity_unit', (
-            f'the velocity of joint {name} is {found.velocity_factor:.3g} times the slope of its '
-            f'position: report it in {way}/s with the sign of the position, or leave it out'
-        )
     level = found.friction_level
-    if level < -3.0 * found.friction_level_error and -level > _FEIGNED * float(np.ptp(known)):
+    drives = level < -3.0 * found.friction_level_error and -level > _FEIGNED * float(np.ptp(known))
+    turned = effort is None or not effort.tells or effort.scale < 0.0
+    if drives and turned and runs >= _FEWEST_RUNS:
+        bodies = ''
+        if effort is not None and effort.tells:
+            bodies = f', and {effort.scale:.3g} times what its bodies need'
         return 'dissipation', (
             f'the effort of joint {name} is {-2.0 * level:.3g} {unit} smaller when it moves '
-            'forwards than backwards, so friction would drive it: turn the sign of its effort, '
-            'or of its position, in the driver or the mapping'
+            f'forwards than backwards, so friction would drive it{bodies}: turn the sign of its '
+            'effort, or of its position, in the driver or the mapping'
+        )
+    if effort is not None and effort.tells and _is_unit(effort):
+        return 'effort_unit', (
+            f'the effort of joint {name} is {_scale(effort.scale, effort.error)} times what the '
+            f'gravity and {effort.inertia / effort.gravity * effort.scale:.4g} times what the '
+            f'inertia of its URDF need: it is not in {unit}; give its scale (a torque constant '
+            'for A) in the mapping, or correct the masses'
         )
     return None
+
+
+def _is_unit(effort: EffortRelation) -> bool:
+    """Tell whether gravity and inertia both say that the effort is in another unit."""
+    parts = np.array([effort.gravity, effort.inertia]) / effort.scale
+    alike = bool((parts > 1.0 / _ALIKE).all() and (parts < _ALIKE).all())
+    return alike and effort.scale > 0.0 and not 1.0 / _MASSES < effort.scale < _MASSES
+
+
+def _told(robot: Robot, i: int, effort: EffortRelation) -> list[DataFinding]:
+    """Return what the effort beside the bodies says without refusing the joint."""
+    name, unit = robot.names[i], robot.effort_units[i]
+    found = []
+    scale = effort.scale
+    far = not 1.0 / _SCALE < scale < _SCALE and effort.free < _FAR * effort.as_it_is
+    if effort.tells and (far or not 1.0 / _MASSES < scale < _MASSES):
+        what = (
+            f'the effort of joint {name} is {_scale(scale, effort.error)} times what the bodies '
+            f'of its URDF need to move as they did: by that scale {_percent(effort.free)} of it '
+            f'are left unexplained, by 1 {_percent(effort.as_it_is)}. '
+        )
+        if scale < 0.0:
+            what += 'Its axis or gravity in the URDF has the other sign'
+        else:
+            own = ''
+            if effort.unit is not None and 1.0 / _SCALE < effort.unit_scale < _SCALE:
+                own = f'its position is in {effort.unit}, or '
+            what += f'Either {own}its effort is not in {unit}, or the masses are others'
+        found.append(DataFinding('effort_unit', name, WARNING, what))
+    if effort.late_s:
+        what = (
+            f'the effort of joint {name} is {1e3 * effort.late_s:.3g} ms late: so '
+            f'shifted, {_percent(effort.late_misfit)} of it are left unexplained and '
+            f'{_percent(effort.free)} as it is'
+        )
+        found.append(DataFinding('effort_lag', name, WARNING, what))
+    return found
+
+
+def _velocity(
+    log: JointLog, robot: Robot, i: int, velocity: VelocityRelation
+) -> tuple[FloatArray, list[DataFinding]]:
+    """Return the velocity that can be used (N,), and what is said of the reported one."""
+    name, own = robot.names[i], log.v[:, i]
+    alike = 1.0 / _OTHER_VELOCITY < velocity.factor < _OTHER_VELOCITY
+    if alike or abs(velocity.factor - 1.0) < 3.0 * velocity.error:
+        if not velocity.late_s:
+            return own, []
+        when = 'late' if velocity.late_s > 0.0 else 'early'
+        what = (
+            f'the velocity of joint {name} is {1e3 * abs(velocity.late_s):.3g} ms {when} beside '
+            'the slope of its position'
+        )
+        return own, [DataFinding('velocity_lag', name, WARNING, what)]
+    unit = velocity.unit(VELOCITY_UNITS[robot.effort_units[i]])
+    what = (
+        f'the velocity of joint {name} is {_scale(velocity.factor, velocity.error)} times the '
+        f'slope of its position{f", {unit}" if unit else ""}, which leaves '
+        f'{_percent(velocity.misfit)} of it unexplained: the slope is used instead'
+    )
+    if unit is None and velocity.factor > 0.0:
+        what += (
+            '. If the velocity is right and the position has another scale, viscous friction is '
+            f'{1.0 / velocity.factor:.3g} times what is said here'
+        )
+    return _slope(log, i), [DataFinding('velocity_unit', name, LEFT_OUT, what)]
+
+
+def _slope(log: JointLog, i: int) -> FloatArray:
+    """Return the backward difference of a position (N,), the first once more."""
+    slope = np.diff(log.q[:, i]) / np.diff(log.time)
+    return np.append(slope[:1], slope)
+
+
+def _scale(value: float, error: float) -> str:
+    """Return a factor with its error where that is known."""
+    if not np.isfinite(error):
+        return f'{value:.4g}'
+    return f'{value:.4g} ± {2.0 * error:.1g}'
+
+
+def _percent(share: float) -> str:
+    """Return a share in percent."""
+    return f'{100.0 * share:.2g} %' if share < 1.0 else f'{100.0 * share:.0f} %'
+
+
+def _fewest_runs(v: FloatArray, usable: NDArray[np.bool_]) -> int:
+    """Return how many separate motions there are in the direction that has fewer."""
+    way = np.where(usable, np.sign(np.nan_to_num(v)), 0.0)
+    way = way[way != 0.0]
+    if not len(way):
+        return 0
+    firsts = way[np.append(True, np.diff(way) != 0.0)]
+    return int(min(np.sum(firsts > 0.0), np.sum(firsts < 0.0)))
 
 
 def _saturated(tau: FloatArray, limit: float) -> NDArray[np.bool_]:
@@ -227,20 +428,8 @@ def _saturated(tau: FloatArray, limit: float) -> NDArray[np.bool_]:
     return result
 
 
-def _velocity_factor(
-    reported: FloatArray, v: FloatArray, moving: NDArray[np.bool_], half: int
-) -> float:
-    """Return reported velocity over slope of position, each over a window, NaN if not told."""
-    both = moving & np.isfinite(reported) & np.isfinite(v)
-    if both.sum() < 2 * half:
-        return np.nan
-    # The noise of a differenced position is far above it, that of the mean over a window is not.
-    mean = np.convolve(np.nan_to_num(reported), np.full(2 * half, 0.5 / half), mode='same')
-    return float(mean[both] @ v[both] / (v[both] @ v[both]))
-
-
 def _friction_level(
-    log: JointLog, robot: Robot, i: int, v: FloatArray, tau: FloatArray, half: int
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, tau: FloatArray
 ) -> tuple[float, float]:
     """
     Return the part of effort that is odd in velocity, at the median speed, and its error.
@@ -249,7 +438,7 @@ def _friction_level(
     the model's gravity and a constant: an error of gravity or inertia then hardly counts as
     friction. The error is the jackknife over stretches of 1 s.
     """
-    a = centred_difference(log.time, v, half)
+    v, a, half = slopes.v[:, i], slopes.a[:, i], slopes.half
     rows = np.flatnonzero(np.isfinite(a) & np.isfinite(v) & np.isfinite(tau))[:: max(1, half // 2)]
     groups = np.unique(log.time[rows].astype(np.int64), return_inverse=True)[1]
     if len(rows) < 20 or groups.max() < 3:

@@ -161,9 +161,11 @@ def analyse_log(
             fit = with_regression(with_variance(fit, body.variance), body.laws)
             estimates = {**estimates, REGRESSION: tau_f}
         if require and not fit.joints:
-            reasons = '; '.join(f'{name}: {why}' for name, why in fit.unavailable.items())
+            unavailable = _with_warnings(fit.unavailable, checks)
+            reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
             raise DataError(f'no joint can be fitted. {reasons}')
-    fit = replace(fit, unavailable={**fit.unavailable, **checks.refused})
+    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.resting, **checks.refused}
+    fit = replace(fit, unavailable=unavailable)
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
         name: joint.friction.smoothing_velocity if joint.friction else 0.0
@@ -192,6 +194,14 @@ def effort_holds(
     if recorded is not None and recorded.joints == tuple(names):
         holds = recorded.effort_hold or holds
     return tuple(stated.get(name, hold) for name, hold in zip(names, holds, strict=True))
+
+
+def _with_warnings(unavailable: Mapping[str, str], checks: DataChecks) -> dict[str, str]:
+    """Return why joints are not fitted, with what is wrong with their data before it."""
+    told = checks.warnings
+    return {
+        name: f'{told[name]} ({why})' if name in told else why for name, why in unavailable.items()
+    }
 
 
 def _with_corrected_effort(

@@ -16,7 +16,7 @@ from sosml_friction.regression.kernels import acts
 from sosml_friction.regression.nominal import Nominal, make_nominal
 from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.signals import Signals, silent_throughout
 from sosml_friction.regression.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -56,8 +56,9 @@ class BandRows:
         :raises ConfigurationError: if no effect can act.
         """
         first = signals[0]
-        nominal = make_nominal(first, settings.tolerance)
-        candidates = make_candidates(library, first)
+        silent = silent_throughout(signals)
+        nominal = make_nominal(first, settings.tolerance, silent)
+        candidates = make_candidates(library, first, silent)
         free = Structure(signals)
         structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]
         return cls(

@@ -26,16 +26,18 @@ class Candidate:
         return self.effect.identifier, self.joint
 
 
-def make_candidates(library: dict[str, Term], signals: Signals) -> tuple[Candidate, ...]:
+def make_candidates(
+    library: dict[str, Term], signals: Signals, silent: frozenset[int] = frozenset()
+) -> tuple[Candidate, ...]:
     """
-    Return every effect in every joint that it can act in.
+    Return every effect in every joint that it can act in, but for ``silent`` ones.
 
     :raises ConfigurationError: if there is none.
     """
     result = []
     n = signals.robot.n
     for effect in library.values():
-        for i in (0,) if effect.of_robot else range(n):
+        for i in (0,) if effect.of_robot else (i for i in range(n) if i not in silent):
             if effect.applies(signals, i) and (grid := effect.grid(signals, i)):
                 result.append(Candidate(effect, i, tuple(grid)))
         if effect.everywhere is not None and n > 1:

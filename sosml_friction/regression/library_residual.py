@@ -121,4 +121,5 @@ def in_motion(signals: Signals, rows: int) -> NDArray[np.bool_]:
     result = np.ones((rows, signals.robot.n), dtype=np.bool_)
     for rest in signals.rests:
         result[rest.rows, rest.joint] = False
+    result[:, sorted(signals.silent)] = False
     return result

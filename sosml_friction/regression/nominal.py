@@ -48,6 +48,7 @@ class Nominal:
     the parameter. ``prior`` (p,): standard deviation, of a Gaussian about 0 [same units].
     ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors;
     ``rigid_columns``: where they are among the deviations.
+    ``silent``: joints that have no parameter of friction, as nothing is known of their effort.
     """
 
     names: tuple[str, ...]
@@ -55,13 +56,15 @@ class Nominal:
     prior: FloatArray
     rigid: NDArray[np.int64]
     rigid_columns: NDArray[np.int64]
+    silent: frozenset[int] = frozenset()
 
     def columns(self, signals: Signals) -> FloatArray:
         """Return (N, n, p): effort per unit of each deviation."""
         n, count = signals.robot.n, len(signals.q)
         result = np.zeros((count, n, len(self.names)))
         k = 0
-        for i in range(n):
+        told = [i for i in range(n) if i not in self.silent]
+        for i in told:
             for column in friction_columns(signals, i).values():
                 result[:, i, k] = column
                 k += 1
@@ -71,7 +74,7 @@ class Nominal:
             else:
                 result[:, index - 10 * n, k] = signals.a[:, index - 10 * n]
             k += 1
-        for i in range(n):
+        for i in told:
             for column in reversal_columns(signals, i).values():
                 result[:, i, k] = column
                 k += 1
@@ -110,7 +113,9 @@ def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
     return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
 
 
-def make_nominal(signals: Signals, tolerance: float) -> Nominal:
+def make_nominal(
+    signals: Signals, tolerance: float, silent: frozenset[int] = frozenset()
+) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
 
@@ -120,11 +125,13 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
     together are combined (base parameters), and so are their bounds.
 
     :param signals: of any stretch; only the model's own numbers are used.
+    :param silent: joints without rows.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
     bound: list[float] = []
-    for i, joint in enumerate(robot.names):
+    told = [(i, joint) for i, joint in enumerate(robot.names) if i not in silent]
+    for i, joint in told:
         for name in friction_columns(signals, i):
             value = float(getattr(scales, name)[i])
             known = np.isfinite(value)
@@ -140,7 +147,7 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
         else:
             names.append(f'{robot.names[index - 10 * robot.n]} armature')
         bound.append(float(its_bound))
-    for i, joint in enumerate(robot.names):
+    for i, joint in told:
         for name in reversal_columns(signals, i):
             share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
@@ -148,7 +155,9 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns)
+    return Nominal(
+        tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent
+    )
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:

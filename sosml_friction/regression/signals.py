@@ -64,6 +64,8 @@ class Signals:
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
+    ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
+    ``tau`` is what the nominal model expects, so that a simulation holds them on their way;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
     the start of the first recording. ``feigned``: share of the whitened noise that noise of
     position makes look like a function of the motion, at most.
@@ -85,6 +87,7 @@ class Signals:
     known: FloatArray | float = 0.0
     feigned: float = 0.0
     rests: tuple[Rest, ...] = ()
+    silent: frozenset[int] = frozenset()
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
@@ -124,10 +127,14 @@ class Signals:
         """
         Return efforts (N, m, ...) in the band, without what joints at rest may take (K, m, ...).
 
+        What is of silent joints is zero.
+
         :param joints: which joint each of the m is; None for all n.
         """
         joints = range(self.robot.n) if joints is None else joints
-        return without_rests(self.band.apply(x), joints, self.rests)
+        result = self.band.apply(x)
+        result[:, [k for k, joint in enumerate(joints) if joint in self.silent]] = 0.0
+        return without_rests(result, joints, self.rests)
 
 
 def with_rests(
@@ -173,7 +180,9 @@ def choose_band(
         # A joint that stands most of the time shows no noise, but moves in steps all the same.
         if noise > _DITHER * quantum or steps[i] > 0.0:
             noise = max(noise, quantum / np.sqrt(12.0))
-        effort = efforts[i] = signal_noise(log.tau[:, i])[1]
+        # The effort of a silent joint is no part of the regression.
+        known = np.isfinite(log.tau[:, i]).any()
+        effort = efforts[i] = signal_noise(log.tau[:, i])[1] if known else 0.0
         if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
             found.append(
                 float(np.sqrt(np.sqrt(5.0) * effort / (inertia[i] * noise)) / (2.0 * np.pi))
@@ -228,13 +237,16 @@ def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Sc
     # A quantum that noise dithers is no resolution; less than a tenth of one is rounding.
     dithered = noise > _DITHER * quantum
     resolution = np.where(dithered, np.minimum(quantum, 12.0 * noise), quantum)
-    limit = np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution)
+    limit = np.maximum(np.maximum(_SIGN_SHARE * span, _SIGN_QUANTA * resolution), 1e-12)
+    known = np.isfinite(tau).any(axis=0)
+    effort = np.zeros(n)
+    effort[known] = np.sqrt(np.nanmean(tau[:, known] ** 2, axis=0))
     return Scales(
         displacement=limit,
         sign_limit=limit,
         speed=np.maximum(speed, 1e-12),
         span=np.maximum(span, 1e-12),
-        effort=np.sqrt(np.nanmean(tau**2, axis=0)),
+        effort=effort,
         **friction,
     )
 
@@ -259,21 +271,29 @@ def make_signals(
     if robot.followers:
         # Their bodies are not in the regressor.
         rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
+    friction = nominal_friction(v, sign, scales)
+    silent = ~np.isfinite(stretch.tau).any(axis=0)
     return Signals(
         time=start_s + np.arange(len(q), dtype=np.float64) * step,
         q=q,
         v=v,
         a=a,
-        tau=np.where(np.isfinite(stretch.tau), stretch.tau, 0.0),
+        tau=np.where(silent, rigid + friction, np.nan_to_num(stretch.tau)),
         sign=sign,
         rigid=rigid,
-        friction=nominal_friction(v, sign, scales),
+        friction=friction,
         regressor=regressor,
         robot=robot,
         scales=scales,
         band=band,
         temperature=stretch.temperature,
+        silent=frozenset(np.flatnonzero(silent).tolist()),
     )
+
+
+def silent_throughout(stretches: Sequence[Signals]) -> frozenset[int]:
+    """Return the joints whose effort is known in no stretch."""
+    return frozenset.intersection(*(s.silent for s in stretches))
 
 
 def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatArray:

@@ -97,6 +97,7 @@ class WhitenedRegression:
         )
         standstill = whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
+        known = np.maximum(known - _silent(rows.signals).sum(axis=0), 0.0)
         return cls(settings, rows, whitening, known, y, system, columns, structure)
 
     @property
@@ -170,8 +171,19 @@ class WhitenedRegression:
         return _joined([signals.band.apply(signals.tau) for signals in self.signals])
 
     def measured_in_motion(self) -> FloatArray:
-        """Return the same without what joints at rest may take, as residual and columns are."""
-        return _joined([signals.in_band(signals.tau) for signals in self.signals])
+        """
+        Return the same without what joints at rest may take, as residual and columns are.
+
+        NaN of joints of which nothing is known.
+        """
+        measured = _joined([signals.in_band(signals.tau) for signals in self.signals])
+        measured[:, sorted(self.nominal.silent)] = np.nan
+        return measured
+
+    @property
+    def silent(self) -> NDArray[np.bool_]:
+        """Return the whitened rows (rows, n) of joints whose effort is not known."""
+        return _silent(self.signals)
 
     def own_columns(self, effect: Term, joint: int, inner: Inner) -> FloatArray:
         """Return an effect's columns in the band (rows, n, k), in Nm or N."""
@@ -194,6 +206,14 @@ class WhitenedRegression:
         """Return the causes looked for that joint sensors cannot tell from an effect at all."""
         sought = {candidate.effect.identifier for candidate in self.candidates}
         return tuple(name for name in effect.inseparable if name in sought)
+
+
+def _silent(stretches: Sequence[Signals]) -> NDArray[np.bool_]:
+    """Return the rows that whitening keeps (rows, n) of joints whose effort is not known."""
+    parts = [np.zeros((s.band.count(len(s.q)), s.robot.n), dtype=np.bool_) for s in stretches]
+    for signals, part in zip(stretches, parts, strict=True):
+        part[:, sorted(signals.silent)] = True
+    return np.concatenate([part[ORDER:] for part in parts])
 
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:

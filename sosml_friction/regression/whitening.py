@@ -53,7 +53,8 @@ class Whitening:
         models = []
         for i, stretches in enumerate(left):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
-            calm = _calm(rows.signals, i, stretches) if leave_out else stretches
+            told = [x for s, x in zip(rows.signals, stretches, strict=True) if i not in s.silent]
+            calm = _calm(rows.signals, i, stretches) if leave_out else told
             models.append(fit_noise(calm or stretches, least))
         contacts = _contacts(rows, left)
         if contacts.mask.any():

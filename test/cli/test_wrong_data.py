@@ -153,7 +153,6 @@ REFUSED = [
     (without_effort, 'joint_states carries no effort for slider', 'let the driver fill'),
     (effort_of_zero, 'the effort of joint slider is 0 N in every sample', 'let the driver fill'),
     (in_millimetres, 'its URDF allows', 'convert millimetres to m'),
-    (speed_in_millimetres, 'the velocity of joint slider is 1e+03 times', 'report it in m/s'),
     (turned_effort, 'friction would drive it', 'turn the sign of its effort'),
     (coarse_stamps, 'repeat the stamp of the one before', 'stamp each sample'),
     (three_passes, 'the stamps go back', 'one pass'),
@@ -224,6 +223,7 @@ PARTLY = [
     (some_late, '', 'backward_stamps'),
     (clock_set, 'outside the longest stretch are left out', 'backward_stamps'),
     (some_saturated, 'stays at its extreme in', 'saturation'),
+    (speed_in_millimetres, 'times the slope of its position, in mm/s', 'velocity_unit'),
 ]
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import SHORTEST_S, check_data
 from sosml_friction.identification.data_finding import NOTE
+from sosml_friction.identification.joint_relations import speed_limit
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.report.common.output import to_json
@@ -22,6 +24,7 @@ from sosml_friction.share import share_directory
 
 PERIOD = 0.004
 COULOMB, VISCOUS = (0.5, 0.3), (0.2, 0.1)
+GRAVITY = np.array([0.0, 0.0, -9.81])
 
 
 @pytest.fixture(scope='module')
@@ -144,10 +147,138 @@ def test_an_effort_of_the_wrong_sign_refuses_its_joint_and_no_other(good, robot,
     assert np.isfinite(log.tau[:, 1 - i]).all()
 
 
-def test_a_velocity_of_the_wrong_unit_or_sign_is_refused(good, robot):
-    for factor in (180.0 / np.pi, -1.0, 0.0):
-        with pytest.raises(DataError, match='times the slope of its position'):
-            check_data(replace(good, v=factor * good.v), robot)
+@pytest.mark.parametrize(
+    ('factor', 'said'),
+    [
+        (180.0 / np.pi, 'in degrees per second'),
+        (30.0 / np.pi, 'in revolutions per minute'),
+        (-1.0, 'with the other sign'),
+        (0.5, '0.5 '),
+        (1.3, '1.3 '),
+        (0.0, '0 '),
+    ],
+)
+def test_a_velocity_that_is_another_one_is_named_and_the_slope_used(good, robot, factor, said):
+    log, checks = check_data(replace(good, v=factor * good.v), robot)
+    assert {f.check for f in checks.findings} == {'velocity_unit'}
+    assert checks.refused == {}
+    assert f'joint elbow is {said}' in checks.sentences[1] or said in checks.sentences[1]
+    moving = np.abs(good.v) > 0.1
+    assert np.median(np.abs(log.v - good.v)[moving]) < 1e-3
+
+
+def test_a_velocity_within_a_fifth_of_the_slope_is_as_it_is(good, robot):
+    log, checks = check_data(replace(good, v=1.15 * good.v), robot)
+    assert checks.findings == ()
+    np.testing.assert_array_equal(log.v, 1.15 * good.v)
+
+
+def test_a_late_velocity_and_a_late_effort_are_told_with_their_delay(good, robot):
+    rows = np.maximum(np.arange(len(good)) - 6, 0)
+    late = check_data(replace(good, v=good.v[rows]), robot)[1]
+    assert {f.check for f in late.findings} == {'velocity_lag'}
+    assert '24 ms late' in late.sentences[0]
+    late = check_data(replace(good, tau=good.tau[rows]), robot)[1]
+    assert {f.check for f in late.findings} == {'effort_lag'}
+
+
+def in_unit(log, q=1.0, tau=1.0):
+    """Return a log with positions and velocities, or efforts, in another unit."""
+    return replace(log, q=q * log.q, v=q * log.v, tau=tau * log.tau)
+
+
+@pytest.fixture(scope='module')
+def swing(robot):
+    """Return thirty seconds of sines: gravity and inertia tell of units what steps do not."""
+    t = np.arange(0.0, 30.0, PERIOD)
+    w, p = np.array([1.3, 2.1]), np.array([0.0, 1.0])
+    q = np.array([-1.0, 1.2]) + 0.5 * np.sin(w * t[:, None] + p) + 0.1 * np.sin(4.1 * t[:, None])
+    v = np.gradient(q, t, axis=0)
+    a = np.gradient(v, t, axis=0)
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    tau += np.tanh(v / 0.01) * COULOMB + v * VISCOUS
+    tau += np.random.default_rng(3).normal(0.0, 0.01, v.shape)
+    return JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
+
+
+def unlimited(robot):
+    """Return the same robot without a limit that would tell."""
+    free = copy(robot)
+    free.limits = tuple(type(x)(-np.inf, np.inf, 0.0, 0.0) for x in robot.limits)
+    return free
+
+
+@pytest.mark.parametrize(('unit', 'factor'), [('degrees', 180 / np.pi), ('turns', 0.5 / np.pi)])
+def test_positions_in_another_unit_are_told_by_gravity_without_any_limit(
+    swing, robot, unit, factor
+):
+    with pytest.raises(DataError, match=f'shoulder is in {unit}.*elbow is in {unit}'):
+        check_data(in_unit(swing, q=factor), unlimited(robot))
+
+
+@pytest.mark.parametrize(('factor', 'said'), [(0.1, '0.099'), (1e3, '99[0-9]')])
+def test_an_effort_in_another_unit_is_told_by_gravity_and_inertia(swing, robot, factor, said):
+    with pytest.raises(DataError, match=f'{said}.* times what .*not in Nm'):
+        check_data(in_unit(swing, tau=factor), robot)
+
+
+def test_an_effort_that_is_off_by_a_torque_constant_is_told_and_used(swing, robot):
+    log, checks = check_data(in_unit(swing, tau=1 / 1.8), robot)
+    assert {f.check for f in checks.findings} == {'effort_unit'}
+    assert '0.55' in checks.sentences[0]
+    np.testing.assert_array_equal(log.tau, in_unit(swing, tau=1 / 1.8).tau)
+
+
+def test_a_good_swing_is_accused_of_nothing(swing, robot):
+    assert check_data(swing, robot)[1].findings == ()
+
+
+def test_masses_that_are_off_by_half_are_no_other_unit(swing, robot):
+    """Effort of a robot twice as heavy is none of A, mNm or degrees."""
+    heavy = robot.changed(2.0 * robot.inertial_parameters(), np.array(robot.armature), GRAVITY)
+    assert check_data(swing, heavy)[1].refused == {}
+
+
+def test_a_resting_joint_is_named_and_the_other_goes_on(swing, robot):
+    q, v = swing.q.copy(), swing.v.copy()
+    rng = np.random.default_rng(4)
+    q[:, 1] = 1.2 + 1e-4 * np.rint(5e-4 * swing.tau[:, 0] / 1e-4)
+    v[:, 1] = rng.normal(0.0, 0.02, len(v))
+    log, checks = check_data(replace(swing, q=q, v=v), robot)
+    assert list(checks.resting) == ['elbow']
+    assert checks.refused == {}
+    assert 'as resting' in checks.resting['elbow']
+    assert np.isnan(log.tau[:, 1]).all()
+    assert np.isfinite(log.tau[:, 0]).all()
+
+
+def test_a_turned_sign_needs_to_be_seen_in_motions_of_both_directions(good, robot):
+    """One turn forwards, a twitch back: what differs by place is no friction."""
+    t = good.time
+    q = np.column_stack([0.1 * t - 1.0 * (t > 17.0) * (t - 17.0), 1.2 + 0.0 * t])
+    tau = np.column_stack([np.sin(7.0 * q[:, 0]), 0.0 * t])
+    log = replace(good, q=q - [2.0, 0.0], v=np.full_like(q, np.nan), tau=tau)
+    with pytest.raises(DataError, match='one direction only'):
+        check_data(log, robot)
+
+
+def test_a_position_that_is_off_by_its_zero_is_in_no_other_unit(good, robot):
+    with pytest.raises(DataError, match='correct its zero'):
+        check_data(replace(good, q=good.q + 20.0), robot)
+
+
+def test_a_drive_at_the_limit_of_its_speed_is_told_and_its_effort_left_out():
+    """Plateaus at 0.5, 0.8 and 1 rad/s in both directions; at the last the effort collapses."""
+    v = np.repeat([0.5, -0.5, 0.85, -0.85, 1.0, -1.0], 2000)
+    rng = np.random.default_rng(0)
+    tau = np.sign(v) * 0.5 + v * 0.2 + rng.normal(0.0, 0.02, len(v))
+    always = np.ones(len(v), dtype=bool)
+    assert speed_limit(tau, v, always) is None
+    fast = np.abs(v) > 0.9
+    tau[fast] -= np.sign(v[fast]) * rng.uniform(0.0, 0.3, fast.sum())
+    top, at = speed_limit(tau, v, always)
+    assert top == pytest.approx(1.0)
+    np.testing.assert_array_equal(at, fast)
 
 
 def test_without_any_velocity_nothing_is_said_of_it(good, robot):

@@ -104,7 +104,7 @@ def _contacts(laboratory: WhitenedRegression) -> list[Cause]:
     for i, name in enumerate(laboratory.robot.names):
         episodes = [e for e in laboratory.contacts.contacts if e.joint == i]
         # Whitened noise has variance 1: the energy of noise is the number of samples.
-        share = sum(e.energy for e in episodes) / laboratory.known[i]
+        share = sum(e.energy for e in episodes) / max(float(laboratory.known[i]), 1.0)
         if not episodes or share < _CONTACT:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}

@@ -53,7 +53,7 @@ class Gain:
         return np.asarray((change > 0.0) & (change <= BEYOND_CHANCE * self.forward_error))
 
     def to_dict(self, names: tuple[str, ...], units: tuple[str, ...]) -> dict[str, Any]:
-        """Return the entry ``gain`` of diagnosis.json, by joint."""
+        """Return the entry ``gain`` of diagnosis.json, by joint whose effort is known."""
         return {
             name: {
                 'inverse': {
@@ -74,6 +74,7 @@ class Gain:
                 'on': self.on,
             }
             for i, name in enumerate(names)
+            if np.isfinite(self.relative_before[i])
         }
 
 
@@ -95,6 +96,8 @@ def make_gain(
     :param on: what the errors are on, for the report.
     """
     size = np.sqrt(np.mean(measured**2, axis=0))
+    # A joint without effort has no error of it.
+    size[size == 0.0] = np.nan
     root = [np.sqrt(np.mean(x**2, axis=0)) for x in (before, after)]
     forward = [
         np.sqrt(np.mean(x, axis=0)) if len(x) else np.full(x.shape[1], np.nan)

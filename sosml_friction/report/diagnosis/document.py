@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
         changes = ', '.join(
             f'{name} {error:.2f} -> {after["relative_error_percent"][name]:.2f} %'
             for name, error in before['relative_error_percent'].items()
+            if math.isfinite(error)
         )
         lines.append(
             f'  with {words(after["effect"])} ({after["joint"]}): relative effort '

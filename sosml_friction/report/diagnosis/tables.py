@@ -39,6 +39,8 @@ def gain(diagnosis: Diagnosis) -> str:
         return ''
     rows = []
     for i, (name, unit) in enumerate(zip(diagnosis.names, diagnosis.units, strict=True)):
+        if not math.isfinite(found.relative_before[i]):
+            continue
         length = 'mrad' if unit == 'Nm' else 'mm'
         before, after = 1e3 * found.forward_before[i], 1e3 * found.forward_after[i]
         rows.append(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from html import escape
 from typing import NamedTuple
@@ -73,7 +74,8 @@ def bag_name(consolidation: Consolidation, bag: str) -> str:
 
 def consolidated_sentence(entry: Consolidated) -> str:
     """Return the result of one joint in a sentence with its numbers."""
-    text = law_sentence(entry.joint, entry.parameters, entry.law)
+    slowest = math.nan if entry.joint_fit is None else entry.joint_fit.slowest
+    text = law_sentence(entry.joint, entry.parameters, entry.law, slowest)
     return (
         f'{text} ({observer_label(entry.observer)}, {WAYS[entry.preferred]}, ± is half of the '
         '95 % interval).'

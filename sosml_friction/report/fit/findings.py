@@ -35,17 +35,22 @@ def joint_sentence(view: JointView) -> str:
     if view.model is None or view.preferred is None:
         return f'{view.name}: its friction is not available, because {view.unavailable}.'
     fit = view.model.fit
-    text = law_sentence(view.name, fit.parameters, fit.law)
+    text = law_sentence(view.name, fit.parameters, fit.law, fit.slowest)
     if view.load is not None and view.preferred == REGRESSION:
         text += f'; {_with_error(view.load)} of its load is lost to friction besides'
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
 
 
-def law_sentence(joint: str, parameters: Mapping[str, Parameter], law: str) -> str:
+def law_sentence(
+    joint: str, parameters: Mapping[str, Parameter], law: str, slowest: float = math.nan
+) -> str:
     """
     Return what the friction of a joint is, in a sentence without its full stop.
 
-    What is not identifiable is a range, never a number.
+    What is not identifiable is a range, never a number, and nothing is said of speeds below those
+    of the data.
+
+    :param slowest: the slowest speed of the data [rad/s or m/s], NaN if not known.
     """
     parts = [
         _quantity('coulomb', parameters['coulomb'], 'Coulomb friction'),
@@ -56,7 +61,7 @@ def law_sentence(joint: str, parameters: Mapping[str, Parameter], law: str) -> s
     # Below zero it cannot be: a range that begins above it is extra friction all the same.
     seen = stribeck.interval is not None and stribeck.interval[0] > 0.0
     if told or seen:
-        parts.append(_stribeck(stribeck, parameters['stribeck_velocity']))
+        parts.append(_stribeck(stribeck, parameters['stribeck_velocity'], slowest))
     text = f'{joint}: {", ".join(parts[:-1])} and {parts[-1]}'
     bias = parameters['bias']
     if NOT_IDENTIFIABLE in bias.flags:
@@ -233,7 +238,7 @@ def _range(name: str, parameter: Parameter) -> str:
     return f' ({text} {parameter.unit})' if text else ''
 
 
-def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
+def _stribeck(stribeck: Parameter, velocity: Parameter, slowest: float) -> str:
     if NOT_IDENTIFIABLE not in stribeck.flags:
         fading = (
             f'a speed that it leaves open{_range("stribeck_velocity", velocity)}'
@@ -241,6 +246,11 @@ def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
             else _with_error(velocity)
         )
         return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
+    if velocity.interval is not None and slowest > velocity.interval[0]:
+        return (
+            f'more at the slowest speeds of the data, which begin at {format_number(slowest)} '
+            f'{velocity.unit}: how much it is nearer to standstill they do not tell'
+        )
     return (
         f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
     )

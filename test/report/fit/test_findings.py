@@ -6,8 +6,11 @@ import dataclasses
 import math
 import re
 
+import numpy as np
 import pytest
 
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_checks import LawCheck
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
@@ -19,6 +22,7 @@ from sosml_friction.report.fit.findings import (
     law_sentence,
     notes,
     open_questions,
+    sampling_text,
 )
 from sosml_friction.report.fit.joint_view import joint_views
 
@@ -139,3 +143,28 @@ def test_the_terminal_hears_of_failed_checks_directions_and_what_to_record(view)
     assert passed.sentence not in text
     assert 'Viscous friction forwards, B + its asymmetry: 1.50 ± 0.20 Nm s/rad.' in text
     assert 'record T3, a slow ladder' in text
+
+
+def test_no_stribeck_term_is_claimed_where_no_data_reach(view):
+    """Extra friction that fades below the slowest speed is not told, in headline or reason."""
+    parameters = dict(next(iter(view.fits.values())).fit.parameters)
+    parameters['stribeck'] = unknown('Nm', (0.448, math.inf))
+    parameters['stribeck_velocity'] = unknown('rad/s', (0.02, 0.4))
+    text = law_sentence('shoulder', parameters, 'stribeck', slowest=0.5)
+    assert '0.448' not in text
+    assert 'begin at 0.5' in text
+    assert '(above 0.4' in law_sentence('shoulder', parameters, 'stribeck', slowest=0.01)
+    reach = DataReach('Nm', 0.5, 10.0, 1.0, {'stribeck_velocity': 0.05})
+    assert 'begin at 0.5 rad/s' in reason_for('stribeck', reach, (0.448, math.inf))
+
+
+def test_stamps_of_a_robots_cycle_are_no_missing_samples():
+    steps = np.random.default_rng(1).choice([0.010, 0.012], 3000, p=[2 / 3, 1 / 3])
+    t_ns = np.rint(np.cumsum(steps) * 1e9).astype(np.int64)
+    q = np.zeros((3000, 1))
+    assert 'lost' not in sampling_text(JointLog(('a',), t_ns, q, q, q))
+    kept = np.random.default_rng(2).random(3000) > 0.05
+    few = q[kept]
+    text = sampling_text(JointLog(('a',), t_ns[kept], few, few, few))
+    assert 'more were lost' in text
+    assert 'computer' not in text

@@ -1,0 +1,327 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+How the columns of a recording must hang together, and which fault makes them.
+
+A hypothesis (as it is, another unit of position, of velocity or of effort, a turned sign, a delay)
+predicts one column from the others. That of the least misfit is what the recording is; one that is
+hardly better than the recording as it is accuses nobody.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.segments import centred_difference
+from sosml_friction.model.robot import Robot
+
+FloatArray = NDArray[np.float64]
+
+#: Time over which position is differenced to a speed [s]. Chosen, no measurement.
+WINDOW_S = 0.1
+#: Most rows on which the body's effort is computed, which bounds the time, and fewest that say
+#: something of five parameters. Chosen, no measurement.
+_ROWS, _FEWEST_ROWS = 800, 30
+#: The rows of one cluster of the jackknife [s].
+_CLUSTER_S = 1.0
+#: Longest delay that is tried [s].
+_LONGEST_S = 0.06
+#: A delay is told if it takes this share off the misfit, and more than a period and a half.
+_BETTER = 0.7
+#: Speeds that are the highest, and those next to it, as shares of it. Chosen, no measurement.
+_AT_TOP, _BELOW_TOP = 0.97, (0.75, 0.94)
+#: Fewest samples of either, and how much more their effort scatters. Chosen, no measurement.
+_FEWEST_AT_TOP, _SCATTERS = 30, 1.4
+#: What a reported velocity may be instead of the slope of position, and its factor.
+VELOCITY_UNITS: Mapping[str, Mapping[str, float]] = {
+    'Nm': {
+        'in degrees per second': 180.0 / np.pi,
+        'in revolutions per minute': 30.0 / np.pi,
+        'in turns per second': 0.5 / np.pi,
+        'with the other sign': -1.0,
+    },
+    'N': {'in mm/s': 1e3, 'with the other sign': -1.0},
+}
+#: A factor is a unit's if it is within this share of it. Chosen, no measurement.
+_NAMED = 0.05
+#: What a position may be instead of rad or m, and how many of it one rad or m is.
+_POSITION_UNITS = {
+    'Nm': {'degrees': 180.0 / np.pi, 'turns': 0.5 / np.pi},
+    'N': {'mm': 1e3, 'cm': 1e2},
+}
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """
+    Hold what the positions of all joints say of their motion, (N, n), over a window of 0.1 s.
+
+    ``v`` and ``a`` are NaN at the ends and across holes; ``half``: half of the window [samples].
+    """
+
+    time: FloatArray
+    v: FloatArray
+    a: FloatArray
+    half: int
+
+    @classmethod
+    def of(cls, log: JointLog) -> Slopes:
+        """Return the slopes of a log whose stamps rise."""
+        time = log.time
+        half = max(1, round(0.5 * WINDOW_S / float(np.median(np.diff(time)))))
+        if len(time) <= 2 * half:
+            nothing = np.full(log.q.shape, np.nan)
+            return cls(time, nothing, nothing, half)
+        v = np.column_stack([centred_difference(time, q, half) for q in log.q.T])
+        a = np.column_stack([centred_difference(time, x, half) for x in v.T])
+        return cls(time, v, a, half)
+
+    @property
+    def period(self) -> float:
+        """Return the median step [s]."""
+        return float(np.median(np.diff(self.time)))
+
+
+@dataclass(frozen=True)
+class VelocityRelation:
+    """
+    Hold a reported velocity beside the slope of position.
+
+    ``factor`` +- ``error``: velocity over slope. ``misfit``: what the slope leaves of the velocity
+    by that factor, as a share of its root mean square. ``late_s``: its delay.
+    """
+
+    factor: float
+    error: float
+    misfit: float
+    late_s: float = 0.0
+
+    def unit(self, units: Mapping[str, float]) -> str | None:
+        """Return the name of the unit whose factor this is, None if of none."""
+        off = {name: abs(self.factor / value - 1.0) for name, value in units.items()}
+        name = min(off, key=lambda unit: off[unit])
+        return name if off[name] < _NAMED else None
+
+
+def velocity_relation(
+    reported: FloatArray, slopes: Slopes, i: int, moving: NDArray[np.bool_]
+) -> VelocityRelation | None:
+    """
+    Return how a reported velocity (N,) follows from position; None if too little moves.
+
+    The noise of a differenced position is far above it, that of the mean over a window is not, so
+    both are over a window.
+    """
+    v, half = slopes.v[:, i], slopes.half
+    mean = _mean(reported, half)
+    most = int(_LONGEST_S / slopes.period)
+    rows = np.flatnonzero(moving & np.isfinite(v) & _known_around(mean, most))
+    if len(rows) < 2 * half:
+        return None
+
+    def misfit(shift: int) -> tuple[float, float]:
+        x, y = v[rows], mean[rows + shift]
+        factor = float(x @ y / (x @ x))
+        left = float(np.linalg.norm(y - factor * x))
+        return factor, left / max(float(np.linalg.norm(y)), 1e-300)
+
+    misfits = [misfit(k)[1] for k in range(-most, most + 1)]
+    late = int(np.argmin(misfits)) - most
+    if misfits[late + most] > _BETTER * misfits[most] or abs(late) < 2:
+        late = 0
+    factor, left = misfit(late)
+    x, y = v[rows], mean[rows + late]
+    error = _error(x[:, None], y - factor * x, slopes.time[rows])[0]
+    return VelocityRelation(factor, float(error), left, late * slopes.period)
+
+
+def speed_limit(
+    tau: FloatArray, v: FloatArray, usable: NDArray[np.bool_]
+) -> tuple[float, NDArray[np.bool_]] | None:
+    """
+    Return the speed that a drive does not exceed, and the samples at it (N,); None without one.
+
+    At its highest speed a motor lacks voltage: what is commanded has no say any more, so that
+    the current drops and scatters, where friction would be as at somewhat slower speeds, or more.
+    Both are asked for, at one highest speed in both directions.
+
+    :param tau: effort (N,), NaN where it is not known; ``v`` (N,): velocity.
+    """
+    speed = np.where(usable & np.isfinite(v) & np.isfinite(tau), np.abs(v), 0.0)
+    if not speed.any():
+        return None
+    sides = [float(np.quantile(speed[s * v > 0.0], 0.99)) for s in (1, -1) if (s * v > 0.0).any()]
+    top = max(sides)
+    at = speed > _AT_TOP * top
+    below = (speed > _BELOW_TOP[0] * top) & (speed < _BELOW_TOP[1] * top)
+    if len(sides) < 2 or min(sides) < _AT_TOP * top or min(at.sum(), below.sum()) < _FEWEST_AT_TOP:
+        return None
+    e = tau * np.sign(v)
+    falls = bool(e[at].mean() < e[below].mean() and e[at].std() > _SCATTERS * e[below].std())
+    return (top, at) if falls else None
+
+
+@dataclass(frozen=True)
+class EffortRelation:
+    """
+    Hold the effort of a joint beside what its bodies need to move as they did.
+
+    ``scale`` +- ``error``: the reported effort over that of the URDF's bodies and the armature,
+    beside friction in its simplest form (sign of velocity, velocity, a constant). Misfits are
+    shares of the effort's standard deviation that are left: ``alone`` by friction alone, ``free``
+    with the bodies by their scale, ``as_it_is`` with scale 1. ``gravity`` and ``inertia``: the
+    scale of either, NaN where the motion does not tell it. ``unit``: the unit of position with
+    which the bodies fit clearly better, their ``unit_scale`` and ``unit_misfit``. ``late_s``:
+    delay of the effort, which takes the misfit from ``free`` to ``late_misfit``.
+    """
+
+    scale: float
+    error: float
+    alone: float
+    free: float
+    as_it_is: float
+    gravity: float
+    inertia: float
+    unit: str | None = None
+    unit_scale: float = np.nan
+    unit_misfit: float = np.nan
+    late_s: float = 0.0
+    late_misfit: float = np.nan
+
+    @property
+    def tells(self) -> bool:
+        """Tell whether the bodies explain half of the variance that friction leaves."""
+        return abs(self.scale) > 5.0 * self.error and self.free**2 < 0.5 * self.alone**2
+
+    @property
+    def fits(self) -> bool:
+        """Tell whether the bodies explain the effort with the positions as they are."""
+        return self.tells and self.as_it_is**2 < 0.5 * self.alone**2
+
+
+def effort_relation(
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: NDArray[np.bool_]
+) -> EffortRelation | None:
+    """Return how the effort of joint i follows from the motion; None if too little is known."""
+    # What is differenced over a window twice is a mean over it twice: so is the other side.
+    effort = _mean(_mean(log.tau[:, i], slopes.half), slopes.half)
+    sign = _mean(_mean(np.sign(slopes.v[:, i]), slopes.half), slopes.half)
+    slow = _mean(slopes.v[:, i], slopes.half)
+    known = np.isfinite(slopes.a).all(axis=1) & np.isfinite(effort + sign + slow)
+    rows = np.flatnonzero(known & usable)
+    rows = rows[:: max(1, len(rows) // _ROWS)]
+    if len(rows) < _FEWEST_ROWS:
+        return None
+    q, v, a = log.q[rows], slopes.v[rows], slopes.a[rows]
+    tau = effort[rows]
+    friction = np.column_stack([sign[rows], slow[rows], np.ones(len(rows))])
+    size = float(np.std(tau))
+    if size == 0.0:
+        return None
+
+    def left(columns: FloatArray, y: FloatArray) -> tuple[FloatArray, float, FloatArray, float]:
+        X = columns / _norms(columns)
+        theta = np.linalg.lstsq(X, y, rcond=1e-9)[0]
+        residual = y - X @ theta
+        error = _error(X, residual, slopes.time[rows])[0] / _norms(columns)[0]
+        misfit = float(np.sqrt(np.mean(residual**2))) / size
+        return theta / _norms(columns), misfit, residual, float(error)
+
+    def bodies(per_unit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return inertial and gravity effort of joint i with positions over ``per_unit`` (n,)."""
+        states = zip(q / per_unit, v / per_unit, a / per_unit, strict=True)
+        both = np.array(
+            [(robot.inverse_dynamics(*state)[i], robot.gravity(state[0])[i]) for state in states]
+        )
+        return both[:, 0] - both[:, 1], both[:, 1]
+
+    inertial, gravity = bodies(np.ones(robot.n))
+    whole_effort = inertial + gravity
+    alone = left(friction, tau)[1]
+    as_it_is = left(friction, tau - whole_effort)[1]
+    if np.ptp(whole_effort) <= 1e-12 * size:
+        return EffortRelation(np.nan, np.nan, alone, alone, as_it_is, np.nan, np.nan)
+    theta, free, _, error = left(np.column_stack([whole_effort, friction]), tau)
+    parts = [np.nan, np.nan]
+    columns = [(k, x) for k, x in enumerate((gravity, inertial)) if np.ptp(x) > 1e-6 * size]
+    if len(columns) == 2:
+        found = left(np.column_stack([*(x for _, x in columns), friction]), tau)[0]
+        parts = [float(found[0]), float(found[1])]
+    unit, unit_scale, unit_misfit = None, np.nan, np.nan
+    for name, per_unit in _POSITION_UNITS[robot.effort_units[i]].items():
+        for own in (np.ones(robot.n), np.full(robot.n, per_unit)):
+            own = own.copy()
+            own[i] = per_unit
+            column = np.sum(bodies(own), axis=0)
+            if np.ptp(column) <= 1e-12 * size:
+                continue
+            other, misfit, _, _ = left(np.column_stack([column, friction]), tau)
+            if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
+                unit, unit_scale, unit_misfit = name, float(other[0]), misfit
+    late_s, late_misfit = _delay(effort, rows, slopes, inertial, gravity, friction)
+    return EffortRelation(
+        float(theta[0]), error, alone, free, as_it_is, parts[0], parts[1],
+        unit, unit_scale, unit_misfit, late_s, late_misfit,
+    )  # fmt: skip
+
+
+def _delay(
+    tau: FloatArray, rows: NDArray[np.int64], slopes: Slopes, *columns: FloatArray
+) -> tuple[float, float]:
+    """
+    Return by how much later efforts fit better [s], 0 if none does, and the misfit there.
+
+    The columns are free, so that wrong masses are no delay. No effort comes before its cause.
+    """
+    most = int(_LONGEST_S / slopes.period)
+    kept = _known_around(tau, most)[rows]
+    if kept.sum() < _FEWEST_ROWS:
+        return 0.0, np.nan
+    X, rows = np.column_stack(columns)[kept], rows[kept]
+    U, size, _ = np.linalg.svd(X / _norms(X), full_matrices=False)
+    U = U[:, size > 1e-9 * size[0]]
+    misfits = []
+    for k in range(most + 1):
+        y = tau[rows + k]
+        left = float(np.linalg.norm(y - U @ (U.T @ y)))
+        misfits.append(left / max(float(np.linalg.norm(y - y.mean())), 1e-300))
+    best = int(np.argmin(misfits))
+    if best < 2 or misfits[best] > _BETTER * misfits[0]:
+        return 0.0, np.nan
+    return best * slopes.period, misfits[best]
+
+
+def _known_around(x: FloatArray, most: int) -> NDArray[np.bool_]:
+    """Return where x is known from ``most`` samples before to as many after, (N,)."""
+    unknown = (~np.isfinite(x)).astype(np.int8)
+    return np.asarray(maximum_filter1d(unknown, 2 * most + 1, mode='constant', cval=1) == 0)
+
+
+def _mean(x: FloatArray, half: int) -> FloatArray:
+    """Return the mean over a window of 2 half steps, its ends by half, (N,); NaN at the ends."""
+    result = np.full(len(x), np.nan)
+    if len(x) > 2 * half:
+        weights = np.full(2 * half + 1, 0.5 / half)
+        weights[[0, -1]] *= 0.5
+        result[half:-half] = np.convolve(x, weights, mode='valid')
+    return result
+
+
+def _norms(columns: FloatArray) -> FloatArray:
+    sizes = np.linalg.norm(columns, axis=0)
+    return np.asarray(np.where(sizes > 0.0, sizes, 1.0))
+
+
+def _error(X: FloatArray, residual: FloatArray, time: FloatArray) -> FloatArray:
+    """Return the jackknife errors over clusters of a second, infinite where there are two."""
+    groups = np.unique((time / _CLUSTER_S).astype(np.int64), return_inverse=True)[1]
+    if groups.max(initial=0) < 2:
+        return np.full(X.shape[1], np.inf)
+    return jackknife_errors(X, residual, groups)
