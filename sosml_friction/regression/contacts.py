@@ -48,6 +48,9 @@ _HIT = 3.0
 #: An impact lasts while the mean square over this time [s] is this many times that of the rest.
 #: Chosen, no measurement.
 _RINGING_S, _RINGING = 0.1, 4.0
+#: Impacts spoil less than this share of the rows in which a joint moves: what most of a motion is
+#: made of is the motion. By definition of a minority.
+_MINORITY = 0.5
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,8 @@ def find_impacts(
 
     A gear with a gap is free of load where what its body needs changes its sign: its motor then
     runs ahead and hits, and nowhere else. Some folds have no such moment at all: that is why the
-    energy is compared, and no waveform is predicted on data left out.
+    energy is compared, and no waveform is predicted on data left out. What would spoil most of a
+    joint's motion is no impact.
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N].
@@ -104,8 +108,8 @@ def find_impacts(
     found: list[Impacts] = []
     joints = [(i, _sign_changes(x)) for i, x in enumerate(load.T)]
     width = max(2, round(_RINGING_S / step))
+    done: set[int] = set()
     while True:
-        done = {impacts.joint for impacts in found}
         seen = [
             _impacts(i, energy[:, i], changes, step, moving[:, i], spoiled)
             for i, changes in joints
@@ -115,7 +119,7 @@ def find_impacts(
         if hit is None:
             return tuple(found), spoiled
         impacts, inside = hit
-        found.append(impacts)
+        done.add(impacts.joint)
         ring = inside.copy()
         for j, own in enumerate(energy.T):
             calm = moving[:, j] & ~inside & ~spoiled
@@ -123,7 +127,14 @@ def find_impacts(
             over, count = label(uniform_filter1d(own, width) > _RINGING * level)
             touching = np.unique(over[inside])
             ring |= np.isin(over, touching[touching > 0]) if count else False
-        spoiled |= ring
+        if _is_minority(spoiled | ring, moving):
+            found.append(impacts)
+            spoiled |= ring
+
+
+def _is_minority(rows: BoolArray, moving: BoolArray) -> bool:
+    """Tell whether rows (rows,) are the smaller part of the motion of each joint."""
+    return all(rows[own].mean() < _MINORITY for own in moving.T if own.any())
 
 
 def _impacts(
