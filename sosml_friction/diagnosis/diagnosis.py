@@ -24,9 +24,10 @@ from sosml_friction.diagnosis.decision.model_causes import estimated, model_caus
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import verdict_of
+from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
 from sosml_friction.diagnosis.extended_model.effort_error import (
-    error_on_folds,
-    error_on_recording,
+    another_recording,
+    folds_left_out,
     stages,
 )
 from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
@@ -94,6 +95,7 @@ def diagnose(
     settings: DiagnosisSettings | None = None,
     without: tuple[str, ...] = (),
     step: Callable[[str], None] = lambda text: None,
+    keep_all: bool = False,
 ) -> Diagnosis:
     """
     Say what a model gets wrong about recordings, and why.
@@ -102,6 +104,7 @@ def diagnose(
     :param holdout: another recording, on which the gain is measured; None for folds of ``logs``.
     :param without: effects not to look for.
     :param step: called with what is being done.
+    :param keep_all: keep causes in the extended model that ``holdout`` contradicts.
     :raises DataError: if a joint of the model is not in a recording.
     :raises ConfigurationError: if ``holdout`` is of no use.
     """
@@ -136,16 +139,33 @@ def diagnose(
     selector = Selector(laboratory, step)
     selection = selector.run()
     step('measuring the gain')
-    squares = forward_gate(ForwardGain(laboratory, model, others), laboratory, selection)
+    forward = ForwardGain(laboratory, model, others)
+    before, after = forward_gate(forward, laboratory, selection)
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
         selector.judge_structure(selection)
         selection.leftovers = leftovers(laboratory, selection.accepted)
-    folds = error_on_folds(laboratory, selection)
-    left = folds if others is None else error_on_recording(laboratory, selection, others)
-    gain = make_gain(left.before, left.after, left.measured, *squares, HORIZON_S, left.on)
+    folds = folds_left_out(laboratory)
+    kept = selection
+    if others is None:
+        held, own_gains = folds, cause_gains(laboratory, selection, folds)
+    else:
+        held = another_recording(laboratory, others)
+        carried, own_gains = what_carries_over(laboratory, selection, held)
+        if len(carried.accepted) < len(selection.accepted) and not keep_all:
+            kept = carried
+            after = forward.squares(kept.accepted, kept.after.x, kept.after.fold_x)
+    gain = make_gain(
+        held.error(selection.before, ()),
+        held.error(kept.after, kept.accepted),
+        held.measured,
+        before,
+        after,
+        HORIZON_S,
+        held.on,
+    )
     causes = data_causes(checks, laboratory, without, selection)
-    found = model_causes(laboratory, selection)
+    found = model_causes(laboratory, selection, kept, own_gains)
     causes += [cause for cause in found if not cause.tolerated]
     tolerated = tuple(cause for cause in found if cause.tolerated)
     # What the model lacks is told before what the data lack.
@@ -156,7 +176,7 @@ def diagnose(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    errors = estimated(laboratory, selection).errors
+    errors = estimated(laboratory, kept).errors
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,
@@ -174,17 +194,17 @@ def diagnose(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
-        refit=dict(zip(nominal, selection.after.x.tolist(), strict=False)),
+        refit=dict(zip(nominal, kept.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(selection, robot.names),
-        stages=tuple(stages(laboratory, selection)),
+        stages=tuple(stages(folds, laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
         selection=selection,
         confusability=confusability(laboratory, selection.accepted),
         # The pictures show the recordings that were diagnosed, not the one that was left out.
-        residual_before=folds.before,
-        residual_after=folds.after,
+        residual_before=folds.error(selection.before, ()),
+        residual_after=folds.error(selection.after, selection.accepted),
     )
 
 
