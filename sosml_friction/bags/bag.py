@@ -252,6 +252,21 @@ class Bag:
         t_ns, names, (q,) = self._joint_states(topic, ('position',))
         return t_ns, names, q
 
+    def injected(self) -> tuple[NDArray[np.int64], tuple[str, ...], FloatArray] | None:
+        """
+        Return stamps (N,), joints and efforts (N, n) [Nm or N] added to the controllers' command.
+
+        They are the JointState messages of ``injected_effort``; None if none are recorded. A joint
+        without such a signal has NaN.
+
+        :raises BagError: if several topics end so, or a message contradicts itself.
+        """
+        topic = self._find('injected_effort')
+        if topic is None:
+            return None
+        t_ns, names, (effort,) = self._joint_states(topic, ('effort',))
+        return t_ns, names, effort
+
     def trajectories(self) -> list[WantedMotion]:
         """
         Return the messages of ``joint_trajectory`` in the order they were recorded.
