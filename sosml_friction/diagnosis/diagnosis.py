@@ -34,6 +34,7 @@ from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
+from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.known_terms import known_terms
@@ -123,6 +124,10 @@ def diagnose(
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = WhitenedRegression.make(signals, library, settings, step)
+        if untold := untold_inertia(laboratory):
+            checks += untold.values()
+            settings = replace(settings, free_inertia=(*settings.free_inertia, *untold))
+            laboratory = WhitenedRegression.make(signals, library, settings, step)
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)

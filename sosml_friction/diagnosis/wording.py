@@ -39,8 +39,22 @@ def describe(cause: Cause) -> str:
         name = name.removesuffix(f'_{p.unit}')
         error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
         unit = '' if p.unit == '1' else f' {p.unit}'
-        numbers.append(f'{_words(name)} {p.value:.4g}{error}{unit}')
+        more = _of_harmonics(cause, name)
+        numbers.append(f'{_words(name)} {p.value:.4g}{error}{more}{unit}')
     return f'{where}: {_words(cause.effect)} ({", ".join(numbers)})'
+
+
+def _of_harmonics(cause: Cause, name: str) -> str:
+    """Return an inner parameter of a cause's further harmonics, after a comma each."""
+    kind = TERMS.classes.get(cause.effect)
+    if kind is None or name not in kind.inner:
+        return ''
+    others = (cause.parameters.get(f'{name}_{k}') for k in range(2, len(cause.parameters) + 1))
+    return ''.join(
+        f', {p.value:.4g}' + (f' ± {p.std_error:.2g}' if p.std_error > 0 else '')
+        for p in others
+        if p is not None
+    )
 
 
 def sentence_of(

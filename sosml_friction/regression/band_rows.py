@@ -56,7 +56,7 @@ class BandRows:
         :raises ConfigurationError: if no effect can act.
         """
         first = signals[0]
-        nominal = make_nominal(first, settings.tolerance)
+        nominal = make_nominal(first, settings.tolerance, settings.free_inertia)
         candidates = make_candidates(library, first)
         free = Structure(signals)
         structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]

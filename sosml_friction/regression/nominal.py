@@ -108,7 +108,9 @@ def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
     return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
 
 
-def make_nominal(signals: Signals, tolerance: float) -> Nominal:
+def make_nominal(
+    signals: Signals, tolerance: float, free_inertia: tuple[str, ...] = ()
+) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
 
@@ -118,6 +120,8 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
     together are combined (base parameters), and so are their bounds.
 
     :param signals: of any stretch; only the model's own numbers are used.
+    :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
+        they have in the middle of the motion.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
@@ -135,7 +139,13 @@ def make_nominal(signals: Signals, tolerance: float) -> Nominal:
         if index < 10 * robot.n:
             names.append(f'{robot.names[index // 10]} body {index % 10}')
         else:
-            names.append(f'{robot.names[index - 10 * robot.n]} armature')
+            joint = robot.names[index - 10 * robot.n]
+            names.append(f'{joint} armature')
+            if joint in free_inertia:
+                i = index - 10 * robot.n
+                whole = robot.inertia(np.median(signals.q, axis=0))[i, i]
+                # Some stays: nothing can be simulated without.
+                its_bound = (1.0 - tolerance) * whole
         bound.append(float(its_bound))
     for i, joint in enumerate(robot.names):
         for name in reversal_columns(signals, i):
