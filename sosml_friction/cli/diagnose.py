@@ -38,6 +38,13 @@ def diagnose(
     without: Annotated[
         str | None, typer.Option(metavar='EFFECT,...', help='Causes not to look for.')
     ] = None,
+    keep_all: Annotated[
+        bool,
+        typer.Option(
+            '--keep-all',
+            help='Keep causes in the extended model that do not carry over to the --holdout.',
+        ),
+    ] = False,
     urdf: Annotated[
         Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
@@ -70,7 +77,9 @@ def diagnose(
     leave = options.parse_names(without or None) or ()
     with progress(f'reading {bags[0]}') as step:
         source = options.stated_model(bags[0], model, armature, urdf, namespace)
-        found = diagnose_bags(bags, source, urdf, namespace, holdout, leave, step=step)
+        found = diagnose_bags(
+            bags, source, urdf, namespace, holdout, leave, step=step, keep_all=keep_all
+        )
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
     if json:

@@ -40,6 +40,7 @@ def diagnose_bags(
     without: Sequence[str] = (),
     settings: DiagnosisSettings | None = None,
     step: Callable[[str], None] = lambda text: None,
+    keep_all: bool = False,
 ) -> BagDiagnosis:
     """
     Say what a model gets wrong about the recordings in bags.
@@ -51,6 +52,7 @@ def diagnose_bags(
     :param holdout: bag on which the gain is measured; None for folds of ``bags``.
     :param without: effects not to look for.
     :param step: called with what is being done.
+    :param keep_all: keep causes in the extended model that ``holdout`` contradicts.
     :raises BagError: if a bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, an effect is unknown, bags are of
         different robots or one recording, or ``holdout`` is of no use.
@@ -81,7 +83,7 @@ def diagnose_bags(
         left_out = read(holdout, f'{name} (holdout)')
         other = bag_source(holdout, left_out.bag), left_out.log
         _require_same_robot(first, nominal, name, left_out.nominal)
-    return diagnose_logs(logs, nominal, other, without, settings, step)
+    return diagnose_logs(logs, nominal, other, without, settings, step, keep_all)
 
 
 def diagnose_logs(
@@ -91,6 +93,7 @@ def diagnose_logs(
     without: Sequence[str] = (),
     settings: DiagnosisSettings | None = None,
     step: Callable[[str], None] = lambda text: None,
+    keep_all: bool = False,
 ) -> BagDiagnosis:
     """
     Say what a model gets wrong about recordings, and which recordings these were.
@@ -113,6 +116,7 @@ def diagnose_logs(
         settings,
         tuple(without),
         step,
+        keep_all,
     )
     sources = [source for source, _ in (*logs, *([] if holdout is None else [holdout]))]
     cut = [Check('cut_off', 'warning', '*', s.recovery) for s in sources if s.recovery]

@@ -32,15 +32,17 @@ from sosml_friction.diagnosis.decision.model_causes import estimated, model_caus
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import verdict_of
+from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
 from sosml_friction.diagnosis.extended_model.effort_error import (
-    error_on_folds,
-    error_on_recording,
+    another_recording,
+    folds_left_out,
     stages,
 )
 from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
+from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.known_terms import known_terms
@@ -102,6 +104,7 @@ def diagnose(
     settings: DiagnosisSettings | None = None,
     without: tuple[str, ...] = (),
     step: Callable[[str], None] = lambda text: None,
+    keep_all: bool = False,
 ) -> Diagnosis:
     """
     Say what a model gets wrong about recordings, and why.
@@ -110,6 +113,7 @@ def diagnose(
     :param holdout: another recording, on which the gain is measured; None for folds of ``logs``.
     :param without: effects not to look for.
     :param step: called with what is being done.
+    :param keep_all: keep causes in the extended model that ``holdout`` contradicts.
     :raises DataError: if a joint of the model is not in a recording.
     :raises ConfigurationError: if ``holdout`` is of no use.
     """
@@ -131,6 +135,10 @@ def diagnose(
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
         laboratory = WhitenedRegression.make(signals, library, settings, step)
+        if untold := untold_inertia(laboratory):
+            checks += untold.values()
+            settings = replace(settings, free_inertia=(*settings.free_inertia, *untold))
+            laboratory = WhitenedRegression.make(signals, library, settings, step)
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)
@@ -147,16 +155,33 @@ def diagnose(
     selector = Selector(laboratory, step)
     selection = selector.run()
     step('measuring the gain')
-    squares = forward_gate(ForwardGain(laboratory, model, others), laboratory, selection)
+    forward = ForwardGain(laboratory, model, others)
+    before, after = forward_gate(forward, laboratory, selection)
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
         selector.judge_structure(selection)
         selection.leftovers = leftovers(laboratory, selection.accepted)
-    folds = error_on_folds(laboratory, selection)
-    left = folds if others is None else error_on_recording(laboratory, selection, others)
-    gain = make_gain(left.before, left.after, left.measured, *squares, HORIZON_S, left.on)
+    folds = folds_left_out(laboratory)
+    kept = selection
+    if others is None:
+        held, own_gains = folds, cause_gains(laboratory, selection, folds)
+    else:
+        held = another_recording(laboratory, others)
+        carried, own_gains = what_carries_over(laboratory, selection, held)
+        if len(carried.accepted) < len(selection.accepted) and not keep_all:
+            kept = carried
+            after = forward.squares(kept.accepted, kept.after.x, kept.after.fold_x)
+    gain = make_gain(
+        held.error(selection.before, ()),
+        held.error(kept.after, kept.accepted),
+        held.measured,
+        before,
+        after,
+        HORIZON_S,
+        held.on,
+    )
     causes = data_causes(checks, laboratory, without, selection)
-    found = model_causes(laboratory, selection)
+    found = model_causes(laboratory, selection, kept, own_gains)
     causes += [cause for cause in found if not cause.tolerated]
     tolerated = tuple(cause for cause in found if cause.tolerated)
     # What the model lacks is told before what the data lack.
@@ -167,7 +192,7 @@ def diagnose(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    errors = estimated(laboratory, selection).errors
+    errors = estimated(laboratory, kept).errors
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,
@@ -185,17 +210,17 @@ def diagnose(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
-        refit=dict(zip(nominal, selection.after.x.tolist(), strict=False)),
+        refit=dict(zip(nominal, kept.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(selection, robot.names),
-        stages=tuple(stages(laboratory, selection)),
+        stages=tuple(stages(folds, laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
         selection=selection,
         confusability=confusability(laboratory, selection.accepted),
         # The pictures show the recordings that were diagnosed, not the one that was left out.
-        residual_before=folds.before,
-        residual_after=folds.after,
+        residual_before=folds.error(selection.before, ()),
+        residual_after=folds.error(selection.after, selection.accepted),
     )
 
 

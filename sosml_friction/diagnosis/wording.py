@@ -39,8 +39,22 @@ def describe(cause: Cause) -> str:
         name = name.removesuffix(f'_{p.unit}')
         error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
         unit = '' if p.unit == '1' else f' {p.unit}'
-        numbers.append(f'{_words(name)} {p.value:.4g}{error}{unit}')
+        more = _of_harmonics(cause, name)
+        numbers.append(f'{_words(name)} {p.value:.4g}{error}{more}{unit}')
     return f'{where}: {_words(cause.effect)} ({", ".join(numbers)})'
+
+
+def _of_harmonics(cause: Cause, name: str) -> str:
+    """Return an inner parameter of a cause's further harmonics, after a comma each."""
+    kind = TERMS.classes.get(cause.effect)
+    if kind is None or name not in kind.inner:
+        return ''
+    others = (cause.parameters.get(f'{name}_{k}') for k in range(2, len(cause.parameters) + 1))
+    return ''.join(
+        f', {p.value:.4g}' + (f' ± {p.std_error:.2g}' if p.std_error > 0 else '')
+        for p in others
+        if p is not None
+    )
 
 
 def sentence_of(
@@ -64,12 +78,64 @@ def sentence_of(
         text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
-        return f'{text}. {_where_unknown(selection, names)}{gains}{end}'
+        return (
+            f'{text}. {_where_unknown(selection, names)}{gains}'
+            f'{_contradicted((*causes, *tolerated))}{end}'
+        )
     if all(cause.effect in DATA_CAUSES for cause in causes):
         rest = _rest(selection, names).lstrip() or _nothing(selection)
         return f'Named, of the data: {_told(causes)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
-    return f'{lead}: {_told(causes)}. {gains}{_outside(causes)}{_rest(selection, names)}{end}'
+    return (
+        f'{lead}: {_told(causes)}. {gains}{_contradicted((*causes, *tolerated))}'
+        f'{_outside(causes)}{_rest(selection, names)}{end}'
+    )
+
+
+def _contradicted(causes: Sequence[Cause]) -> str:
+    """Return what does not carry over to data left out, with a blank before each sentence."""
+    return ''.join(f' {line}' for cause in causes for line in carry_over_lines(cause))
+
+
+def carry_over_lines(cause: Cause) -> list[str]:
+    """Return what contradicts a cause on data left out, as one sentence; none for no such."""
+    gain = cause.gain
+    if gain is None or gain.carries_over:
+        return []
+    worse = ', '.join(
+        f'{-removed.value:.2g} ± {removed.std_error:.2g} {unit}'
+        for removed, unit in zip(gain.removed, gain.units, strict=True)
+    )
+    if gain.size_recurs:
+        how = (
+            f'its amplitude recurs ({gain.size.value:.2f} ± {gain.size.std_error:.2f} of what was '
+            f'found), its phase does not (off by {gain.phase:.0f} degrees: an incremental encoder '
+            'that has another zero would do so)'
+        )
+    else:
+        how = (
+            f'{gain.recurs.value:.2f} ± {gain.recurs.std_error:.2f} of what it predicts is there, '
+            'and it helps from 0.5 on'
+        )
+    where = '' if cause.in_model else '; the extended model is without it'
+    name = _words(cause.effect).capitalize()
+    return [
+        f'{name} ({cause.joint}) does not carry over: it made the effort error there larger by '
+        f'{worse}; {how}{where}.'
+    ]
+
+
+def gain_line(cause: Cause) -> str:
+    """Return what a cause removes by itself on data left out; '' where that is not known."""
+    gain = cause.gain
+    if gain is None:
+        return ''
+    parts = [
+        f'{joint} {gain.without[i]:.3g} -> {gain.with_it[i]:.3g} {gain.units[i]} '
+        f'({gain.removed[i].value:.2g} ± {gain.removed[i].std_error:.2g} {gain.units[i]} removed)'
+        for i, joint in enumerate(gain.joints)
+    ]
+    return f'{_words(cause.effect)} ({cause.joint}): {", ".join(parts)}'
 
 
 def _outside(causes: Sequence[Cause]) -> str:
@@ -79,7 +145,7 @@ def _outside(causes: Sequence[Cause]) -> str:
     left = [
         f'{_words(cause.effect)} ({cause.joint})'
         for cause in causes
-        if not cause.in_model and cause.effect not in DATA_CAUSES
+        if not cause.in_model and cause.effect not in DATA_CAUSES and not carry_over_lines(cause)
     ]
     return f' The extended model has no {", ".join(left)}.' if left else ''
 

@@ -75,6 +75,8 @@ class BodyRefit:
             )
         }
         changed = with_changes(model, [change])
+        # A joint whose effort nobody knows has no friction.
+        told = [n for n in robot.names if f'{n} coulomb' in nominal.names]
         variance = {
             joint: {
                 name: body_variance(
@@ -84,11 +86,11 @@ class BodyRefit:
                 )
                 for name in ('coulomb', 'viscous', 'bias')
             }
-            for joint in robot.names
+            for joint in told
         }
         return cls(
             changed.model,
-            {joint: _law(fit, i) for i, joint in enumerate(robot.names)},
+            {joint: _law(fit, i) for i, joint in enumerate(robot.names) if joint in told},
             tuple(
                 EffectTerm(term.term, term.joint, term.parameters)
                 for term in fit.terms

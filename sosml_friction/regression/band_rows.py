@@ -57,7 +57,7 @@ class BandRows:
         """
         first = signals[0]
         silent = silent_throughout(signals)
-        nominal = make_nominal(first, settings.tolerance, silent)
+        nominal = make_nominal(first, settings.tolerance, silent, settings.free_inertia)
         candidates = make_candidates(library, first, silent)
         free = Structure(signals)
         structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]

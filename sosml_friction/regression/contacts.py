@@ -23,6 +23,8 @@ _OVER, _CLEAR = 7.0, 14.0
 #: Contacts over more than this share of the time, or more contacts than this, are none, but a
 #: model that is wrong throughout. Chosen, no measurement.
 _MOST, _MANY = 0.15, 12
+#: Most rounds in which the two levels of a push are found: they settle in a few.
+_ROUNDS = 100
 #: Recordings of fewer windows than this have no usual size of a mean. Chosen, no measurement.
 _FEWEST_WINDOWS = 20
 #: Standard deviation of a normal distribution over its median absolute deviation.
@@ -48,16 +50,25 @@ _HIT = 3.0
 #: An impact lasts while the mean square over this time [s] is this many times that of the rest.
 #: Chosen, no measurement.
 _RINGING_S, _RINGING = 0.1, 4.0
+#: Impacts spoil less than this share of the rows in which a joint moves: what most of a motion is
+#: made of is the motion. By definition of a minority.
+_MINORITY = 0.5
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Hold one contact of ``joint``, from ``start_s`` to ``end_s``; ``energy`` [variances]."""
+    """
+    Hold one contact of ``joint``, from ``start_s`` to ``end_s``; ``energy`` [variances].
+
+    ``level`` [Nm or N]: how far the residual is from where it is otherwise, if a push is switched
+    on and off; else NaN.
+    """
 
     joint: int
     start_s: float
     end_s: float
     energy: float
+    level: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -92,7 +103,8 @@ def find_impacts(
 
     A gear with a gap is free of load where what its body needs changes its sign: its motor then
     runs ahead and hits, and nowhere else. Some folds have no such moment at all: that is why the
-    energy is compared, and no waveform is predicted on data left out.
+    energy is compared, and no waveform is predicted on data left out. What would spoil most of a
+    joint's motion is no impact.
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param load: what the body behind each gear needs (rows, n) [Nm or N].
@@ -104,8 +116,8 @@ def find_impacts(
     found: list[Impacts] = []
     joints = [(i, _sign_changes(x)) for i, x in enumerate(load.T)]
     width = max(2, round(_RINGING_S / step))
+    done: set[int] = set()
     while True:
-        done = {impacts.joint for impacts in found}
         seen = [
             _impacts(i, energy[:, i], changes, step, moving[:, i], spoiled)
             for i, changes in joints
@@ -115,7 +127,7 @@ def find_impacts(
         if hit is None:
             return tuple(found), spoiled
         impacts, inside = hit
-        found.append(impacts)
+        done.add(impacts.joint)
         ring = inside.copy()
         for j, own in enumerate(energy.T):
             calm = moving[:, j] & ~inside & ~spoiled
@@ -123,7 +135,14 @@ def find_impacts(
             over, count = label(uniform_filter1d(own, width) > _RINGING * level)
             touching = np.unique(over[inside])
             ring |= np.isin(over, touching[touching > 0]) if count else False
-        spoiled |= ring
+        if _is_minority(spoiled | ring, moving):
+            found.append(impacts)
+            spoiled |= ring
+
+
+def _is_minority(rows: BoolArray, moving: BoolArray) -> bool:
+    """Tell whether rows (rows,) are the smaller part of the motion of each joint."""
+    return all(rows[own].mean() < _MINORITY for own in moving.T if own.any())
 
 
 def _impacts(
@@ -177,6 +196,8 @@ def find_contacts(
     step: float,
     load: FloatArray | None = None,
     moving: BoolArray | None = None,
+    expected: FloatArray | None = None,
+    reach: int = 0,
 ) -> Contacts:
     """
     Return the stretches in which a residual is pushed to one side far beyond its usual size.
@@ -189,6 +210,9 @@ def find_contacts(
     :param step: time between rows [s].
     :param load: what the body behind each gear needs (rows, n) [Nm or N], to look for impacts.
     :param moving: rows (rows, n) that say something of a joint; None for all.
+    :param expected: what the nominal model leaves (rows, n) [Nm or N]: a push that is on as often
+        as off is on where this is larger; None for ``residual``.
+    :param reach: rows that a filter spreads the end of a push over.
     """
     rows = len(residual)
     moving = np.ones(residual.shape, dtype=np.bool_) if moving is None else moving
@@ -209,6 +233,10 @@ def find_contacts(
         over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
         kept = [(a, b) for a, b in runs(over) if relative[a:b].max() > _CLEAR]
         if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
+            nominal = residual if expected is None else expected
+            own, mine = _pushes(i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach)
+            contacts += own
+            mask[:, i] |= mine
             continue
         size = _usual(np.abs(residual[moving[:, i], i]))
         for a, b in kept:
@@ -216,6 +244,57 @@ def find_contacts(
             total = float((residual[a:b, i] ** 2).sum()) / size**2
             contacts.append(Contact(i, float(times[a]), float(times[b - 1]), total))
     return Contacts(tuple(contacts), mask, impacts)
+
+
+def _pushes(
+    joint: int,
+    residual: FloatArray,
+    expected: FloatArray,
+    moving: BoolArray,
+    times: FloatArray,
+    least: int,
+    reach: int,
+) -> tuple[list[Contact], BoolArray]:
+    """
+    Return the pushes of a residual (rows,) that is at one of two levels, and the rows they spoil.
+
+    A signal that something switches on and off, as often as it will: what most of the time is
+    spent at is no usual size then, but the spread about each level is. Levels are those of least
+    squares. Noise changes sides within a few rows; a push lasts for ``least`` rows on the average.
+    """
+    nothing: tuple[list[Contact], BoolArray] = ([], np.zeros(len(residual), dtype=bool))
+    x = residual[moving]
+    if not x.size or not np.ptp(x) > 0.0:
+        return nothing
+    edge = 0.5 * float(x.min() + x.max())
+    for _ in range(_ROUNDS):
+        low, high = x[x <= edge], x[x > edge]
+        before, edge = edge, 0.5 * float(low.mean() + high.mean())
+        if edge == before:
+            break
+    low, high = x[x <= edge], x[x > edge]
+    centres = float(np.median(low)), float(np.median(high))
+    within = _usual(np.concatenate([np.abs(low - centres[0]), np.abs(high - centres[1])]))
+    apart = centres[1] - centres[0]
+    upper = residual > edge
+    # Ends of shorter pushes would spoil more than three quarters of the rows.
+    least = max(least, 4 * reach)
+    if apart < _OVER * within or np.count_nonzero(np.diff(upper)) * least > len(residual):
+        return nothing
+    sizes = [abs(float(np.median(expected[moving & side]))) for side in (~upper, upper)]
+    pushed = moving & (upper if sizes[1] > sizes[0] else ~upper)
+    found = [
+        Contact(
+            joint,
+            float(times[a]),
+            float(times[b - 1]),
+            float((residual[a:b] ** 2).sum()) / within**2,
+            apart,
+        )
+        for a, b in runs(pushed)
+        if b - a > reach
+    ]
+    return found, maximum_filter1d(pushed.astype(np.int8), 2 * reach + 1) > 0
 
 
 def _usual(sizes: FloatArray) -> float:

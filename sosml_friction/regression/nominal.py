@@ -114,7 +114,10 @@ def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
 
 
 def make_nominal(
-    signals: Signals, tolerance: float, silent: frozenset[int] = frozenset()
+    signals: Signals,
+    tolerance: float,
+    silent: frozenset[int] = frozenset(),
+    free_inertia: tuple[str, ...] = (),
 ) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
@@ -126,6 +129,8 @@ def make_nominal(
 
     :param signals: of any stretch; only the model's own numbers are used.
     :param silent: joints without rows.
+    :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
+        they have in the middle of the motion.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
@@ -145,7 +150,13 @@ def make_nominal(
         if index < 10 * robot.n:
             names.append(f'{robot.names[index // 10]} body {index % 10}')
         else:
-            names.append(f'{robot.names[index - 10 * robot.n]} armature')
+            joint = robot.names[index - 10 * robot.n]
+            names.append(f'{joint} armature')
+            if joint in free_inertia:
+                i = index - 10 * robot.n
+                whole = robot.inertia(np.median(signals.q, axis=0))[i, i]
+                # Some stays: nothing can be simulated without.
+                its_bound = (1.0 - tolerance) * whole
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
@@ -155,9 +166,7 @@ def make_nominal(
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(
-        tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent
-    )
+    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent)
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:

@@ -26,7 +26,7 @@ class DiagnosisSettings:
     ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
     share of folds that must gain. ``most_causes``: largest number of named causes, and
     ``most_terms`` with their harmonics.
-    ``seed``: of the nulls.
+    ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely.
     """
 
     band: float | None = None
@@ -47,3 +47,4 @@ class DiagnosisSettings:
     most_causes: int = 4
     most_terms: int = 10
     seed: int = 0
+    free_inertia: tuple[str, ...] = ()

@@ -199,7 +199,11 @@ class WhitenedRegression:
 
     def single(self, effect: Term, joint: int, inner: Inner) -> CandidateColumns:
         """Return the whitened columns of an effect at one value of its inner parameters."""
-        joints, parts = columns_in_band(self.signals, Candidate(effect, joint, (inner,)))
+        return self.on_grid(effect, joint, (inner,))
+
+    def on_grid(self, effect: Term, joint: int, grid: Sequence[Inner]) -> CandidateColumns:
+        """Return the whitened columns of an effect at some values of its inner parameters."""
+        joints, parts = columns_in_band(self.signals, Candidate(effect, joint, grid))
         return CandidateColumns.make(self.system, joints, self.whitening.apply(parts, joints))
 
     def inseparable(self, effect: Term) -> tuple[str, ...]:

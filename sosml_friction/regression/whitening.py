@@ -117,6 +117,7 @@ def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
     """Return where the residual of the library is far beyond noise."""
     parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(rows.signals))]
     residual, moving, times, load = [], [], [], []
+    band = rows.signals[0].band
     for s, part in zip(rows.signals, parts, strict=True):
         kept = slice(s.band.first, None, s.band.factor)
         # What the body behind each gear needs, without the motor's own rotor.
@@ -128,7 +129,9 @@ def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
     return find_contacts(
         np.concatenate(residual),
         np.concatenate(times),
-        rows.signals[0].band.output_step,
+        band.output_step,
         np.concatenate(load),
         np.concatenate(moving),
+        np.concatenate([part[ORDER:] for part in rows.residual]),
+        -(-band.half // band.factor) + ORDER,
     )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner, Term
 
@@ -27,6 +28,7 @@ class Cause:
     that the data cannot tell from it. ``terms``: inner parameters and amplitudes of each harmonic;
     none where the extended model does not have it. ``tolerated``: it is a nominal parameter that
     is off within its tolerance: it is refitted like all of them, and no cause of what is wrong.
+    ``gain``: what it removes by itself on data left out; None where the model does not show it.
     """
 
     effect: str
@@ -36,6 +38,7 @@ class Cause:
     rivals: tuple[str, ...] = ()
     terms: tuple[tuple[Inner, FloatArray], ...] = ()
     tolerated: bool = False
+    gain: CauseGain | None = None
 
     @property
     def key(self) -> tuple[str, str]:
@@ -59,6 +62,7 @@ class Cause:
             'evidence': dict(self.evidence),
             'rivals': list(self.rivals),
             'in_model': self.in_model,
+            'gain': None if self.gain is None else self.gain.to_dict(),
         }
 
 

@@ -108,6 +108,12 @@ def _contacts(laboratory: WhitenedRegression) -> list[Cause]:
         if not episodes or share < _CONTACT:
             continue
         parameters = {'episodes': Parameter(float(len(episodes)), '1')}
+        level = episodes[0].level
+        if np.isfinite(level):
+            parameters['level'] = Parameter(level, laboratory.robot.effort_units[i])
+            # A push may be on for most of the time: what is judged is the rest.
+            left_out = float(laboratory.contacts.mask[:, i].mean())
+            parameters['share_left_out'] = Parameter(left_out, '1')
         for k, e in enumerate(episodes[:_MOST_EPISODES], 1):
             parameters[f'start_{k}'] = Parameter(e.start_s, 's')
             parameters[f'end_{k}'] = Parameter(e.end_s, 's')

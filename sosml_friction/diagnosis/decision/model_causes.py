@@ -4,19 +4,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
-def model_causes(laboratory: WhitenedRegression, selection: Selection) -> list[Cause]:
-    """Return accepted findings as causes; several of one effect and joint are its harmonics."""
+def model_causes(
+    laboratory: WhitenedRegression,
+    selection: Selection,
+    kept: Selection | None = None,
+    gains: Mapping[tuple[str, int], CauseGain] = MappingProxyType({}),
+) -> list[Cause]:
+    """
+    Return accepted findings as causes; several of one effect and joint are its harmonics.
+
+    :param kept: those of them that the extended model has, fitted without the others, whose
+        numbers are those of ``selection``; None for all.
+    :param gains: of each, on data left out.
+    """
+    kept = selection if kept is None else kept
+    found = _causes(laboratory, kept, gains)
+    if kept is not selection:
+        of_all = _causes(laboratory, selection, gains)
+        found = {
+            key: found[key] if key in found else replace(cause, terms=())
+            for key, cause in of_all.items()
+        }
+    return list(found.values())
+
+
+def _causes(
+    laboratory: WhitenedRegression,
+    selection: Selection,
+    gains: Mapping[tuple[str, int], CauseGain],
+) -> dict[tuple[str, int], Cause]:
     names = laboratory.robot.names
     found = estimated(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
@@ -43,8 +73,9 @@ def model_causes(laboratory: WhitenedRegression, selection: Selection) -> list[C
             rivals,
             term,
             alone and finding.effect.tolerated(fit, laboratory.settings.tolerance),
+            gains.get(finding.key),
         )
-    return list(causes.values())
+    return causes
 
 
 def estimated(laboratory: WhitenedRegression, selection: Selection) -> Estimate:

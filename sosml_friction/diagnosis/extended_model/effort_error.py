@@ -1,11 +1,11 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""How much effort is not explained on data left out of the fit, before and after the causes."""
+"""How much effort is not explained on data left out of the fit, with any of the causes."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.evidence import Baseline, Fit
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -22,69 +22,72 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class EffortError:
+class HeldOut:
     """
-    Hold the error of effort, measured minus predicted, in the band (rows, n) [Nm or N].
+    Hold data left out of the fit, in the band: rows of n joints [Nm or N].
 
-    ``before``: of the refitted nominal; ``after``: with the causes; ``measured``: the effort
-    itself, without what joints at rest may take, as the errors are; ``on``: which data were left
-    out, for the report.
+    ``residual`` (rows, n): of the nominal model; ``nominal`` (rows, n, p): its columns;
+    ``columns``: those of a finding (rows, n, k); ``measured``: the effort itself, without what
+    joints at rest may take, as the residual is; ``fold`` (rows,): whose fit did not see a row, or
+    None where no fit saw any; ``on``: which data were left out, for the report.
     """
 
-    before: FloatArray
-    after: FloatArray
+    residual: FloatArray
+    nominal: FloatArray
+    columns: Callable[[Finding], FloatArray]
     measured: FloatArray
+    fold: NDArray[np.int64] | None
     on: str
 
+    def error(self, baseline: Baseline, findings: Sequence[Finding]) -> FloatArray:
+        """Return measured minus predicted effort (rows, n) of a fit with these findings."""
+        wide = np.concatenate([self.nominal, *map(self.columns, findings)], axis=2)
+        if self.fold is None:
+            return np.asarray(self.residual - wide @ baseline.x)
+        return self.residual - np.einsum('rnp,rp->rn', wide, baseline.fold_x[self.fold])
 
-def error_on_folds(laboratory: WhitenedRegression, selection: Selection) -> EffortError:
-    """Return the error on the folds of the recordings, each predicted by the fit without it."""
+
+def folds_left_out(laboratory: WhitenedRegression) -> HeldOut:
+    """Return the folds of the recordings, each for the fit without it."""
     y, Z = laboratory.unwhitened()
-    wide = np.concatenate([Z, *(_columns(laboratory, f) for f in selection.accepted)], axis=2)
-    return EffortError(
-        _left(laboratory, y, Z, selection.before.fold_x),
-        _left(laboratory, y, wide, selection.after.fold_x),
-        laboratory.measured_in_motion(),
-        'folds left out',
+    blocks = laboratory.blocks
+    fold = np.empty(len(y), dtype=np.int64)
+    for own, (first, last) in zip(blocks.fold, itertools.pairwise(blocks.edges), strict=True):
+        fold[first:last] = own
+
+    def columns(finding: Finding) -> FloatArray:
+        return laboratory.own_columns(finding.effect, finding.joint, finding.inner)
+
+    return HeldOut(y, Z, columns, laboratory.measured_in_motion(), fold, 'folds left out')
+
+
+def another_recording(laboratory: WhitenedRegression, others: Sequence[Signals]) -> HeldOut:
+    """Return the stretches of another recording, for the fit to all data."""
+
+    def columns(finding: Finding) -> FloatArray:
+        return np.concatenate(
+            [s.in_band(finding.effect.columns(s, finding.joint, finding.inner)) for s in others]
+        )
+
+    residual, nominal, measured = (
+        np.concatenate([s.in_band(make(s)) for s in others])
+        for make in (lambda s: s.tau - s.torque, laboratory.nominal.columns, lambda s: s.tau)
     )
+    return HeldOut(residual, nominal, columns, measured, None, 'another recording')
 
 
-def error_on_recording(
-    laboratory: WhitenedRegression, selection: Selection, others: Sequence[Signals]
-) -> EffortError:
-    """Return the error on the stretches of another recording, predicted by the fit to all data."""
-    before, after, measured = [], [], []
-    for s in others:
-        y = s.in_band(s.tau - s.torque)
-        Z = s.in_band(laboratory.nominal.columns(s))
-        more = (f.effect.columns(s, f.joint, f.inner) for f in selection.accepted)
-        wide = np.concatenate([Z, *(s.in_band(x) for x in more)], axis=2)
-        before.append(y - Z @ selection.before.x)
-        after.append(y - wide @ selection.after.x)
-        measured.append(s.in_band(s.tau))
-    return EffortError(
-        np.concatenate(before),
-        np.concatenate(after),
-        np.concatenate(measured),
-        'another recording',
-    )
-
-
-def stages(laboratory: WhitenedRegression, selection: Selection) -> list[dict[str, Any]]:
+def stages(
+    held: HeldOut, laboratory: WhitenedRegression, found: Selection
+) -> list[dict[str, Any]]:
     """Return the relative effort error [%] by joint on folds left out, after each cause."""
-    y, wide = laboratory.unwhitened()
-    size = np.linalg.norm(laboratory.measured_in_motion(), axis=0)
+    size = np.linalg.norm(held.measured, axis=0)
     names = laboratory.robot.names
     result = []
-    for k in range(len(selection.accepted) + 1):
-        done = selection.accepted[:k]
-        effect = joint = None
-        if done:
-            effect, joint = done[-1].reported(names)
-            wide = np.concatenate([wide, _columns(laboratory, done[-1])], axis=2)
+    for k in range(len(found.accepted) + 1):
+        done = found.accepted[:k]
+        effect, joint = done[-1].reported(names) if done else (None, None)
         system = laboratory.system.extended([f.columns for f in done])
-        fit = Fit.make(system, laboratory.y)
-        left = _left(laboratory, y, wide, fit.baseline.fold_x)
+        left = held.error(Fit.make(system, laboratory.y).baseline, done)
         error = 100.0 * np.linalg.norm(left, axis=0) / size
         result.append(
             {
@@ -94,18 +97,3 @@ def stages(laboratory: WhitenedRegression, selection: Selection) -> list[dict[st
             }
         )
     return result
-
-
-def _columns(laboratory: WhitenedRegression, finding: Finding) -> FloatArray:
-    return laboratory.own_columns(finding.effect, finding.joint, finding.inner)
-
-
-def _left(
-    laboratory: WhitenedRegression, y: FloatArray, columns: FloatArray, fold_x: FloatArray
-) -> FloatArray:
-    """Return y - columns @ x (rows, n), x of each row that of the fit without its fold."""
-    left = y.copy()
-    blocks = laboratory.blocks
-    for fold, (first, last) in zip(blocks.fold, itertools.pairwise(blocks.edges), strict=True):
-        left[first:last] -= columns[first:last] @ fold_x[fold]
-    return left

@@ -12,6 +12,7 @@ from typing import Any
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.number_text import words
 from sosml_friction.report.common.output import (
@@ -86,6 +87,10 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
             f'  with {words(after["effect"])} ({after["joint"]}): relative effort '
             f'error on folds left out {changes}'
         )
+    told = [line for line in map(gain_line, diagnosis.terms) if line]
+    if told and diagnosis.gain is not None:
+        lines.append(f'Each cause by itself, beside the others, on {diagnosis.gain.on}:')
+        lines += [f'  {line}' for line in told]
     if diagnosis.rejected is not None and diagnosis.verdict != 'bad_data':
         lines.append(f'  not named: {rejection(diagnosis.rejected)}')
     if diagnosis.recommendation is not None:

@@ -20,6 +20,8 @@ class CascadeDrive(LoopDrive):
     """
     Drive one window by a :class:`CascadeController` for each joint, as in the recording.
 
+    What was added to its output is added to its effort here.
+
     :param names: joints in the model's order, each with a controller.
     :param reference: (N, n) wanted positions, finite.
     :param q: position (n,) and v: velocity (n,) at the first sample.
@@ -42,6 +44,11 @@ class CascadeDrive(LoopDrive):
             for key in ('kp', 'kv', 'scale', 'limit')
         )
         self._reference = reference
+        self._injected = np.zeros_like(reference)
+        for i, name in enumerate(names):
+            added = controlled[name].injected
+            if added is not None:
+                self._injected[:, i] = np.nan_to_num(added)
         self._last = q - v * period
         self._last_mean = q - 1.5 * v * period
 
@@ -53,7 +60,8 @@ class CascadeDrive(LoopDrive):
         rate = (mean - self._last_mean) / self._period
         command = self._kp * self._kv * (self._reference[k] - x) - self._kv * rate
         self._last, self._last_mean = x, mean
-        self.ask(float(k), self._scale * np.clip(command, -self._limit, self._limit))
+        effort = self._scale * np.clip(command, -self._limit, self._limit)
+        self.ask(float(k), effort + self._injected[k])
 
     def reported(self) -> FloatArray:
         """Return the efforts that were reported, (N, n), late where the model says so."""

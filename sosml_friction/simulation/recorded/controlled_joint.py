@@ -19,10 +19,15 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ControlledJoint:
-    """Hold a joint's controller and its wanted position on the stamps of the log (N,)."""
+    """
+    Hold a joint's controller and its wanted position on the stamps of the log (N,).
+
+    ``injected`` (N,) [Nm or N]: what was added to the controller's output; None for nothing.
+    """
 
     controller: CascadeController
     reference: FloatArray
+    injected: FloatArray | None = None
 
 
 def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
@@ -37,16 +42,31 @@ def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
     recorded = bag.reference() if cascades else None
     if recorded is None:
         return {}
-    t_ns, names, wanted = recorded
+    added = bag.injected()
+    wanted = _on_stamps(log, recorded)
+    injected = {} if added is None else _on_stamps(log, added)
+    joints = {}
+    for name, entry in cascades.items():
+        if name not in wanted or name not in log.names:
+            continue
+        gains = {key: float(value) for key, value in entry.items() if key != 'kind'}
+        # A joint without such a signal has NaN throughout.
+        own = injected.get(name, np.full(len(log), np.nan))
+        joints[name] = ControlledJoint(
+            CascadeController(**gains), wanted[name], own if np.isfinite(own).any() else None
+        )
+    return joints
+
+
+def _on_stamps(
+    log: JointLog, recorded: tuple[NDArray[np.int64], tuple[str, ...], FloatArray]
+) -> dict[str, FloatArray]:
+    """Return a signal of each joint on the stamps of a log (N,), NaN where it has none."""
+    t_ns, names, values = recorded
     order = np.argsort(t_ns, kind='stable')
     at = order[np.clip(np.searchsorted(t_ns[order], log.t_ns), 0, len(t_ns) - 1)]
     same = t_ns[at] == log.t_ns
-    joints = {}
-    for name, entry in cascades.items():
-        if name not in names or name not in log.names:
-            continue
-        gains = {key: float(value) for key, value in entry.items() if key != 'kind'}
-        controller = CascadeController(**gains)
-        reference = np.where(same, wanted[at, names.index(name)], np.nan)
-        joints[name] = ControlledJoint(controller, reference)
-    return joints
+    return {
+        name: np.where(same, column, np.nan)
+        for name, column in zip(names, values[at].T, strict=True)
+    }

@@ -16,6 +16,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.motion.reference import BLEND, blend
 from sosml_friction.motion.reference_motion import ReferenceMotion
 from sosml_friction.motion.velocity import WindowedSlope
+from sosml_friction.simulation.recorded.law_check import LawCheck
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
 
 FloatArray = NDArray[np.float64]
@@ -32,11 +33,6 @@ _TABLE_S = 1e-3
 _FEWEST = 20
 #: Rounds in which the place is found where the joints were held.
 _ROUNDS = 3
-#: Largest share of the feedback effort that a control law may leave unexplained; above, the law is
-#: not the recorded one. In two recordings with cycles of 1 to 24 ms the true law left 7 and 8 %,
-#: with kp 20 % lower 16 and 17 %, with kp 40 % lower 28 and 30 %. Noise may leave the same share
-#: of the whole effort besides.
-_MOST_LEFT, _NOISE = 0.2, 0.02
 
 
 @dataclass(frozen=True)
@@ -87,17 +83,16 @@ def find_reference(log: JointLog, loop: RecordedLoop) -> LoopReference:
     reference, speed, bend = law.motion.at(time - start, hold)
     ahead = law.fed(reference, speed, bend)
     left = law.left(slice(None), reference, speed, ahead)
-    rest = np.nanmean(np.abs(left), axis=0)
     size = np.nanmean(np.abs(law.tau - np.nanmedian(law.tau, axis=0)), axis=0)
     made = np.nanmean(np.abs(law.tau - ahead[:, law.joints]), axis=0)
-    for name, own, whole, part in zip(loop.gains, rest, size, made, strict=True):
-        if not own <= _MOST_LEFT * part + _NOISE * whole:
-            raise DataError(
-                f'the recorded controller and trajectory do not make the recorded effort of '
-                f'{name}: {100.0 * own / part:.0f} % of what its gains should make is left'
-            )
-    share = 100.0 * rest / np.maximum(made, 1e-300)
-    by_joint = dict(zip(loop.gains, share.tolist(), strict=True))
+    checks = [
+        LawCheck(name, left[:, i], float(made[i]), float(size[i]), time[2:])
+        for i, name in enumerate(loop.gains)
+    ]
+    for check, joint in zip(checks, law.joints, strict=True):
+        if not check.holds:
+            raise DataError(check.objection(loop.robot.effort_units[joint]))
+    by_joint = {check.joint: check.share for check in checks}
     return LoopReference(start, reference, speed, ahead, by_joint)
 
 

@@ -19,6 +19,7 @@ from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.recorded.cascade_drive import CascadeDrive
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 from sosml_friction.simulation.recorded.driver_loop import bridged, simulate_driver_loop
+from sosml_friction.simulation.recorded.law_check import LawCheck
 from sosml_friction.simulation.recorded.loop_start import LoopReference, find_reference
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, during
 from sosml_friction.simulation.recorded.recorded_run import (
@@ -112,10 +113,40 @@ def simulate_recording(
         return _in_driver_loop(forward, model, log, stretches, loop, reference, step)
     if not why_not:
         why_not = str(loop) or _why_not(log, names, controlled or {}, stretches)
+    checks: list[LawCheck] = []
+    if not why_not:
+        assert controlled is not None
+        step("checking the controller's law")
+        checks = _cascade_checks(forward, log, controlled)
+        units = dict(zip(names, forward.robot.effort_units, strict=True))
+        why_not = '; '.join(x.objection(units[x.joint]) for x in checks if not x.holds)
     if why_not:
         return _in_windows(forward, model, stretches, horizon_s or HORIZON_S, why_not, step)
     assert controlled is not None
-    return _in_cascades(forward, model, log, stretches[0], controlled, step)
+    remarks = [check.remark() for check in checks]
+    return _in_cascades(forward, model, log, stretches[0], controlled, step, remarks)
+
+
+def _cascade_checks(
+    forward: ForwardModel, log: JointLog, controlled: Mapping[str, ControlledJoint]
+) -> list[LawCheck]:
+    """Return what the cascades, fed with the recorded motion, leave of the recorded effort."""
+    names = forward.robot.names
+    reference = np.column_stack([controlled[name].reference for name in names])
+    period = float(np.median(np.diff(log.time)))
+    # Before the first sample the motion is not known; the law knows it two samples later.
+    rest = np.zeros(log.q.shape[1])
+    drive = CascadeDrive(forward, names, controlled, reference, log.q[0], rest, period)
+    for k, q in enumerate(log.q):
+        drive.begin(k, q[None])
+    left = log.tau - np.array(drive.commands)
+    left[:2] = np.nan
+    size = np.nanmean(np.abs(log.tau), axis=0)
+    return [
+        LawCheck(name, left[:, i], float(size[i]), float(size[i]), log.time)
+        for i, name in enumerate(names)
+        if np.isfinite(left[:, i]).any()
+    ]
 
 
 def _why_not(
@@ -207,6 +238,7 @@ def _in_cascades(
     stretch: Stretch,
     controlled: Mapping[str, ControlledJoint],
     step: Step,
+    remarks: Sequence[str],
 ) -> RecordedSimulation:
     names, period, count = forward.robot.names, stretch.band.step, len(log)
     start = measured_start(stretch, np.zeros(1, dtype=np.int64))
@@ -231,7 +263,7 @@ def _in_cascades(
         (found.q[0], found.v[0], drive.reported()),
         begins_every(count, count),
     )
-    return _result(CLOSED_LOOP, '', None, forward, model, [stretch], run, log.q[0])
+    return _result(CLOSED_LOOP, '', None, forward, model, [stretch], run, log.q[0], more=remarks)
 
 
 def _in_windows(

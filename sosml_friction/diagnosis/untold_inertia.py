@@ -1,0 +1,50 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Joints whose effort has nothing of the inertia that the model gives them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sosml_friction.diagnosis.data_checks import Check
+from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
+from sosml_friction.model.terms.inertia import Inertia
+from sosml_friction.regression.estimate import Placed, estimate
+from sosml_friction.regression.whitened import WhitenedRegression
+
+
+def untold_inertia(laboratory: WhitenedRegression) -> dict[str, Check]:
+    """
+    Return the joints whose effort contradicts the inertia of the model altogether, and the check.
+
+    Where inertia fitted freely is smaller beyond chance, and so much that the cause ``inertia`` is
+    impossible, the model's is none of this motion: a wrong model, or acceleration that noise and
+    late stamps of position have spoiled. What the model's inertia would need is no effort that
+    anybody measured then, and it would hide all else.
+    """
+    robot = laboratory.robot
+    result = {}
+    for i in range(robot.n):
+        placed = Placed(Inertia(), i, {}, laboratory.single(Inertia(), i, {}))
+        if not placed.columns.C.any():
+            continue
+        found = estimate(laboratory, [placed])
+        fitted = found.fitted(laboratory)[0]
+        change, error = float(fitted.amplitude[0]), float(fitted.error[0])
+        if change > -BEYOND_CHANCE * error or not Inertia().implausible(fitted):
+            continue
+        middle = robot.inertia(np.median(fitted.signals.q, axis=0))
+        nominal = float(middle[i, i])
+        seen = nominal + change
+        unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
+        name = robot.names[i]
+        result[name] = Check(
+            'inertia',
+            'warning',
+            name,
+            f'the effort of {name} has an inertia of {seen:.2g} ± {error:.2g} {unit}, and the '
+            f'model {nominal:.3g}: correct its armature or record faster motion; here the inertia '
+            'is fitted freely',
+            {'seen': seen, 'seen_std_error': error, 'model': nominal},
+        )
+    return result
