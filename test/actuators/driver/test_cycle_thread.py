@@ -7,8 +7,9 @@ from __future__ import annotations
 import threading
 
 import pytest
+from emulated_clock import EmulatedClock
 
-from sosml_friction.actuators.bus.clock import Clock, EmulatedClock, MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock, MonotonicClock
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 
 PERIOD = 2_000_000
