@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -14,9 +14,6 @@ from sosml_friction.cli.app import app, print_blocks, print_json, progress, rema
 from sosml_friction.cli.options import JsonOrTableOption
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.share import share_directory
-
-if TYPE_CHECKING:
-    pass
 
 _NODE = 'driver_node'
 
@@ -163,7 +160,6 @@ def _bridge(values: dict[str, Any]) -> Path | None:
     """Return the DBC of the first joint of the file that has one, None if none has."""
     from sosml_friction.actuators.actuator import Actuator
     from sosml_friction.actuators.parameter import parameters_of
-    from sosml_friction.share import share_directory
 
     for joint in values.get('joints') or []:
         kind = Actuator.kind(values.get(f'{joint}.driver'), f'{joint}.driver')

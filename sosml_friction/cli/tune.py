@@ -42,12 +42,7 @@ ReversalTimeOption = Annotated[
 @app.command()
 def tune(
     bag: options.BagArgument,
-    observers: Annotated[
-        str | None,
-        options.names_option(
-            f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
-        ),
-    ] = None,
+    observers: ObserversOption = None,
     position_noise: PositionNoiseOption = None,
     velocity_noise: VelocityNoiseOption = None,
     friction_jump: FrictionJumpOption = None,
