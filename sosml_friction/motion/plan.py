@@ -11,8 +11,8 @@ from typing import Any, cast
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError, TrajectoryError
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.model.robot import Robot
@@ -92,7 +92,7 @@ class PlannedTrajectory:
     trajectory: Trajectory
     loads: TrajectoryLoads
     effort_margin: float
-    acceleration_limit: NDArray[np.float64] | None
+    acceleration_limit: FloatArray | None
     uses: tuple[LimitUse, ...]
 
     @property
@@ -106,7 +106,7 @@ class PlannedTrajectory:
         fastest = self.acceleration_limit
         allowance = (1.0 - self.effort_margin) * limit.effort
 
-        def demand(values: NDArray[np.float64], bound: float | None, more: float = 0.0) -> Demand:
+        def demand(values: FloatArray, bound: float | None, more: float = 0.0) -> Demand:
             k = int(np.argmax(np.abs(values[:, joint])))
             return Demand(float(np.abs(values[k, joint])), float(loads.t[k]), bound, more)
 

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.reference import Reference, blend
 from sosml_friction.motion.trajectory import Trajectory
-
-FloatArray = NDArray[np.float64]
 
 
 class ReferenceMotion:

@@ -23,7 +23,6 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from numpy.typing import NDArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -32,6 +31,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -189,7 +189,7 @@ class ObserverNode(ProgramNode):
                 f'from {", ".join(on_line_names())} and select one that runs'
             )
         self._estimator: Any = None
-        self._columns: dict[tuple[str, ...], NDArray[np.int64] | None] = {}
+        self._columns: dict[tuple[str, ...], IndexArray | None] = {}
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
         self._has_estimated = False
         self._lost = 0

@@ -7,10 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
+from sosml_friction.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Gains = dict[str, list[float]]
 
 

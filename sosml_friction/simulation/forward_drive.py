@@ -7,10 +7,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
+from sosml_friction.arrays import FloatArray, IndexArray
 
 
 class Drive(ABC):

@@ -15,8 +15,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.dahl import dahl_step
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.simulated_term import Gear
@@ -25,9 +25,6 @@ from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.forward_start import Start
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 #: Position beyond which a simulation has diverged [rad or m]: no joint of a robot gets there.
 _AWAY = 1e3

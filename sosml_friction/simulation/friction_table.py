@@ -9,13 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
-
 
 #: Amplitudes and inner parameters of the terms that the compiled friction has, by column; the
 #: rest of a row is the width of the sign.

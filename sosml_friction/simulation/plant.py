@@ -7,14 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.friction_table import friction_table, table_torque
 from sosml_friction.simulation.integrator import runge_kutta_step
 
-FloatArray = NDArray[np.float64]
 Drive = Callable[[FloatArray, FloatArray], FloatArray]
 
 

@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, minimize_scalar
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 #: Where v_s is searched [rad/s].
 _LOWEST, _HIGHEST = 1e-3, 1.0

@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.study.condition import Observation
-
-FloatArray = NDArray[np.float64]
 
 #: Everything is judged from this time on [s]: the observers start from zero.
 SCORED_FROM_S = 0.5
@@ -76,7 +74,7 @@ def score(
     )
 
 
-def is_steady(time: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
+def is_steady(time: FloatArray, truth: FloatArray) -> BoolArray:
     """
     Tell where the truth has been steady for 0.25 s, to 10 % of its range, (N,).
 
@@ -89,7 +87,7 @@ def is_steady(time: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
     return steady
 
 
-def reversals(time: FloatArray, velocity: FloatArray) -> NDArray[np.int64]:
+def reversals(time: FloatArray, velocity: FloatArray) -> IndexArray:
     """Return the last sample before each change of sign of the velocity after 0.5 s."""
     crosses = velocity[:-1] * velocity[1:] < 0.0
     # A sample at zero itself counts once, if the signs on its sides differ.

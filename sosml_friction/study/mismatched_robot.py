@@ -7,11 +7,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 class MismatchedRobot(Robot):

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.study.condition import CONDITIONS, Observation, encoder_noise, observe
 from sosml_friction.study.metrics import SCORED_FROM_S, Score
@@ -27,8 +27,6 @@ from sosml_friction.study.parallel import available_cores, run_all, workers
 from sosml_friction.study.plant import PLANT_STEP, simulate, study_robot
 from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case, StudyTask, SweepPoint, run_task
-
-FloatArray = NDArray[np.float64]
 
 #: The noise of tuning starts at this seed; that of scoring is 1, 2, ... and stays below.
 FIRST_TUNING_SEED = 101

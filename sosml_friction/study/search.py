@@ -6,14 +6,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.observers.search_space import Gains, SearchSpace
-
-FloatArray = NDArray[np.float64]
 
 
 class StudyVariant(NamedTuple):

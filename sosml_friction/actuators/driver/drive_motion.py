@@ -7,19 +7,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.soft_stop import SoftStop
 from sosml_friction.actuators.joint_configuration import HostLoop
 from sosml_friction.actuators.measurement import Setpoint
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.controller import JointController
 from sosml_friction.motion.prepare_trajectory import prepare_trajectory
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
-
-FloatArray = NDArray[np.float64]
 
 
 class DriveMotion:

@@ -9,7 +9,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.frame import Frame
@@ -18,11 +17,10 @@ from sosml_friction.actuators.emulator.fault import Fault, FaultPlace, parse_fau
 from sosml_friction.actuators.emulator.frame_faults import FRAME_NS, FrameFaults, TimedFrame
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.joint_configuration import JointConfiguration
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.simulation.plant import Plant
-
-FloatArray = NDArray[np.float64]
 
 # Friction as steep as 1.3 Nm over 5 mrad/s on a light forearm needs steps below 0.3 ms.
 STEP_NS = 250_000

@@ -7,9 +7,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.identification.output_error.output_error_fit import (
@@ -25,8 +25,6 @@ from sosml_friction.simulation.cascade_loop import (
     steps_in_sample,
 )
 from sosml_friction.simulation.simulated import Simulated
-
-FloatArray = NDArray[np.float64]
 
 _LOWER = np.array([1e-9, 0.0, 0.0, -np.inf])
 _FEWEST_CLUSTERS = 8
@@ -130,6 +128,6 @@ def fit_output_error(
     )
 
 
-def _groups(time: FloatArray, cluster_s: float) -> NDArray[np.int64]:
+def _groups(time: FloatArray, cluster_s: float) -> IndexArray:
     stretch = ((time - time[0]) / cluster_s).astype(np.int64)
     return np.array(np.unique(stretch, return_inverse=True)[1], dtype=np.int64)

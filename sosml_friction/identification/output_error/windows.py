@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
@@ -25,8 +25,6 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler
 from sosml_friction.simulation.joint_windows import simulate_joint_windows
-
-FloatArray = NDArray[np.float64]
 
 _NAMES = ('coulomb', 'viscous', 'bias', 'stribeck', 'stribeck_velocity')
 _FEWEST_CLUSTERS = 8

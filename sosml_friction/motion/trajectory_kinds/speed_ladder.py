@@ -6,9 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.building_blocks import (
     TrajectoryBuilder,
     begin_motion,
@@ -58,12 +56,12 @@ def speed_ladder(
 
 def add_ladder(
     motion: TrajectoryBuilder,
-    middle: NDArray[np.float64],
+    middle: FloatArray,
     speeds: Sequence[float],
     plateaus_s: Sequence[float],
     ramp_s: float,
-    top_speed: NDArray[np.float64],
-    scale: NDArray[np.float64],
+    top_speed: FloatArray,
+    scale: FloatArray,
 ) -> TrajectoryBuilder:
     """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
     steps = list(zip(speeds, plateaus_s, strict=True))

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_kalman import (
     measurement_variance,
@@ -16,7 +17,7 @@ from sosml_friction.observers.momentum_kalman import (
     steady_lag_filter,
 )
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Where the study searches the rate [Nm/sqrt(s)] and a jump [Nm]; the bandwidth goes with the cube

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
@@ -23,7 +23,7 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Keeps a weight from underflow: it says nothing, but its hypothesis can come back.
@@ -112,7 +112,7 @@ def _run(
     modes: FloatArray,
     covariances: FloatArray,
     weight: FloatArray,
-    begun: NDArray[np.bool_],
+    begun: BoolArray,
     samples: Columns,
     mobilities: FloatArray,
     gains: tuple[FloatArray, ...],

@@ -11,9 +11,10 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Knee and smoothing of the law that the recipe tells [rad/s or m/s]: friction levels off over

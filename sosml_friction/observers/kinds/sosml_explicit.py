@@ -9,11 +9,11 @@ from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.kinds.sosml import Sosml
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
@@ -108,7 +108,7 @@ class SosmlExplicit(Sosml):
         """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""
         return self.gains['sliding'] / self.gains['boundary'] + self.gains['linear']
 
-    def locally_stable(self, h: float) -> NDArray[np.bool_]:
+    def locally_stable(self, h: float) -> BoolArray:
         """
         Return for each joint whether its estimate of a constant disturbance can settle.
 

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.several.bag_points import (
     BagPoints,
@@ -25,8 +25,6 @@ from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.fit.consolidation_view import BagsJoint, bag_name
-
-FloatArray = NDArray[np.float64]
 
 _LAW: dict[str, Any] = {'color': 'black', 'linewidth': 1.6}
 _JOINT: dict[str, Any] = {'color': 'black', 'linestyle': ':', 'linewidth': 1.6}

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.joint_motion import law_in_motion
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
@@ -20,8 +20,6 @@ from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
 from sosml_friction.report.fit.segment_marks import number_rejected, shade_segments
 from sosml_friction.report.fit.segment_rows import segment_rows
-
-FloatArray = NDArray[np.float64]
 
 _LAW, _REPORTED = 'black', '#b8b8b8'
 _WIDTH_IN = 10.0

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law_residual import (
     Residual,
     autocorrelation,
@@ -25,8 +25,6 @@ from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
-
-FloatArray = NDArray[np.float64]
 
 #: Direction of motion: colours of samples and of means, words.
 _WAYS = ((1.0, '#56B4E9', '#0072B2', 'v > 0'), (-1.0, '#E69F00', '#A84800', 'v < 0'))

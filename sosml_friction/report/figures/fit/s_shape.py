@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
@@ -24,8 +24,6 @@ from sosml_friction.report.common.drawing import Style
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView
-
-FloatArray = NDArray[np.float64]
 
 _COLUMNS = 3
 #: Points of one scatter that a panel shows.
@@ -47,8 +45,8 @@ class _Levels(NamedTuple):
     velocity: FloatArray
     level: FloatArray
     spread: FloatArray
-    used: NDArray[np.bool_]
-    shown: NDArray[np.bool_]
+    used: BoolArray
+    shown: BoolArray
 
 
 class SShape(Figure[JointView]):
@@ -211,7 +209,7 @@ def _law(
     x: FloatArray,
     y: FloatArray,
     half: FloatArray | None,
-    measured: NDArray[np.bool_],
+    measured: BoolArray,
     style: Style,
 ) -> None:
     """Draw a law with its band, dotted where it is extrapolated."""

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
@@ -19,8 +19,6 @@ from sosml_friction.simulation.recorded.recorded_simulation import (
     WINDOWS,
     RecordedSimulation,
 )
-
-FloatArray = NDArray[np.float64]
 
 #: Interval, in median sampling intervals, at which a line is broken. Chosen, no measurement.
 _HOLE = 10.0
@@ -98,7 +96,7 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
 
 
 def _parted(
-    time: FloatArray, values: FloatArray, begins: NDArray[np.bool_]
+    time: FloatArray, values: FloatArray, begins: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return a line, a long one as its envelope, with a hole before each sample that begins."""
     t, x = drawing.envelope(time, values)
