@@ -33,9 +33,8 @@ ONLY = {
     'exceptions': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},
-    'actuators': {
-        *('arrays', 'exceptions', 'registry', 'share', 'model', 'bags', 'motion', 'simulation')
-    },
+    'actuators': {'arrays', 'exceptions', 'registry', 'share'}
+    | {'model', 'bags', 'motion', 'simulation'},
     # Names of the API, loaded when they are used.
     '': {'api', 'bags'},
 }

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands ``sosml can``: look at the actuators on a bus without commanding any."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple

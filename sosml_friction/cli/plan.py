@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml plan``."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

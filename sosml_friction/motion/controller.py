@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From reference to effort, for actuators that take torque."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.arrays import FloatArray

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An envelope that lets an oscillation come out of rest and go back to it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much of one limit of one joint a trajectory uses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plan a trajectory for a robot: from a name and options to what it asks of each joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

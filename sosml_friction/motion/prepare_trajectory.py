@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The check of a trajectory that was asked for, before a driver follows it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where joints should be, and how a reference gets onto a new trajectory."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reference that the driver followed, at any times at once."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.arrays import FloatArray

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the joints should be now: along a trajectory, braking, or where they hold."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.arrays import FloatArray

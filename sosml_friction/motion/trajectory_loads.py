@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a trajectory asks of a robot, and how much of its limits that is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on emulated hardware, each node a process of its own, over CAN bytes and DDS."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal

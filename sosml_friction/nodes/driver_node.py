@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drive and measure the joints over CAN: the lifecycle node around :class:`JointDriver`."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

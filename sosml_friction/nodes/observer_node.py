@@ -12,8 +12,6 @@ the observers (:class:`~sosml_friction.model.effort_correction.EffortCorrection`
 what the joint spends beside its rigid body, and so part of tau_f.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence

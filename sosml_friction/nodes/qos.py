@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quality-of-service profiles of the package's topics."""
 
-from __future__ import annotations
-
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 # Two seconds at 500 Hz: a subscriber that is busy for that long loses nothing.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run one node as a program: executor, signals, exit code."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

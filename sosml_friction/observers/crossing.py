@@ -16,8 +16,6 @@ the sampling and however good the encoder: there is no velocity to tune. The unc
 acceleration is left out, because with it a joint that is held would cross without end.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to friction: one path for on-line, replayed and batch use."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

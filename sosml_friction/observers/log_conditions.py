@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure in a recording what the gains of observers are made from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

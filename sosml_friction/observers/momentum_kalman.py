@@ -18,8 +18,6 @@ is multiplied by R / (P_00 + R) in an update, the others lose a Schur complement
 become asymmetric.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to the momentum and the forcing that drive observers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import isfinite

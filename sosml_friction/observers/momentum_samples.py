@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What observers are driven by: momentum and forcing, interval by interval."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gains of an observer are searched."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

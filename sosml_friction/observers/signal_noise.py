@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Resolution and white noise of a sampled signal, from its differences."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import comb
 

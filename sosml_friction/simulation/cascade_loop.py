@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint that follows a reference under its cascade of loops."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which torque acts on a simulated arm."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as the forward simulation has it: bodies, friction that sticks, and terms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

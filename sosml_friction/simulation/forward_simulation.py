@@ -8,8 +8,6 @@ of second order in the sample. The states of friction and of terms follow the di
 the step began, however far it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple

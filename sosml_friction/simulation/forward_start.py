@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The measured state that a simulation starts from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.arrays import FloatArray, IndexArray

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The friction of all joints, compiled."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

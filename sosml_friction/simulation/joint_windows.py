@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint of a robot, driven by its measured effort in many windows."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a simulation says."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.arrays import FloatArray

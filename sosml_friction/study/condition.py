@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The conditions of the paper's study: what the observers are given of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

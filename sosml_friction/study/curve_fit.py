@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The curve fit of the paper's study: the Stribeck law through an observer's raw output."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import lsq_linear, minimize_scalar
 

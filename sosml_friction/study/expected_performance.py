@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What gains will do, before they are used: noise and settling in a simulated to and fro."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache

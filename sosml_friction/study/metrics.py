@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How good an estimate of friction is: error, noise, settling after a reversal, loop width."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a study says: which observers are best, and the laws that their estimates follow."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -10,8 +10,6 @@ same number of evaluations. Gains are tuned on the noise of other seeds than the
 without noise there is one signal, on which both happens.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What takes part in the study: every observer, in the variants that its class names."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from sosml_friction.arrays import FloatArray

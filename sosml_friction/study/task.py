@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One unit of work of the study: tune an observer, then score it on other seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Search for the best point with an exact number of evaluations, several problems at once."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

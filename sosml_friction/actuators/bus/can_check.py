@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The driver's start-up on a bus, read-only, for a person to look at."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Mapping
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Who is on the bus: ask every type of actuator, command none."""
 
-from __future__ import annotations
-
 import can
 
 from sosml_friction.actuators.actuator import Actuator

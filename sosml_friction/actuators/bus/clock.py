@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The time the driver lives in."""
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 

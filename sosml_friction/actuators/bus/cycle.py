@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One exchange on the bus: all requests out, then all replies in, until one deadline."""
 
-from __future__ import annotations
-
 import contextlib
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence

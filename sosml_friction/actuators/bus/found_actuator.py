@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an actuator says of itself when somebody asks who is on the bus."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 

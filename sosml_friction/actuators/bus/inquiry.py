@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ask on a bus, outside any cycle, and listen."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import can

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The adapter's end of slcan over TCP, for emulated actuators."""
 
-from __future__ import annotations
-
 import contextlib
 import select
 import socket

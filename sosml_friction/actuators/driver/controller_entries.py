@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the driver tells a recording of its controllers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the joints should be, and the effort that takes them there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A soft end to each joint's range, made of torque."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

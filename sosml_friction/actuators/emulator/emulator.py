@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The emulated exoskeleton: a plant with friction behind emulated actuators."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections.abc import Mapping, Sequence

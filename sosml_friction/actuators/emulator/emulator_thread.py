@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The thread that runs the emulated hardware on a real bus, in real time."""
 
-from __future__ import annotations
-
 import heapq
 import queue
 import threading

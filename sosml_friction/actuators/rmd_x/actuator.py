@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An RMD-X motor as a joint's actuator, by its current, speed or position loop."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from dataclasses import replace

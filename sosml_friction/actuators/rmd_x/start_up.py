@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an RMD-X is asked before it may be enabled, and what is made of its answers."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

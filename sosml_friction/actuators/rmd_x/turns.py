@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which whole turns an encoder lost while it was off."""
 
-from __future__ import annotations
-
 import math
 
 from sosml_friction.model.robot import JointLimits

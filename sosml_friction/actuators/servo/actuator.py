@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position servo behind a CAN bridge as a joint's actuator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the driver is told about a joint with a position servo behind a CAN bridge."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.actuators.joint_configuration import JointConfiguration

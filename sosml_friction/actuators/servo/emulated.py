@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position servo behind its CAN bridge, emulated."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

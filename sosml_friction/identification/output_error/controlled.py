@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error: simulate a joint under its known controller until it moves as it was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

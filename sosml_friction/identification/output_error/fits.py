@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error of a recording: with its controller where that is known, else its effort."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What output error finds of one joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

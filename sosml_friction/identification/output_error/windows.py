@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error without a controller: the measured effort drives the simulation, in windows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Do several recordings obey one law, and if not, which differs in what."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

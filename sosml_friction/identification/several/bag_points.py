@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each of several recordings says of friction, and the law that they say together."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

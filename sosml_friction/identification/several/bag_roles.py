@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which of the paper's trajectories a recording is: stated, recorded with it, or by its motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multisine: a periodic sum of sinusoids of random phase within a band."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reversal: a sinusoid that comes out of rest and goes back to it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

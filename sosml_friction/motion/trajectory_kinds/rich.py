@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rich trajectory: ladder, decaying reversals and multisine, in two postures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """T1, the speed ladder: plateaus of rising then falling speed, each in both directions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from sosml_friction.arrays import FloatArray

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """FO: the first-order momentum observer, equations (11)-(12) of the paper corrected."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

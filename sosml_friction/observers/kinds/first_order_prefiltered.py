@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """FO behind a first-order low-pass, as practitioners run it on a differentiated velocity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Kalman observer with two interacting hypotheses: friction has jumped lately, or not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Kalman observer that expects friction to jump where the velocity may have changed sign."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

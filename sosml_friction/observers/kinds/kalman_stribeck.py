@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Kalman observer whose state carries the Stribeck law: the jump at a reversal is expected."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar

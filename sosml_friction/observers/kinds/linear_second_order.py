@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """LIN2: the linear second-order momentum observer, SOSML without its sliding terms."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort less gravity, low-passed: what friction is while nothing accelerates. A baseline."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

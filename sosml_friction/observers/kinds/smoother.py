@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fixed-interval smoother of the integrated-momentum model: offline, without lag."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

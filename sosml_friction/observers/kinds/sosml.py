@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """SOSML: the second-order sliding-mode momentum observer, equations (13)-(16) corrected."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

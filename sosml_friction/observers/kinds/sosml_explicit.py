@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """SOSML as the paper steps it: explicit Euler with a boundary layer, for comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

@@ -7,8 +7,6 @@ Matplotlib's object interface on the Agg canvas: no global state, no display. Co
 Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from io import BytesIO
 from typing import Any, Literal, NamedTuple

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results as files: nothing foreign is overwritten, nothing is left half written."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

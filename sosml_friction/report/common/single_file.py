@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A result of one file: nothing foreign is overwritten, nothing is left half written."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from sosml_friction.exceptions import ConfigurationError

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of several recordings: what they say together first, then each of them in short."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from html import escape
 

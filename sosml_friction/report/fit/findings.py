@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an analysis says, in sentences."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence

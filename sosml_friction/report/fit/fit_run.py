@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit one or several recordings and write the results: all of ``sosml fit`` but its options."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report: one HTML file that needs nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from html import escape
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint of an analysis, as tables and figures show it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user is told of a fit of one or several recordings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

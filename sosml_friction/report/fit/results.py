@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a fit as files: model folder, report and ``fit.json``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any

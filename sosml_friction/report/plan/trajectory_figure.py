@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture of a trajectory: position, velocity and effort of each joint, with the limits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

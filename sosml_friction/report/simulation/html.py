@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a simulated recording."""
 
-from __future__ import annotations
-
 from html import escape
 
 from sosml_friction.report.common.figure import pictures

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What forward simulation of a recording says, in sentences."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.identification.log_analysis import BagAnalysis

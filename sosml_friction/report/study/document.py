@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The object of ``sosml study --json``, and of ``study.json``."""
 
-from __future__ import annotations
-
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 

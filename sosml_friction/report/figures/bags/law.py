@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One law over several recordings: friction against velocity, and what the law leaves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

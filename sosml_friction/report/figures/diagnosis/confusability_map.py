@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which causes the motion cannot tell apart."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort over time, and what is unexplained of it."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lines in position of what is unexplained."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 

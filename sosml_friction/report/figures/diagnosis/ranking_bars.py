@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each candidate removes on data left out."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 

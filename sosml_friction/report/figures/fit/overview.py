@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recording over time: the counterpart of the paper's Figure 5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

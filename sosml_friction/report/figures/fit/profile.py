@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well the data know the Stribeck term: the profile likelihood of v_s and S."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the law leaves of friction, and whether there is a pattern in it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction against velocity, a panel per observer: the counterpart of the paper's Figure 6."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording and its simulation, one joint."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

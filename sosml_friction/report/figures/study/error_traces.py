@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counterpart of the paper's Figure 3: errors over time with noise."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise against settle time of every causal observer."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing

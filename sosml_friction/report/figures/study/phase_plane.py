@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates over velocity with the laws fitted to them: the phase plane of a study's case."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counterpart of the paper's Figure 2: the slow motion without noise."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.report.common import drawing

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A term over its own axis, with what the data say of it."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.identification.term_residual import TermAxis
