@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """From several bags of one robot to one model of its friction."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone

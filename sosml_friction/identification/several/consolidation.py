@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What several recordings of one robot say of its friction together."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -104,11 +104,16 @@ def marker_edge(style: Style) -> str:
     return style.colour if style.marker in ('x', '+') else 'white'
 
 
+def key(**look: Any) -> Line2D:
+    """Return an entry of a legend: a line or marker that looks so, with its ``label``."""
+    return Line2D([], [], **look)
+
+
 def before_and_after() -> list[Any]:
     """Return the legend of what the refitted model leaves, and of what is left with the causes."""
     return [
-        Line2D([], [], color=BEFORE, label='refitted model'),
-        Line2D([], [], color=AFTER, label='with what was named'),
+        key(color=BEFORE, label='refitted model'),
+        key(color=AFTER, label='with what was named'),
     ]
 
 

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sosml_friction.arrays import FloatArray
@@ -79,7 +78,7 @@ class BagsLaw(Figure[BagsJoint]):
                 _points(knee, x, way * (y[mine] - own), error, colour, arrow)
                 _points(residual_log, x, way * left[mine], error, colour, arrow)
             label = bag_name(view.consolidation, bag)
-            handles.append(Line2D([], [], linestyle='', marker=marker, color=colour, label=label))
+            handles.append(drawing.key(linestyle='', marker=marker, color=colour, label=label))
         v = np.geomspace(0.3 * slowest, top, 300)
         half = other = None
         if entry.joint_fit is not None and entry.preferred == JOINT:
@@ -114,16 +113,16 @@ class BagsLaw(Figure[BagsJoint]):
         for column in panels.T:
             figure.align_ylabels(column)
         handles += [
-            Line2D([], [], linestyle='', marker='^', color=drawing.GREY, label='v > 0'),
-            Line2D([], [], linestyle='', marker='v', color=drawing.GREY, label='v < 0'),
-            Line2D([], [], label='law of the model', **_LAW),
+            drawing.key(linestyle='', marker='^', color=drawing.GREY, label='v > 0'),
+            drawing.key(linestyle='', marker='v', color=drawing.GREY, label='v < 0'),
+            drawing.key(label='law of the model', **_LAW),
         ]
         if half is not None:
             handles.append(Patch(label='95 % band', **_BAND))
         if other is not None:
-            handles.append(Line2D([], [], label='joint fit', **_JOINT))
+            handles.append(drawing.key(label='joint fit', **_JOINT))
         if truth is not None:
-            handles.append(Line2D([], [], label='truth', **_TRUTH))
+            handles.append(drawing.key(label='truth', **_TRUTH))
         drawing.legend_below(figure, handles)
         return figure
 

@@ -3,7 +3,6 @@
 """The lines in position of what is unexplained."""
 
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.diagnosis.residual.position_spectrum import moves_enough, position_lines
@@ -57,6 +56,6 @@ class PositionPeriodogram(Figure[JointResidual]):
             ax.set_ylim(bottom=0.0)
         handles = drawing.before_and_after()
         if lines.named:
-            handles.append(Line2D([], [], color=_NAMED, linewidth=3.0, label='named'))
+            handles.append(drawing.key(color=_NAMED, linewidth=3.0, label='named'))
         drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.2, 0.2), handles)
         return figure

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.joint_motion import law_in_motion
@@ -73,10 +72,8 @@ class Overview(Figure[JointView]):
         handles, known = _draw_friction(axes[3], view)
         if reported:
             handles += [
-                Line2D([], [], color=_REPORTED, linewidth=2.0, label='velocity, reported'),
-                Line2D(
-                    [], [], color='black', linewidth=1.0, label='velocity, position difference'
-                ),
+                drawing.key(color=_REPORTED, linewidth=2.0, label='velocity, reported'),
+                drawing.key(color='black', linewidth=1.0, label='velocity, position difference'),
             ]
         rows = segment_rows(view)
         handles += shade_segments(axes, rows)
@@ -115,7 +112,7 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], FloatArray]:
         drawing.draw_line(
             axes, view.time, tau_f, color=colour, linewidth=1.8 if place == 0 else 1.0
         )
-        handles.append(Line2D([], [], color=colour, linewidth=2.0, label=observer_label(observer)))
+        handles.append(drawing.key(color=colour, linewidth=2.0, label=observer_label(observer)))
     if view.model is not None and view.preferred is not None:
         predicted = law_in_motion(view.model.fit, view.q, view.speed, view.zero_band)
         if predicted is not None:
@@ -124,7 +121,7 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], FloatArray]:
                 axes, view.time, predicted, color=_LAW, linewidth=1.0, linestyle='--'
             )
             text = f'law fitted to {observer_label(view.preferred)}'
-            handles.append(Line2D([], [], color=_LAW, linewidth=1.0, linestyle='--', label=text))
+            handles.append(drawing.key(color=_LAW, linewidth=1.0, linestyle='--', label=text))
     return handles, np.concatenate(known)
 
 

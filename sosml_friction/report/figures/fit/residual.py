@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sosml_friction.arrays import FloatArray
@@ -86,12 +85,12 @@ class LawResidual(Figure[JointView]):
         of = observer_label(view.preferred or '')
         handles = [
             *(
-                Line2D([], [], linestyle='', marker='.', markersize=8, color=colour,
+                drawing.key(linestyle='', marker='.', markersize=8, color=colour,
                        label=f'{of}, samples, {text}')
                 for _, colour, _, text in _WAYS
             ),
-            Line2D([], [], color=drawing.GREY, linewidth=2.0, label='mean in a bin or window'),
-            Line2D([], [], color=drawing.GREY, linestyle=':', label='± residual std of the fit'),
+            drawing.key(color=drawing.GREY, linewidth=2.0, label='mean in a bin or window'),
+            drawing.key(color=drawing.GREY, linestyle=':', label='± residual std of the fit'),
             *levels,
         ]  # fmt: skip
         if white:
@@ -146,7 +145,7 @@ def _levels(axes: Axes, view: JointView) -> tuple[list[Any], float]:
         axes.plot(*left, zorder=4, **look)
         largest = max(largest, float(np.max(np.abs(np.nan_to_num(left[1])), initial=0.0)))
         label = f'{observer_label(observer)}, level of a window'
-        handles.append(Line2D([], [], label=label, **look))
+        handles.append(drawing.key(label=label, **look))
     return handles, largest
 
 

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from sosml_friction.arrays import BoolArray, FloatArray
@@ -298,21 +297,21 @@ def _legend(view: JointView) -> Sequence[Any]:
     hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
     used = 'window used: level, ± std within it'
     handles: list[Any] = [
-        Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **dot),
-        Line2D([], [], marker='o', markeredgecolor='white', label=used, **dot),
-        Line2D([], [], marker='^', label='v > 0', **dot),
-        Line2D([], [], marker='v', label='v < 0', **dot),
+        drawing.key(marker='.', markersize=5, alpha=0.5, label='samples', **dot),
+        drawing.key(marker='o', markeredgecolor='white', label=used, **dot),
+        drawing.key(marker='^', label='v > 0', **dot),
+        drawing.key(marker='v', label='v < 0', **dot),
     ]
     count = sum(bool(segment.rejected) for segment in view.segments)
     if count:
         longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
-        handles.append(Line2D([], [], marker='o', label=f'window not used{longest}', **hollow))
+        handles.append(drawing.key(marker='o', label=f'window not used{longest}', **hollow))
     line: dict[str, Any] = {'color': drawing.GREY, 'linewidth': 1.8}
-    handles.append(Line2D([], [], label='fitted law', **line))
-    handles.append(Line2D([], [], linestyle=':', label='slower than the data', **line))
+    handles.append(drawing.key(label='fitted law', **line))
+    handles.append(drawing.key(linestyle=':', label='slower than the data', **line))
     if _any_band(view):
         handles.append(Patch(color=drawing.GREY, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
     if view.truth is not None:
-        handles.append(Line2D([], [], color='black', linestyle='--', linewidth=1.1, label='truth'))
+        handles.append(drawing.key(color='black', linestyle='--', linewidth=1.1, label='truth'))
     return handles

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.report.common import drawing
@@ -85,9 +84,9 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
         drawing.legend_below(
             figure,
             [
-                Line2D([], [], color=drawing.GREY, linewidth=2.2, label='measured'),
-                Line2D([], [], color=_SIMULATED, label=own),
-                Line2D([], [], color=_ERROR, label='error'),
+                drawing.key(color=drawing.GREY, linewidth=2.2, label='measured'),
+                drawing.key(color=_SIMULATED, label=own),
+                drawing.key(color=_ERROR, label='error'),
             ],
         )
         return figure

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from sosml_friction.model.laws import make_friction_law
-from sosml_friction.report.common.drawing import GREY, label_axes, style_of
+from sosml_friction.report.common.drawing import GREY, key, label_axes, style_of
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.metrics import SCORED_FROM_S
 from sosml_friction.study.outcome import fitted_laws
@@ -55,8 +54,8 @@ def draw_phase_plane(
     for k, name in enumerate(shown):
         style = style_of(name, k)
         handles.append(
-            Line2D([], [], color=style.colour, linewidth=style.width, linestyle=style.dashes,
+            key(color=style.colour, linewidth=style.width, linestyle=style.dashes,
                    marker='.', markersize=8.0, label=f'{observer_label(name)}: samples and law')
         )  # fmt: skip
-    handles.append(Line2D([], [], label='truth', **TRUTH_STYLE))
+    handles.append(key(label='truth', **TRUTH_STYLE))
     return handles
