@@ -56,7 +56,7 @@ def trajectory(
     Example: sosml trajectory multisine --set amplitude=0.2 --plot multisine.png
     """
     from sosml_friction.motion.plan import plan_trajectory
-    from sosml_friction.report.common.single_file import check_file, write_file
+    from sosml_friction.report.common.output import check_file, write_file
     from sosml_friction.report.plan import trajectory_view as view
 
     if plot is not None:

@@ -21,8 +21,7 @@ from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from sosml_friction.actuators.bus.clock import MonotonicClock
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.configuration import DriverConfiguration
-from sosml_friction.actuators.driver.controller_entries import controller_entries
+from sosml_friction.actuators.driver.configuration import DriverConfiguration, controller_entries
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample

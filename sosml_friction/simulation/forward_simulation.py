@@ -9,7 +9,7 @@ the step began, however far it is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
-from sosml_friction.simulation.forward_start import Start
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
 
@@ -34,6 +33,27 @@ _SETTLE_S = 0.5
 #: Least damping of the gears in that time, as a share of critical damping, outside of a gap. With
 #: less, the noise of the measured path makes them ring, and their body starts too fast.
 _SETTLE_DAMPING = 0.5
+
+
+@dataclass(frozen=True)
+class Start:
+    """
+    Hold the measured state that windows start from, (W, n): of the encoders.
+
+    ``acceleration`` makes the first guess of the load; ``sign`` is the state of friction.
+    ``path`` (N, n): measured position of the recording, as smooth as its second derivative needs;
+    ``at`` (W,): where in it they start. ``time`` (N,) [s] and ``warm`` (N, n) [degC, NaN]: of the
+    recording's samples.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    acceleration: FloatArray
+    sign: FloatArray
+    path: FloatArray
+    at: IndexArray
+    time: FloatArray
+    warm: FloatArray
 
 
 def simulate(

@@ -5,8 +5,7 @@
 import can
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.exceptions import ActuatorError
 
 # Another host's cycle would be heard within this time.

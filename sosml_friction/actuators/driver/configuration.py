@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,11 @@ from typing import Any
 import yaml
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.joint_configuration import JointConfiguration
+from sosml_friction.actuators.joint_configuration import HostLoop, JointConfiguration
 from sosml_friction.actuators.parameter import check_parameters, parameter, parameters_of
+from sosml_friction.bags.controllers import ACTUATOR, PD
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.robot import JointLimits
 
 
 @dataclass(frozen=True)
@@ -196,3 +198,26 @@ def _flatten(prefix: str, values: Mapping[str, Any], result: dict[str, Any]) -> 
             _flatten(f'{prefix}{key}.', value, result)
         else:
             result[f'{prefix}{key}'] = value
+
+
+def controller_entries(
+    configuration: DriverConfiguration, limits: Sequence[JointLimits]
+) -> dict[str, dict[str, Any]]:
+    """
+    Return an entry for each joint, as :mod:`sosml_friction.bags.controllers` describes it.
+
+    :param limits: of the URDF; the lower of its effort and the current limit counts.
+    """
+    entries: dict[str, dict[str, Any]] = {}
+    for joint, limit in zip(configuration.joints, limits, strict=True):
+        loop = joint.loop(limit)
+        if not isinstance(loop, HostLoop):
+            entries[joint.name] = {'kind': ACTUATOR, 'reason': loop}
+            continue
+        entries[joint.name] = {
+            'kind': PD,
+            **loop._asdict(),
+            'rate': configuration.rate,
+            'velocity_window': configuration.velocity_window,
+        }
+    return entries

@@ -8,9 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from sosml_friction.actuators.actuator import RESTART_DISTANCE
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.driver.start_up import Request
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.plausibility import Plausibility

@@ -10,7 +10,6 @@ from sosml_friction.actuators.driver.start_up import Check, Request, Step
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.configuration import MOTOR_TURN, NO_TURN, RmdXConfiguration
 from sosml_friction.actuators.rmd_x.protocol import Protocol
-from sosml_friction.actuators.rmd_x.turns import lost_turns
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
@@ -253,3 +252,26 @@ class RmdXStartUp(Actuator):
         self._written = True
         milliseconds = self.configuration.motor_watchdog_ms
         return [self.request(rmd_x.SetTimeout(milliseconds))]
+
+
+# No motor winds up further than this before it is looked at.
+_MOST_TURNS = 1000
+
+
+def lost_turns(q: float, limits: JointLimits, margin: float, turn: float) -> list[int]:
+    """
+    Return every k, by size, for which q + k * turn is inside the joint's band.
+
+    The band is lower - margin to upper + margin. One k: that many turns were lost. None: the
+    encoder's zero is wrong. Several: the band is wider than a turn, and nobody can tell.
+
+    :param q: the angle by the encoder [rad or m].
+    :param turn: the angle of one turn at the joint [rad or m], > 0.
+    """
+    low, high = limits.lower - margin, limits.upper + margin
+    if not math.isfinite(q):
+        return []
+    first, last = math.ceil((low - q) / turn), math.floor((high - q) / turn)
+    if max(abs(first), abs(last)) > _MOST_TURNS:
+        return []
+    return sorted(range(first, last + 1), key=abs)

@@ -7,9 +7,8 @@ from collections.abc import Hashable
 from typing import Any
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.driver.start_up import Check, Request, Step
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.servo.configuration import ServoConfiguration

@@ -13,11 +13,16 @@ from sosml_friction.report.common.provenance_view import (
     provenance_table,
     recording_rows,
 )
-from sosml_friction.report.fit.findings import data_remarks, joint_sentence, notes, sampling_text
+from sosml_friction.report.fit.findings import (
+    data_remarks,
+    joint_sentence,
+    notes,
+    sampling_text,
+    simulation_lines,
+)
 from sosml_friction.report.fit.inverse_view import inverse_section
 from sosml_friction.report.fit.joint_section import joint_section
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.simulation.text import simulation_lines
 
 #: How it was done, in sentences.
 METHOD = (

@@ -13,8 +13,8 @@ from rich.console import RenderableType
 from sosml_friction.bags.bag import Bag
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
+from sosml_friction.report.fit.findings import simulation_lines
 from sosml_friction.report.fit.inverse_view import inverse_table
-from sosml_friction.report.simulation.text import simulation_lines
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from lockstep import (
     nominal_robot,
 )
 
-from sosml_friction.actuators.driver.controller_entries import controller_entries
+from sosml_friction.actuators.driver.configuration import controller_entries
 from sosml_friction.actuators.rmd_x.configuration import POSITION_MODE
 from sosml_friction.bags.controllers import parse_controllers
 from sosml_friction.motion.trajectory import Trajectory

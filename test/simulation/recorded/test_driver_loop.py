@@ -19,7 +19,7 @@ from lockstep import (
 )
 from lockstep_run import run_lockstep
 
-from sosml_friction.actuators.driver.controller_entries import controller_entries
+from sosml_friction.actuators.driver.configuration import controller_entries
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import controller_tags
 from sosml_friction.bags.joint_log import JointLog
