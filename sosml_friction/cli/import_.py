@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml import``."""
 
+from __future__ import annotations
+
 import re
 from pathlib import Path
 from typing import Annotated

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arguments and options that several commands of ``sosml`` have."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated, Any
 

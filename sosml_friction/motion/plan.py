@@ -15,12 +15,7 @@ from sosml_friction.exceptions import ConfigurationError, TrajectoryError
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import per_joint
-from sosml_friction.motion.trajectories import (
-    COMMON,
-    TrajectoryKind,
-    build_trajectory,
-    find_kind,
-)
+from sosml_friction.motion.trajectories import COMMON, TrajectoryKind, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import (
     LimitUse,

@@ -25,12 +25,7 @@ from sosml_friction.nodes.run import make_executor
 from sosml_friction.report.common.output import to_json
 from sosml_friction.report.common.progress import Step, progress
 from sosml_friction.report.common.tables import parameter_table, print_table
-from sosml_friction.report.fit.results import (
-    FILES,
-    check_destination,
-    fit_document,
-    write_results,
-)
+from sosml_friction.report.fit.results import FILES, check_destination, fit_document, write_results
 from sosml_friction.share import share_directory
 
 #: What the chain writes into the demo's folder, and so may replace.

@@ -18,6 +18,8 @@ The bag says in its tags (rosbag2's custom data) which trajectory it is: ``traje
 ``controller_configuration``, which controllers ran: ``controller.<joint>`` as JSON.
 """
 
+from __future__ import annotations
+
 import json
 import struct
 import sys

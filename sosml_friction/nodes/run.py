@@ -34,9 +34,7 @@ def make_executor() -> Executor:
 
 
 def run_node(
-    factory: Callable[[], Node],
-    args: Sequence[str] | None = None,
-    help_: NodeHelp | None = None,
+    factory: Callable[[], Node], args: Sequence[str] | None = None, help_: NodeHelp | None = None
 ) -> int:
     """
     Run the node ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.

@@ -40,10 +40,7 @@ class Score:
 
 
 def score(
-    observations: Sequence[Observation],
-    estimates: Sequence[FloatArray],
-    joint: int,
-    noisy: bool,
+    observations: Sequence[Observation], estimates: Sequence[FloatArray], joint: int, noisy: bool
 ) -> Score:
     """
     Return the figures of an ensemble of observations of the same run.

@@ -32,12 +32,7 @@ FIRST_TUNING_SEED = 101
 #: all their equations have no solution.
 _WITHOUT_NOISE = 0.01
 #: What a first look does with less, as settings.
-QUICK: Mapping[str, Any] = {
-    'evaluations': 24,
-    'seeds': 2,
-    'tuning_seeds': 1,
-    'plant_step': 200e-6,
-}
+QUICK: Mapping[str, Any] = {'evaluations': 24, 'seeds': 2, 'tuning_seeds': 1, 'plant_step': 200e-6}
 #: Where the Pareto front of noise against settle time is made.
 SWEPT = ('reversal', 'noise')
 

@@ -49,10 +49,7 @@ class _Together:
 
 
 def minimise(
-    objective: Callable[[FloatArray], FloatArray],
-    problems: int,
-    dimensions: int,
-    evaluations: int,
+    objective: Callable[[FloatArray], FloatArray], problems: int, dimensions: int, evaluations: int
 ) -> tuple[FloatArray, FloatArray]:
     """
     Minimise functions over the unit cube, each with exactly ``evaluations`` evaluations.

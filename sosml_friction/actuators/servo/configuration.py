@@ -33,9 +33,7 @@ class ServoConfiguration(JointConfiguration):
         mount=True,
     )
     mode: str = parameter(
-        'servo_dbc: position, by its own loop',
-        POSITION_MODE,
-        choices=(POSITION_MODE,),
+        'servo_dbc: position, by its own loop', POSITION_MODE, choices=(POSITION_MODE,)
     )
 
     def __post_init__(self) -> None:

@@ -7,11 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.motion.building_blocks import (
-    TrajectoryBuilder,
-    begin_motion,
-    move_speeds,
-)
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, move_speeds
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind

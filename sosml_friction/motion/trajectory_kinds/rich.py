@@ -9,11 +9,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.exceptions import TrajectoryError
-from sosml_friction.motion.building_blocks import (
-    begin_motion,
-    move_speeds,
-    per_joint,
-)
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds, per_joint
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.multisine import (

@@ -5,11 +5,7 @@
 from collections.abc import Mapping, Sequence
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.motion.building_blocks import (
-    TrajectoryBuilder,
-    begin_motion,
-    move_speeds,
-)
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import PLATEAU, RAMP, SPEED, SPEEDS, TOP, options_of

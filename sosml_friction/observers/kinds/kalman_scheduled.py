@@ -45,10 +45,7 @@ class KalmanScheduled(Kalman):
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
         """Return a tenth of the random walk between reversals and a jump of 0.3 D at one."""
-        return {
-            **cls._between_jumps(conditions),
-            'crossing_jump': 0.3 * conditions.friction_jump,
-        }
+        return {**cls._between_jumps(conditions), 'crossing_jump': 0.3 * conditions.friction_jump}
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""

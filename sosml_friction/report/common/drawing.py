@@ -174,11 +174,7 @@ def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     renderer = FigureCanvasAgg(figure).get_renderer()
     for columns in range(min(len(handles), 5), 0, -1):
         legend = figure.legend(
-            handles=list(handles),
-            loc='lower center',
-            ncols=columns,
-            fontsize=FONT,
-            frameon=False,
+            handles=list(handles), loc='lower center', ncols=columns, fontsize=FONT, frameon=False
         )
         size = legend.get_window_extent(renderer)
         if size.width <= figure.bbox.width or columns == 1:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis as files: ``diagnosis.json``, the extended model, the report."""
 
+from __future__ import annotations
+
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

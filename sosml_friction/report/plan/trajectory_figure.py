@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture of a trajectory: position, velocity and effort of each joint, with the limits."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.plan import PlannedTrajectory
-from sosml_friction.report.common.drawing import FONT, GREY, draw_line, key, label_axes, new_figure
+from sosml_friction.report.common.drawing import FONT, GREY, draw_line, label_axes, new_figure
 from sosml_friction.report.common.labels import motion_units
+
+FloatArray = NDArray[np.float64]
 
 _LINE, _LIMIT = '#0072B2', '#D55E00'
 #: Farthest that a limit may be from the line to be drawn, as a share of the line's height.
@@ -60,8 +65,8 @@ def trajectory_figure(planned: PlannedTrajectory) -> Figure:
     )
     if planned.beyond:
         handles: Sequence[Any] = [
-            key(color=_LINE, linewidth=1.6, label='within the limits'),
-            key(color=_LIMIT, linewidth=1.6, label='beyond a limit'),
+            Line2D([], [], color=_LINE, linewidth=1.6, label='within the limits'),
+            Line2D([], [], color=_LIMIT, linewidth=1.6, label='beyond a limit'),
         ]
         panels[0, 0].legend(handles=handles, fontsize=FONT, frameon=False, loc='best')
     return figure

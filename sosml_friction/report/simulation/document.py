@@ -57,10 +57,7 @@ def simulation_document(
 
 
 def write_simulation(
-    folder: Path,
-    found: RecordedSimulation,
-    model: RobotModelFile,
-    provenance: Mapping[str, Any],
+    folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
     """
     Write simulation.json and report.html.

@@ -9,11 +9,7 @@ import numpy as np
 
 from sosml_friction.report.common.output import to_plain
 from sosml_friction.report.study.view import shown_observers
-from sosml_friction.study.condition import (
-    GRAVITY_OFFSET,
-    INERTIA_SCALES,
-    encoder_noise,
-)
+from sosml_friction.study.condition import GRAVITY_OFFSET, INERTIA_SCALES, encoder_noise
 from sosml_friction.study.metrics import Score
 from sosml_friction.study.outcome import FITTED, fitted_laws
 from sosml_friction.study.plant import SMOOTHING_VELOCITY, TRUTH

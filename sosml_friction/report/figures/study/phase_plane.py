@@ -21,11 +21,7 @@ TRUTH_STYLE: dict[str, Any] = {'color': 'black', 'linestyle': '--', 'linewidth':
 
 
 def draw_phase_plane(
-    panels: Sequence[Axes],
-    study: Study,
-    case: Case,
-    shown: Sequence[str],
-    limits: Sequence[float],
+    panels: Sequence[Axes], study: Study, case: Case, shown: Sequence[str], limits: Sequence[float]
 ) -> list[Any]:
     """Draw estimates, fitted laws and the truth into panels of rising detail; return handles."""
     observation = study.observations[case]
