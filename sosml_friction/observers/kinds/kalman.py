@@ -83,14 +83,14 @@ class Kalman(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
-        gains = (*self.gains.values(), np.zeros(self.n))
-        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
-
-    def _remember(self, samples: MomentumSamples) -> None:
-        """Keep the last inertia, for :meth:`lag_filter`."""
+        # For the lag.
         if len(samples):
             self._inertia = samples.inertia[-1].copy()
+        return self._filter(samples)
+
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
+        gains = (*self.gains.values(), np.zeros(self.n))
+        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

@@ -129,9 +129,7 @@ class KalmanAdaptive(Kalman):
         super().start(p)
         self._q[:] = self.gains['disturbance_rate'] ** 2
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state = self._x, self._P, self._q, self._means, self._begun
         return _run(*state, samples.columns, tuple(self.gains.values()))
 

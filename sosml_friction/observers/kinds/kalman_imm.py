@@ -206,9 +206,7 @@ class KalmanImm(Kalman):
             'jump_memory': conditions.reversal_time / 3.0,
         }
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state = self._x, self._P, self._modes, self._covariances, self._weight, self._begun
         gains = tuple(self.gains.values())
         return _run(*state, samples.columns, samples.mobility, gains)

@@ -47,8 +47,6 @@ class KalmanScheduled(Kalman):
         """Return a tenth of the random walk between reversals and a jump of 0.3 D at one."""
         return {**cls._between_jumps(conditions), 'crossing_jump': 0.3 * conditions.friction_jump}
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state, gains = (self._x, self._P, self._begun), tuple(self.gains.values())
         return run_filter(*state, samples.columns, samples.mobility, gains)

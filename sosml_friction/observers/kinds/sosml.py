@@ -86,13 +86,18 @@ class Sosml(Observer):
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        if not np.all(self.gains['sliding'] + self.gains['linear'] > 0.0):
+        self._terms = self._of_gains()
+        if not np.all(self._terms[0] + self._terms[2] > 0.0):
             raise ConfigurationError(
                 f'observer {self.identifier} needs sliding > 0 or linear > 0 on each joint: '
                 'without both its estimate never moves'
             )
         self._p_hat = np.full(self.n, np.nan)
         self._sigma = np.full(self.n, np.nan)
+
+    def _of_gains(self) -> tuple[FloatArray, ...]:
+        """Return S1, T1, S2 and T2, (n,) each."""
+        return tuple(self.gains[name] for name in Sosml.gain_units)
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
@@ -126,7 +131,7 @@ class Sosml(Observer):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        return _run(self._p_hat, self._sigma, samples.columns, tuple(self.gains.values()))
+        return _run(self._p_hat, self._sigma, samples.columns, self._terms)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """
@@ -136,7 +141,7 @@ class Sosml(Observer):
         with A = 1 + h T2 + h^2 S2; e is eliminated. The sliding terms, where they act, make the
         true lag shorter: a purely sliding observer (S2 = 0) is taken to have none.
         """
-        s2, t2 = self.gains['linear'][joint], self.gains['linear_damping'][joint]
+        s2, t2 = (term[joint] for term in self._terms[2:])
         if s2 == 0.0:
             return np.ones(1), np.ones(1)
         A = 1.0 + h * t2 + h * h * s2
