@@ -22,12 +22,12 @@ def is_causal(name: str) -> bool:
     return study_variants()[name].observer.causal
 
 
-def ranked(study: Study, case: Case, tuning: str = 'case') -> list[str]:
+def ranked(study: Study, case: Case) -> list[str]:
     """Return the observers of a case, that with the smallest RMSE of joint 1 first."""
     known = {
         row.observer: rmse_mean(row.condition, row.scores[0])
         for row in study.rows
-        if (row.motion, row.condition, row.tuning) == (*case, tuning)
+        if (row.motion, row.condition, row.tuning) == (*case, 'case')
     }
     # One that is not a number comes last.
     return sorted(known, key=lambda name: (math.isnan(known[name]), known[name]))
