@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
@@ -36,7 +35,7 @@ class DriverConfiguration:
     bitrate: int = parameter(
         'the bit rate', 1_000_000, unit='bit/s', range=(10_000, 1_000_000), key='can_bitrate'
     )
-    rate: float = parameter('cycles per second', 500.0, unit='Hz', range=(10.0, 1000.0))
+    rate: float = parameter('cycles per second', 500.0, unit='Hz', range=(10.0, 1000.0), above=0.0)
     velocity_window: int = parameter(
         'positions whose least-squares slope is the velocity; it lags by (N - 1) / 2 periods',
         11,
@@ -47,12 +46,14 @@ class DriverConfiguration:
         0.02,
         unit='s',
         range=(0.0005, 1.0),
+        above=0.0,
     )
     missed_limit: int = parameter(
         'periods without an answer of an actuator that are a fault',
         40,
         unit='periods',
         range=(1, 1000),
+        above=0.0,
     )
     start_tolerance: float = parameter(
         'how far from the present position a trajectory may start',
@@ -72,12 +73,14 @@ class DriverConfiguration:
         5.0,
         unit='rad/s^2 or m/s^2',
         range=(0.01, 1000.0),
+        above=0.0,
     )
     host_timeout: float = parameter(
         'time that callbacks of this node may hang; longer ends in zero torque',
         1.0,
         unit='s',
         range=(0.2, 10.0),
+        above=0.0,
     )
 
     def __post_init__(self) -> None:
@@ -86,12 +89,6 @@ class DriverConfiguration:
             raise ConfigurationError('the driver has no joints: name them in its parameter joints')
         if len(set(self.names)) != len(self.names):
             raise ConfigurationError(f'joints names one twice: {", ".join(self.names)}')
-        if not (math.isfinite(self.rate) and self.rate > 0.0):
-            raise ConfigurationError(f'rate is {self.rate}: give the cycles per second')
-        for key in ('stop_deceleration', 'reply_timeout', 'missed_limit', 'host_timeout'):
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ConfigurationError(f'{key} is {value}: give a positive number')
         if self.reply_timeout > self.missed_limit / self.rate:
             raise ConfigurationError(
                 f'reply_timeout is {self.reply_timeout:g} s, missed_limit is {self.missed_limit} '
