@@ -57,10 +57,7 @@ def render_bags_report(
     """
     Return the report of several recordings as one HTML document, pictures included.
 
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with what is drawn next.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    Arguments and errors are those of :func:`~sosml_friction.report.fit.html.render_report`.
     """
     _check_truth(analysis, truth)
     consolidation = analysis.consolidation

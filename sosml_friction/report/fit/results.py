@@ -6,7 +6,6 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -70,7 +69,7 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
     provenance = {k: v for k, v in analysis.model.provenance.items() if k != 'consolidation'}
     bags = []
     for label, one in analysis.bags.items():
-        views = joint_views(one)
+        views = joint_views(one, truth)
         entry = {**_recording(label, one), 'role': consolidation.roles[label].role}
         bags.append({**entry, **_own_fits(one, views)})
     document: dict[str, Any] = {
@@ -94,10 +93,6 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
     if truth is not None:
         joints = analysis.model.joints
         known = {n: j.friction for n, j in truth.joints.items() if j.friction and n in joints}
-        if not known:
-            raise ConfigurationError(
-                f'the model of the truth has no friction of {", ".join(joints)}: give one that has'
-            )
         document['truth'] = _truth(known)
     return to_plain(document)
 
