@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
@@ -51,7 +51,7 @@ SETTLE_S = 30.0
 MOST_GROWTH_MB = 4.0
 
 
-class BeginClock(MonotonicClock):
+class BeginClock(Clock):
     """Remember the first time that is told to the thread of the cycle: when it began."""
 
     def __init__(self) -> None:

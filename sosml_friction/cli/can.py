@@ -83,7 +83,7 @@ def scan(
     import can
 
     from sosml_friction.actuators.bus.can_scan import scan_bus
-    from sosml_friction.actuators.bus.clock import MonotonicClock
+    from sosml_friction.actuators.bus.clock import Clock
     from sosml_friction.actuators.bus.inquiry import Inquiry
     from sosml_friction.actuators.bus.open_bus import open_bus
     from sosml_friction.report.plan.can_view import scan_document, scan_table
@@ -97,7 +97,7 @@ def scan(
     with progress('listening and asking'):
         bus = open_bus(*name)
         try:
-            found = scan_bus(Inquiry(bus, MonotonicClock(), motors, bridge, wait))
+            found = scan_bus(Inquiry(bus, Clock(), motors, bridge, wait))
         finally:
             # What was found stands, whether the adapter says goodbye or not.
             with suppress(can.CanError, OSError):

@@ -9,7 +9,7 @@ from typing import Any
 
 import can
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
@@ -45,7 +45,7 @@ def check_bus(
     worst, load = bus_load(actuators, configuration)
     fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')
     bus = open_bus(interface, channel, bitrate)
-    clock = MonotonicClock()
+    clock = Clock()
     cycle = BusCycle(bus, clock, actuators)
     try:
         cycle.listen(clock.now_ns() + _LISTEN_NS)
