@@ -82,7 +82,7 @@ def scan(
     """
     import can
 
-    from sosml_friction.actuators.bus.can_scan import scan_bus
+    from sosml_friction.actuators.bus.can_check import scan_bus
     from sosml_friction.actuators.bus.clock import Clock
     from sosml_friction.actuators.bus.inquiry import Inquiry
     from sosml_friction.actuators.bus.open_bus import open_bus
