@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What several recordings say together, as sentences, rows and tables."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from html import escape
 from typing import NamedTuple
