@@ -88,12 +88,10 @@ class FirstOrder(Observer):
         return {'cutoff': w}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._r[:] = 0.0
         self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return run_first_order(self._r, self._p, samples.columns, self.gains['cutoff'])
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

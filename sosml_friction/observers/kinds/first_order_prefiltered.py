@@ -108,12 +108,10 @@ class FirstOrderPrefiltered(FirstOrder):
         return {'cutoff': 2.0 * w, 'prefilter_cutoff': 2.0 * w}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         super().start(p)
         self._f[:] = 0.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return _run(self._f, self._r, self._p, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

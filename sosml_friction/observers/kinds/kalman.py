@@ -76,13 +76,11 @@ class Kalman(Observer):
         }
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._x[:, 1] = p
         # The covariance at the start depends on the first interval.
         self._begun[:] = False
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         # For the lag.
         if len(samples):
             self._inertia = samples.inertia[-1].copy()

@@ -412,7 +412,6 @@ class KalmanStribeck(Observer):
         self._fresh[:] = 1.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         settings = (
             self.gains['position_noise'] ** 2,
             self._prior,

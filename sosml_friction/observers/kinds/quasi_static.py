@@ -46,5 +46,4 @@ class QuasiStatic(FirstOrder):
         super().start(np.zeros(self.n))
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return super().run(replace(samples, p=np.zeros(samples.p.shape)))

@@ -125,12 +125,10 @@ class Sosml(Observer):
         }
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._p_hat[:] = p
         self._sigma[:] = 0.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return _run(self._p_hat, self._sigma, samples.columns, self._terms)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

@@ -93,12 +93,10 @@ class SosmlExplicit(Sosml):
         return {**super()._on_linear(wn, zeta, momentum_noise), 'boundary': boundary}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         super().start(p)
         self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         gains = tuple(self.gains.values())
         return _run(self._p_hat, self._sigma, self._p, samples.columns, gains)
 

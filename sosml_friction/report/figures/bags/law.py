@@ -49,11 +49,9 @@ class BagsLaw(Figure[BagsJoint]):
     )
 
     def applies(self, view: BagsJoint) -> bool:
-        """Tell whether there is a law, and a recording that it is drawn with."""
         return consolidated_law(view.entry) is not None and bool(_points_of(view))
 
     def draw(self, view: BagsJoint) -> Drawing:
-        """Draw the four panels."""
         entry, law, points = view.entry, consolidated_law(view.entry), _points_of(view)
         assert law is not None
         figure = drawing.new_figure(10.0, 7.6)

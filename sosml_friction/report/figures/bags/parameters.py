@@ -23,6 +23,5 @@ class BagsParameters(Figure[BagsJoint]):
     )
 
     def draw(self, view: BagsJoint) -> Drawing:
-        """Draw a row for each recording and way."""
         rows = consolidated_rows(view.consolidation, view.entry)
         return draw_parameters(rows, None if view.truth is None else view.truth.parameters)

@@ -39,7 +39,6 @@ class ConfusabilityMap(Figure[Diagnosis]):
     )
 
     def applies(self, view: Diagnosis) -> bool:
-        """Tell whether there are two causes to compare."""
         found = view.confusability
         return view.laboratory is not None and found is not None and len(found.effects) > 1
 

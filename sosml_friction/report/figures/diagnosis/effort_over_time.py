@@ -19,7 +19,6 @@ class EffortOverTime(Figure[JointResidual]):
     caption = 'Effort, and what is unexplained of it'
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw both over time."""
         figure = drawing.new_figure(10.0, 4.6)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
         time = view.axes['time']

@@ -30,11 +30,9 @@ class PositionPeriodogram(Figure[JointResidual]):
     )
 
     def applies(self, view: JointResidual) -> bool:
-        """Tell whether the joint moves enough."""
         return moves_enough(view)
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw a panel for each direction."""
         lines = position_lines(view)
         figure = drawing.new_figure(10.0, 3.4)
         panels = figure.subplots(1, 2, sharey=True)

@@ -26,11 +26,9 @@ class RankingBars(Figure[Diagnosis]):
     )
 
     def applies(self, view: Diagnosis) -> bool:
-        """Tell whether anything was looked for."""
         return view.laboratory is not None and bool(view.ranking)
 
     def draw(self, view: Diagnosis) -> Drawing:
-        """Draw a bar for each candidate, the best on top."""
         entries = list(view.ranking[:_BARS])[::-1]
         figure = new_figure(10.0, 0.6 + 0.32 * len(entries))
         ax = figure.subplots()

@@ -32,11 +32,9 @@ class Timing(Figure[JointResidual]):
     )
 
     def applies(self, view: JointResidual) -> bool:
-        """Tell whether anything was looked for."""
         return view.diagnosis.selection is not None
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw both panels."""
         figure = drawing.new_figure(10.0, 3.2)
         left, right = figure.subplots(1, 2)
         colours = (drawing.BEFORE, drawing.AFTER)

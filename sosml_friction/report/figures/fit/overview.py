@@ -56,7 +56,6 @@ class Overview(Figure[JointView]):
         return text
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw four panels below one another."""
         effort = bool(np.isfinite(view.tau).any())
         friction = any(np.isfinite(x).any() for x in view.estimates.values())
         heights = [1.0, 1.0, 1.0 if effort else _UNKNOWN, 1.7 if friction else _UNKNOWN]

@@ -23,11 +23,9 @@ class Parameters(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a fit."""
         return view.preferred is not None
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw a row for each fit."""
         return draw_parameters(
             parameter_rows(view), None if view.truth is None else view.truth.parameters
         )

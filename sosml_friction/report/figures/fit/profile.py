@@ -41,11 +41,9 @@ class Profile(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether any fit has a profile."""
         return any(fit.fit.profile is not None for fit in view.fits.values())
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw cost and size beside one another."""
         figure = new_figure(10.0, 3.6)
         panels: Sequence[Axes] = figure.subplots(1, 2)
         cost, sizes = panels

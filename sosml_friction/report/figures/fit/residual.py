@@ -51,11 +51,9 @@ class LawResidual(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a law and something that it leaves."""
         return view.residual() is not None
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw the four panels."""
         residual = view.residual()
         assert residual is not None
         assert view.model is not None

@@ -75,7 +75,6 @@ class SShape(Figure[JointView]):
         return text if _any_band(view) else text.replace(' with its 95 % band', '')
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a fit."""
         return view.preferred is not None
 
     def draw(self, view: JointView) -> Drawing:

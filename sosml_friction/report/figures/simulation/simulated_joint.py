@@ -55,7 +55,6 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
         return view.found.mode != CLOSED_LOOP or view.name not in view.found.followed
 
     def draw(self, view: SimulatedJoint) -> Drawing:
-        """Draw a row for each quantity."""
         found, i = view
         figure = drawing.new_figure(11.0, 7.6)
         axes = figure.subplots(3, 2, sharex=True, width_ratios=[1.0, 1.0])

@@ -31,7 +31,6 @@ class ErrorTraces(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether one of the cases was run."""
         return any(shown_observers(view, case) for case in _CASES)
 
     def draw(self, view: Study) -> Drawing:

@@ -36,7 +36,6 @@ class Mismatch(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether the case was run."""
         return bool(shown_observers(view, _CASE))
 
     def draw(self, view: Study) -> Drawing:

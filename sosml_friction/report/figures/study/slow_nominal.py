@@ -30,11 +30,9 @@ class SlowNominal(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether the case was run."""
         return bool(shown_observers(view, _CASE))
 
     def draw(self, view: Study) -> Drawing:
-        """Draw estimates and laws, and estimate minus truth."""
         case = _CASE
         shown = shown_observers(view, case)
         figure = drawing.new_figure(10.0, 4.8)

@@ -24,7 +24,6 @@ class Component(Figure[TermAxis]):
     )
 
     def draw(self, view: TermAxis) -> Drawing:
-        """Draw line and points."""
         figure = new_figure(7.0, 3.4)
         ax = figure.subplots()
         ax.errorbar(
