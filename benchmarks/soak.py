@@ -25,23 +25,23 @@ from typing import Any
 
 import numpy as np
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
+from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample
 from sosml_friction.actuators.driver.report import DriverState
+from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator, hanging_position
 from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
-from sosml_friction.actuators.emulator.lockstep import (
-    default_configuration,
-    emulated_exoskeleton,
-    nominal_robot,
-)
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.exceptions import SosmlFrictionError
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.share import share_directory
 
+CONFIG = share_directory() / 'config'
 # Nobody wears the emulated arm: a machine that stops for half a second does not end the soak.
 PATIENCE_S = 0.5
 # Time before memory is measured first [s], and the most it may grow from then on [MB]: an
@@ -51,7 +51,7 @@ SETTLE_S = 30.0
 MOST_GROWTH_MB = 4.0
 
 
-class BeginClock(MonotonicClock):
+class BeginClock(Clock):
     """Remember the first time that is told to the thread of the cycle: when it began."""
 
     def __init__(self) -> None:
@@ -125,11 +125,21 @@ def growth_mb(memory: list[float]) -> float:
     return float(np.median(memory[-third:]) - np.median(memory[:third]))
 
 
+def default_configuration() -> DriverConfiguration:
+    """Return the driver's configuration in ``config/exoskeleton.yaml``."""
+    values = read_parameters(CONFIG / 'exoskeleton.yaml', 'driver_node')
+    return DriverConfiguration.from_parameters(values)
+
+
 def emulate(connection: Connection) -> None:
     """Be the hardware, in a process of its own, until told to end; then say what it heard."""
     sys.setswitchinterval(5e-4)
-    emulator = emulated_exoskeleton(
-        options=EmulatorOptions(comm_timeout=PATIENCE_S, servo_watchdog=PATIENCE_S)
+    joints = default_configuration().joints
+    emulator = ExoskeletonEmulator(
+        read_model(CONFIG / 'emulated_exoskeleton'),
+        joints,
+        hanging_position(len(joints)),
+        options=EmulatorOptions(comm_timeout=PATIENCE_S, servo_watchdog=PATIENCE_S),
     )
     bus = SlcanServerBus('127.0.0.1:0')
     thread = EmulatorThread(bus, emulator)
@@ -182,7 +192,8 @@ def soak(seconds: float, rate: float = 500.0, *, progress: bool = False) -> Soak
             missed_limit=max(1, round(PATIENCE_S * rate)),
             reply_timeout=0.02,
         )
-        driver = JointDriver(configuration, nominal_robot(), bus, clock)
+        robot = read_model(CONFIG / 'exoskeleton').make_robot()
+        driver = JointDriver(configuration, robot, bus, clock)
         print(f'bus load: {driver.bus_load()}', file=sys.stderr)
         driver.configure()
         result = _run(driver, clock, seconds, process.pid, progress)

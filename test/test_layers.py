@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
-    ('exceptions', 'registry', 'share'),
+    ('arrays', 'exceptions', 'registry', 'share'),
     ('model',),
     ('bags',),
     ('observers',),
@@ -29,10 +29,12 @@ LAYERS = (
 )
 #: A layer that may know less than all that is below it.
 ONLY = {
+    'arrays': set(),
     'exceptions': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},
-    'actuators': {'exceptions', 'registry', 'share', 'model', 'bags', 'motion', 'simulation'},
+    'actuators': {'arrays', 'exceptions', 'registry', 'share'}
+    | {'model', 'bags', 'motion', 'simulation'},
     # Names of the API, loaded when they are used.
     '': {'api', 'bags'},
 }

@@ -10,9 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from typing import ClassVar
 
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.driver.start_up import Request, Step
 from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
 from sosml_friction.actuators.joint_configuration import JointConfiguration

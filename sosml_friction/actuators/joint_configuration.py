@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the driver is told about one joint: its actuator, how it is mounted and driven."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an actuator is told and what it tells, in units of the joint."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as fields of a dataclass: stated once for values, checks, nodes and documents."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any

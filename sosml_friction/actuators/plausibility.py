@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no working actuator measures, whatever its type."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.actuators.measurement import Measurement

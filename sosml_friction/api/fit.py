@@ -30,9 +30,7 @@ from sosml_friction.report.fit.consolidation_view import bags_answers, bags_tabl
 from sosml_friction.report.fit.findings import answers, caveats
 from sosml_friction.report.fit.joint_view import joint_views
 from sosml_friction.report.fit.results import (
-    bags_document,
     fit_document,
-    write_bags_results,
     write_results,
 )
 
@@ -116,8 +114,7 @@ class Fit(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --json``, without its entry ``output``."""
-        known = self.analysis
-        return bags_document(known) if isinstance(known, BagsAnalysis) else fit_document(known)
+        return fit_document(self.analysis)
 
     def write(self, folder: str | Path) -> Path:
         """
@@ -127,10 +124,7 @@ class Fit(Result):
 
         :raises ConfigurationError: if the folder holds something else or cannot be written.
         """
-        known = self.analysis
-        if isinstance(known, BagsAnalysis):
-            return write_bags_results(folder, known)
-        return write_results(folder, known)
+        return write_results(folder, self.analysis)
 
     def _brief(self) -> str:
         parts = []

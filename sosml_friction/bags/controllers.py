@@ -11,8 +11,8 @@ else is in an entry:
   loop (:class:`~sosml_friction.simulation.cascade_loop.CascadeController`).
 - ``pd``: ``kp`` [Nm/rad or N/m], ``kd`` [Nm s/rad or N s/m], ``limit`` [Nm or N], ``rate_limit``
   [Nm/s or N/s], ``rate`` [Hz], ``velocity_window`` [samples]: what
-  :class:`~sosml_friction.motion.controller.JointController` commands, the inverse dynamics of
-  the driver's model at the reference plus kp (q_r - q) + kd (q_r' - q').
+  :class:`~sosml_friction.actuators.driver.drive_motion.DriveMotion` commands, the inverse
+  dynamics of the driver's model at the reference plus kp (q_r - q) + kd (q_r' - q').
 - ``actuator``: the loop is the actuator's own and not known; ``reason`` says so.
 """
 

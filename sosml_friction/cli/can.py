@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands ``sosml can``: look at the actuators on a bus without commanding any."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
 
@@ -14,9 +12,6 @@ from sosml_friction.cli.app import app, print_blocks, print_json, progress, rema
 from sosml_friction.cli.options import JsonOrTableOption
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.share import share_directory
-
-if TYPE_CHECKING:
-    pass
 
 _NODE = 'driver_node'
 
@@ -87,8 +82,8 @@ def scan(
     """
     import can
 
-    from sosml_friction.actuators.bus.can_scan import scan_bus
-    from sosml_friction.actuators.bus.clock import MonotonicClock
+    from sosml_friction.actuators.bus.can_check import scan_bus
+    from sosml_friction.actuators.bus.clock import Clock
     from sosml_friction.actuators.bus.inquiry import Inquiry
     from sosml_friction.actuators.bus.open_bus import open_bus
     from sosml_friction.report.plan.can_view import scan_document, scan_table
@@ -102,7 +97,7 @@ def scan(
     with progress('listening and asking'):
         bus = open_bus(*name)
         try:
-            found = scan_bus(Inquiry(bus, MonotonicClock(), motors, bridge, wait))
+            found = scan_bus(Inquiry(bus, Clock(), motors, bridge, wait))
         finally:
             # What was found stands, whether the adapter says goodbye or not.
             with suppress(can.CanError, OSError):
@@ -163,7 +158,6 @@ def _bridge(values: dict[str, Any]) -> Path | None:
     """Return the DBC of the first joint of the file that has one, None if none has."""
     from sosml_friction.actuators.actuator import Actuator
     from sosml_friction.actuators.parameter import parameters_of
-    from sosml_friction.share import share_directory
 
     for joint in values.get('joints') or []:
         kind = Actuator.kind(values.get(f'{joint}.driver'), f'{joint}.driver')

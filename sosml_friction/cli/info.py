@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml info``."""
 
-from __future__ import annotations
-
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
 from sosml_friction.cli.options import BagArgument, JsonOption, NamespaceOption
 

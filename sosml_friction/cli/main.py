@@ -8,8 +8,6 @@ stderr; 130 after Ctrl-C. With ``--json`` stdout carries exactly one JSON object
 remarks always go to stderr.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Any

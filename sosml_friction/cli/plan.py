@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml plan``."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer
@@ -25,8 +23,7 @@ NoiseOption = Annotated[
     typer.Option(metavar='NM', help='Standard deviation of a sample of friction; default: 0.05.'),
 ]
 CorrelationOption = Annotated[
-    float | None,
-    typer.Option(metavar='S', help='Correlation time of that noise; default: 0.005.'),
+    float | None, typer.Option(metavar='S', help='Correlation time of that noise; default: 0.005.')
 ]
 AssumeOption = Annotated[
     list[str] | None,

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml study``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -50,15 +48,11 @@ QuickOption = Annotated[
 
 @app.command()
 def study(
-    out: Annotated[Path, options.folder_option('Where to write the report.')] = Path(
-        'study_output'
-    ),
+    out: OutOption = Path('study_output'),
     seeds: SeedsOption = None,
     tuning_seeds: TuningSeedsOption = None,
     evaluations: EvaluationsOption = None,
-    observers: Annotated[
-        str | None, options.names_option('Observers of the study; default: all.')
-    ] = None,
+    observers: ObserversOption = None,
     motions: Annotated[str | None, options.names_option('slow, reversal; default: both.')] = None,
     conditions: Annotated[
         str | None, options.names_option('nominal, noise, mismatch; default: all.')

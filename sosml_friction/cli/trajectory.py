@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml trajectory``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -58,7 +56,7 @@ def trajectory(
     Example: sosml trajectory multisine --set amplitude=0.2 --plot multisine.png
     """
     from sosml_friction.motion.plan import plan_trajectory
-    from sosml_friction.report.common.single_file import check_file, write_file
+    from sosml_friction.report.common.output import check_file, write_file
     from sosml_friction.report.plan import trajectory_view as view
 
     if plot is not None:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml tune``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -42,12 +40,7 @@ ReversalTimeOption = Annotated[
 @app.command()
 def tune(
     bag: options.BagArgument,
-    observers: Annotated[
-        str | None,
-        options.names_option(
-            f'Observers to propose gains for; default: all of {options.OBSERVER_NAMES}.'
-        ),
-    ] = None,
+    observers: ObserversOption = None,
     position_noise: PositionNoiseOption = None,
     velocity_noise: VelocityNoiseOption = None,
     friction_jump: FrictionJumpOption = None,

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of every parameter, for a spreadsheet."""
 
-from __future__ import annotations
-
 import csv
 import io
 from typing import ClassVar

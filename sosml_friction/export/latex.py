@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of every parameter, for a paper."""
 
-from __future__ import annotations
-
 import math
 from typing import ClassVar
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """URDF with ``<dynamics>``: Coulomb and viscous friction of each joint."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 from typing import ClassVar
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -135,7 +136,7 @@ def fit_provenance(
         'samples': len(log),
         'recovered': bool(source.recovery),
         'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
-        'versions': {name: _version(name) for name in ('sosml_friction', 'numpy', 'scipy', 'pin')},
+        'versions': versions(),
         'observers': {
             name: {gain: [float(x) for x in values] for gain, values in gains.items()}
             for name, gains in configuration.gains.items()
@@ -150,8 +151,10 @@ def fit_provenance(
     }
 
 
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return 'unknown'
+def versions() -> dict[str, str]:
+    """Return the versions of the package and of what computes for it."""
+    found = dict.fromkeys(('sosml_friction', 'numpy', 'scipy', 'pin'), 'unknown')
+    for name in found:
+        with suppress(PackageNotFoundError):
+            found[name] = version(name)
+    return found

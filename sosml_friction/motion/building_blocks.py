@@ -7,14 +7,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import limit_uses, trajectory_loads
-
-FloatArray = NDArray[np.float64]
 
 
 class TrajectoryBuilder:

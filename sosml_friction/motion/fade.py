@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """An envelope that lets an oscillation come out of rest and go back to it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 class Signal(NamedTuple):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plan a trajectory for a robot: from a name and options to what it asks of each joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,21 +9,16 @@ from typing import Any, cast
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError, TrajectoryError
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import per_joint
-from sosml_friction.motion.limit_use import LimitUse
-from sosml_friction.motion.trajectories import (
-    COMMON,
-    TrajectoryKind,
-    build_trajectory,
-    find_kind,
-)
+from sosml_friction.motion.trajectories import COMMON, TrajectoryKind, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import (
+    LimitUse,
     TrajectoryLoads,
     limit_uses,
     trajectory_loads,
@@ -92,7 +85,7 @@ class PlannedTrajectory:
     trajectory: Trajectory
     loads: TrajectoryLoads
     effort_margin: float
-    acceleration_limit: NDArray[np.float64] | None
+    acceleration_limit: FloatArray | None
     uses: tuple[LimitUse, ...]
 
     @property
@@ -106,7 +99,7 @@ class PlannedTrajectory:
         fastest = self.acceleration_limit
         allowance = (1.0 - self.effort_margin) * limit.effort
 
-        def demand(values: NDArray[np.float64], bound: float | None, more: float = 0.0) -> Demand:
+        def demand(values: FloatArray, bound: float | None, more: float = 0.0) -> Demand:
             k = int(np.argmax(np.abs(values[:, joint])))
             return Demand(float(np.abs(values[k, joint])), float(loads.t[k]), bound, more)
 

@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The check of a trajectory that was asked for, before a driver follows it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import JointLimits
 from sosml_friction.motion.trajectory import Trajectory
-
-FloatArray = NDArray[np.float64]
 
 # A velocity left over at the last point, where the joint then holds [rad/s or m/s].
 _END_VELOCITY = 0.01

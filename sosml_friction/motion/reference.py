@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where joints should be, and how a reference gets onto a new trajectory."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: In this time the reference moves from where it was onto a new trajectory [s].
 BLEND = 0.5

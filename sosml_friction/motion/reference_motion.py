@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reference that the driver followed, at any times at once."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.reference import Reference, blend
 from sosml_friction.motion.trajectory import Trajectory
-
-FloatArray = NDArray[np.float64]
 
 
 class ReferenceMotion:
@@ -19,7 +15,8 @@ class ReferenceMotion:
 
     As :class:`~sosml_friction.motion.trajectory_follower.TrajectoryFollower`: cubic Hermite
     between points with velocities, else straight lines; held before and after; and for 0.5 s from
-    the start on beside it by share (hold - q_0), share = 1 - s^2 (3 - 2 s), s = t / 0.5.
+    the start on beside it by share (hold - q_0), share = 1 - s^2 (3 - 2 s), s = t / 0.5. ``first``
+    (n,) [rad or m] is where it starts; ``duration`` [s] the time of its last point.
 
     :param wanted: the trajectory; joints in its order.
     :param here: where the joints are when it begins (n,) [rad or m]: it starts there where its
@@ -28,18 +25,8 @@ class ReferenceMotion:
 
     def __init__(self, wanted: Trajectory, here: FloatArray) -> None:
         wanted = wanted.from_rest(here)
-        self._first, self._last, self._end = wanted.q[0], wanted.q[-1], wanted.duration
+        self.first, self._last, self.duration = wanted.q[0], wanted.q[-1], wanted.duration
         self._curve = wanted.spline()
-
-    @property
-    def duration(self) -> float:
-        """Return the time of the last point [s]."""
-        return self._end
-
-    @property
-    def first(self) -> FloatArray:
-        """Return the position at its start (n,) [rad or m]."""
-        return np.asarray(self._first)
 
     def at(self, t: FloatArray, hold: FloatArray) -> Reference:
         """
@@ -47,8 +34,8 @@ class ReferenceMotion:
 
         :param hold: reference before the start (n,) [rad or m].
         """
-        offset = hold - self._first
-        along = (t >= 0.0) & (t < self._end)
+        offset = hold - self.first
+        along = (t >= 0.0) & (t < self.duration)
         inside = np.where(along, t, 0.0)
         q = np.where(along[:, None], self._curve(inside), self._last)
         v, a = (np.where(along[:, None], self._curve(inside, order), 0.0) for order in (1, 2))

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The trajectories by name, and how one is built from its options."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, PPoly
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import TrajectoryError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

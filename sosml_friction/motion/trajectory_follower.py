@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the joints should be now: along a trajectory, braking, or where they hold."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.reference import BLEND, Reference, blend
 from sosml_friction.motion.trajectory import Trajectory, hermite
-
-FloatArray = NDArray[np.float64]
 
 
 class TrajectoryFollower:
@@ -24,7 +20,8 @@ class TrajectoryFollower:
 
     def __init__(self, q: FloatArray) -> None:
         self._zeros = np.zeros(len(q))
-        self._last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
+        #: The reference sampled last.
+        self.last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
         self._trajectory: Trajectory | None = None
         self._braking = False
         self._offset = self._zeros
@@ -39,12 +36,12 @@ class TrajectoryFollower:
     def follow(self, trajectory: Trajectory) -> None:
         """Start ``trajectory``, which begins at time 0, at the next sample."""
         self._begin(trajectory)
-        self._offset = self._last.q - trajectory.q[0]
+        self._offset = self.last.q - trajectory.q[0]
 
     def hold(self, q: FloatArray) -> None:
         """Drop any trajectory and hold ``q`` from now on, wherever the reference was."""
         self._trajectory = None
-        self._last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
+        self.last = Reference(np.array(q, dtype=float), self._zeros, self._zeros)
 
     def brake(
         self,
@@ -71,12 +68,7 @@ class TrajectoryFollower:
         self._begin(Trajectory(names, np.array([0.0, time]), np.array([q, end]), velocities))
         self._braking = True
         self._offset = self._zeros
-        self._last = Reference(np.array(q, dtype=float), np.array(v, dtype=float), self._zeros)
-
-    @property
-    def last(self) -> Reference:
-        """Return the reference sampled last."""
-        return self._last
+        self.last = Reference(np.array(q, dtype=float), np.array(v, dtype=float), self._zeros)
 
     def _begin(self, trajectory: Trajectory) -> None:
         self._trajectory = trajectory
@@ -88,14 +80,14 @@ class TrajectoryFollower:
         """Return the reference at ``now_ns``; times must not decrease between calls."""
         trajectory = self._trajectory
         if trajectory is None:
-            return self._last
+            return self.last
         if self._start_ns is None:
             self._start_ns = now_ns
         t = (now_ns - self._start_ns) * 1e-9
         blending = t < BLEND and bool(self._offset.any())
         if t >= trajectory.t[-1] and not blending:
             self.hold(trajectory.q[-1])
-            return self._last
+            return self.last
         reference = self._along(trajectory, t)
         if blending:
             share, rate, bend = blend(t)
@@ -104,7 +96,7 @@ class TrajectoryFollower:
                 reference.v + rate * self._offset,
                 reference.a + bend * self._offset,
             )
-        self._last = reference
+        self.last = reference
         return reference
 
     def _along(self, trajectory: Trajectory, t: float) -> Reference:

@@ -2,19 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a trajectory asks of a robot, and how much of its limits that is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.limit_use import LimitUse
 from sosml_friction.motion.trajectory import Trajectory
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,6 +26,32 @@ class TrajectoryLoads:
     v: FloatArray
     a: FloatArray
     tau: FloatArray
+
+
+@dataclass(frozen=True)
+class LimitUse:
+    """
+    Hold the instant ``time`` [s] at which ``quantity`` of ``joint`` is closest to its limit.
+
+    ``value`` and ``limit`` are in the joint's units (rad or m, per s, per s^2, Nm or N);
+    ``excess`` is positive beyond the limit and negative within it.
+    """
+
+    joint: str
+    quantity: str
+    value: float
+    time: float
+    limit: float
+    excess: float
+
+    def sentence(self) -> str:
+        """Return what is beyond the limit, without a full stop."""
+        article = 'an' if self.quantity[0] in 'aeiou' else 'a'
+        return (
+            f'the trajectory takes joint {self.joint} to {article} {self.quantity} of '
+            f'{self.value:.3g} at {self.time:.2f} s, {self.excess:.3g} beyond its limit '
+            f'of {self.limit:.3g}'
+        )
 
 
 def trajectory_loads(trajectory: Trajectory, robot: Robot, step: float = 0.01) -> TrajectoryLoads:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One number, or list of numbers, that a trajectory is made from."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Velocity from quantised positions."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

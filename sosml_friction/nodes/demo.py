@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole chain on emulated hardware, each node a process of its own, over CAN bytes and DDS."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -27,12 +25,7 @@ from sosml_friction.nodes.run import make_executor
 from sosml_friction.report.common.output import to_json
 from sosml_friction.report.common.progress import Step, progress
 from sosml_friction.report.common.tables import parameter_table, print_table
-from sosml_friction.report.fit.results import (
-    FILES,
-    check_destination,
-    fit_document,
-    write_results,
-)
+from sosml_friction.report.fit.results import FILES, check_destination, fit_document, write_results
 from sosml_friction.share import share_directory
 
 #: What the chain writes into the demo's folder, and so may replace.

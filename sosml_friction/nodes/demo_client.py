@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The demo's own node: it calls the services of the others and follows the identification."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable, Sequence

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Build ``/diagnostics`` messages (REP-107): for a person to read, not for a machine to act on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``/diagnostics`` shows of the driver: its cycle, its bus and each joint."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drive and measure the joints over CAN: the lifecycle node around :class:`JointDriver`."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys
@@ -21,10 +19,9 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.open_bus import open_bus
-from sosml_friction.actuators.driver.configuration import DriverConfiguration
-from sosml_friction.actuators.driver.controller_entries import controller_entries
+from sosml_friction.actuators.driver.configuration import DriverConfiguration, controller_entries
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample
@@ -160,7 +157,7 @@ class DriverNode(LifecycleNode):
             return open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
 
         self._bus = open_again()
-        clock = MonotonicClock()
+        clock = Clock()
         self._driver = JointDriver(configuration, robot, self._bus, clock, open_again)
         self._driver.configure()
         self._cycle_clock = clock

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Answer CAN frames as the exoskeleton's actuators would, in real time."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import replace

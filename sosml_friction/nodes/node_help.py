@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a node says of itself on ``--help``."""
 
-from __future__ import annotations
-
 import sys
 import textwrap
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ Write ``docs/parameters.md`` from the nodes' own tables.
 ``python -m sosml_friction.nodes.parameter_tables > docs/parameters.md``
 """
 
-from __future__ import annotations
-
 from sosml_friction.nodes import (
     driver_node,
     emulator_node,

@@ -7,8 +7,6 @@ A name may hold ``{joint}``: it then stands for one parameter per joint,
 ``shoulder.torque_constant`` for ``{joint}.torque_constant``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A node that can end its own program."""
 
-from __future__ import annotations
-
 import difflib
 
 from rclpy.node import Node

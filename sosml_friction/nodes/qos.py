@@ -2,23 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The quality-of-service profiles of the package's topics."""
 
-from __future__ import annotations
-
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 # Two seconds at 500 Hz: a subscriber that is busy for that long loses nothing.
-JOINT_STATES = QoSProfile(
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1000,
-)
+JOINT_STATES = QoSProfile(depth=1000)
 """``joint_states`` and ``friction_estimate``: reliable and deep."""
 
-LATCHED = QoSProfile(
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-)
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """``robot_description`` and ``friction_parameters``: a late subscriber gets the last one."""

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """replay_node: play a bag, every topic as recorded, with ``/clock``."""
 
-from __future__ import annotations
-
 import fnmatch
 import sys
 import threading

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run one node as a program: executor, signals, exit code."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -36,9 +34,7 @@ def make_executor() -> Executor:
 
 
 def run_node(
-    factory: Callable[[], Node],
-    args: Sequence[str] | None = None,
-    help_: NodeHelp | None = None,
+    factory: Callable[[], Node], args: Sequence[str] | None = None, help_: NodeHelp | None = None
 ) -> int:
     """
     Run the node ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.

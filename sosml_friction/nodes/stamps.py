@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the monotonic clock a measurement is stamped with to ROS time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 # Two readings further apart than this were interrupted between them.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A trajectory from the message that carries it."""
 
-from __future__ import annotations
-
 import numpy as np
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which observers run, with which gains: written into every bag so that it can be run again."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

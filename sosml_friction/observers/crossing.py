@@ -16,15 +16,12 @@ the sampling and however good the encoder: there is no velocity to tune. The unc
 acceleration is left out, because with it a joint that is held would cross without end.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 @njit(cache=True)

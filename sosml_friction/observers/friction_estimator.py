@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to friction: one path for on-line, replayed and batch use."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import Interval, MomentumSampler, stack
 from sosml_friction.observers.observer import Observer
-
-FloatArray = NDArray[np.float64]
 
 
 class FrictionEstimator(MomentumSampler):

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measure in a recording what the gains of observers are made from."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.robot import Robot
@@ -19,8 +17,6 @@ from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, gains_for_bandwidth, gains_for_conditions
 from sosml_friction.observers.registry import check_observers, make_observer
 from sosml_friction.observers.signal_noise import difference_noise, signal_noise
-
-FloatArray = NDArray[np.float64]
 
 #: What runs over a recording that says not what to run.
 DEFAULT_OBSERVERS = ('first_order', 'sosml')

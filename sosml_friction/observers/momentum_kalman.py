@@ -18,16 +18,12 @@ is multiplied by R / (P_00 + R) in an update, the others lose a Schur complement
 become asymmetric.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.momentum_samples import Columns
-
-FloatArray = NDArray[np.float64]
 
 
 @njit(cache=True)
@@ -135,7 +131,7 @@ def is_finite(x: FloatArray) -> bool:
 
 
 @njit(cache=True)
-def estimate_or_restart(x: FloatArray, begun: NDArray[np.bool_], joint: int, p: float) -> float:
+def estimate_or_restart(x: FloatArray, begun: BoolArray, joint: int, p: float) -> float:
     """
     Return a joint's tau_e; NaN if its state is not finite, and it then begins afresh at ``p``.
 
@@ -153,7 +149,7 @@ def estimate_or_restart(x: FloatArray, begun: NDArray[np.bool_], joint: int, p: 
 def run_filter(
     x: FloatArray,
     P: FloatArray,
-    begun: NDArray[np.bool_],
+    begun: BoolArray,
     samples: Columns,
     mobilities: FloatArray,
     gains: tuple[FloatArray, ...],

@@ -2,22 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to the momentum and the forcing that drive observers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_samples import MomentumSamples
-
-FloatArray = NDArray[np.float64]
 
 #: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
 #: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
@@ -46,7 +42,7 @@ class Stretch:
     :param p_start: momentum at the sample before the first interval, (n,).
     """
 
-    rows: NDArray[np.int64]
+    rows: IndexArray
     p_start: FloatArray
     samples: MomentumSamples
 

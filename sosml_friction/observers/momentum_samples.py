@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What observers are driven by: momentum and forcing, interval by interval."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
+
 #: h, p, integral, forcing and inertia, as compiled functions take them.
 Columns = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 

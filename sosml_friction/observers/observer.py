@@ -9,15 +9,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.search_space import SearchSpace
 from sosml_friction.registry import Registry
 
-FloatArray = NDArray[np.float64]
 #: Gains as a recipe says them: one number for all joints, or one for each.
 Recipe = Mapping[str, FloatArray | float]
 

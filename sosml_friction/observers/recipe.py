@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gains of all observers from stated quantities: noise, friction and motion, or a bandwidth."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every observer there is, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 from sosml_friction.exceptions import ConfigurationError

@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the gains of an observer are searched."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
+from sosml_friction.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 Gains = dict[str, list[float]]
 
 

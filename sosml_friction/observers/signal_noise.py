@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Resolution and white noise of a sampled signal, from its differences."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import comb
 
+from sosml_friction.arrays import FloatArray
 
-def difference_noise(difference: NDArray[np.float64], order: int) -> NDArray[np.float64]:
+
+def difference_noise(difference: FloatArray, order: int) -> FloatArray:
     """
     Return the standard deviation of the white noise whose differences are given, per column.
 
@@ -22,7 +21,7 @@ def difference_noise(difference: NDArray[np.float64], order: int) -> NDArray[np.
     return np.asarray(1.4826 * np.median(np.abs(difference), axis=0) / gain)
 
 
-def signal_noise(x: NDArray[np.float64], order: int = 3) -> tuple[float, float]:
+def signal_noise(x: FloatArray, order: int = 3) -> tuple[float, float]:
     """
     Return the quantum of a signal and the standard deviation of its white noise, in its unit.
 

@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint that follows a reference under its cascade of loops."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
-
-FloatArray = NDArray[np.float64]
 
 #: Names of the joint's parameters M, B, C and bias, in this order.
 PARAMETERS = ('inertia', 'viscous', 'coulomb', 'bias')

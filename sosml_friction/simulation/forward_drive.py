@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which torque acts on a simulated arm."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
+from sosml_friction.arrays import FloatArray, IndexArray
 
 
 class Drive(ABC):

@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A robot as the forward simulation has it: bodies, friction that sticks, and terms."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.joint_friction import JointFriction
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.simulated_term import Body, Gear, SimulatedTerm
-
-FloatArray = NDArray[np.float64]
 
 #: Radians of the fastest oscillation in a step, which is 0.6 % slow then; stable below 2.8.
 _RADIANS = 1.0

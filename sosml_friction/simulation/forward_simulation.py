@@ -8,26 +8,20 @@ of second order in the sample. The states of friction and of terms follow the di
 the step began, however far it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.dahl import dahl_step
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
-from sosml_friction.simulation.forward_start import Start
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 #: Position beyond which a simulation has diverged [rad or m]: no joint of a robot gets there.
 _AWAY = 1e3
@@ -39,6 +33,27 @@ _SETTLE_S = 0.5
 #: Least damping of the gears in that time, as a share of critical damping, outside of a gap. With
 #: less, the noise of the measured path makes them ring, and their body starts too fast.
 _SETTLE_DAMPING = 0.5
+
+
+@dataclass(frozen=True)
+class Start:
+    """
+    Hold the measured state that windows start from, (W, n): of the encoders.
+
+    ``acceleration`` makes the first guess of the load; ``sign`` is the state of friction.
+    ``path`` (N, n): measured position of the recording, as smooth as its second derivative needs;
+    ``at`` (W,): where in it they start. ``time`` (N,) [s] and ``warm`` (N, n) [degC, NaN]: of the
+    recording's samples.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    acceleration: FloatArray
+    sign: FloatArray
+    path: FloatArray
+    at: IndexArray
+    time: FloatArray
+    warm: FloatArray
 
 
 def simulate(

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one integrator: a step of the classical Runge-Kutta rule, compiled or not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, TypeVar
 

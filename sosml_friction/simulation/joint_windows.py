@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint of a robot, driven by its measured effort in many windows."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.simulation.integrator import runge_kutta_step
-
-FloatArray = NDArray[np.float64]
 
 _fade = register_jitable(fade)
 

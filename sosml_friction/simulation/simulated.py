@@ -2,14 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a simulation says."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The conditions of the paper's study: what the observers are given of a run."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler
@@ -17,8 +15,6 @@ from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 from sosml_friction.study.mismatched_robot import MismatchedRobot
 from sosml_friction.study.plant import ARMATURE, JOINTS, StudyRun, study_urdf
-
-FloatArray = NDArray[np.float64]
 
 CONDITIONS = ('nominal', 'noise', 'mismatch')
 #: Errors of the model in ``mismatch``: scales of M, one run each, and offset of g [Nm].

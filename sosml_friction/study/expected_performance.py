@@ -2,23 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """What gains will do, before they are used: noise and settling in a simulated to and fro."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.observers.kinds.kalman_stribeck import SMOOTHING_VELOCITY
 from sosml_friction.observers.log_conditions import LogConditions, slope_weights
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.registry import make_observer
 from sosml_friction.study.metrics import SETTLED, settled_after
-
-FloatArray = NDArray[np.float64]
 
 #: Runs with different noise: the fewest, the most, and the standard error of the mean error, as a
 #: share of the friction jump, at which they are enough. Chosen, no measurement.

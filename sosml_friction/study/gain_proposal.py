@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Gains proposed for a recording, with what they are expected to do."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """How good an estimate of friction is: error, noise, settling after a reversal, loop width."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.study.condition import Observation
-
-FloatArray = NDArray[np.float64]
 
 #: Everything is judged from this time on [s]: the observers start from zero.
 SCORED_FROM_S = 0.5
@@ -44,10 +40,7 @@ class Score:
 
 
 def score(
-    observations: Sequence[Observation],
-    estimates: Sequence[FloatArray],
-    joint: int,
-    noisy: bool,
+    observations: Sequence[Observation], estimates: Sequence[FloatArray], joint: int, noisy: bool
 ) -> Score:
     """
     Return the figures of an ensemble of observations of the same run.
@@ -76,7 +69,7 @@ def score(
     )
 
 
-def is_steady(time: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
+def is_steady(time: FloatArray, truth: FloatArray) -> BoolArray:
     """
     Tell where the truth has been steady for 0.25 s, to 10 % of its range, (N,).
 
@@ -89,7 +82,7 @@ def is_steady(time: FloatArray, truth: FloatArray) -> NDArray[np.bool_]:
     return steady
 
 
-def reversals(time: FloatArray, velocity: FloatArray) -> NDArray[np.int64]:
+def reversals(time: FloatArray, velocity: FloatArray) -> IndexArray:
     """Return the last sample before each change of sign of the velocity after 0.5 s."""
     crosses = velocity[:-1] * velocity[1:] < 0.0
     # A sample at zero itself counts once, if the signs on its sides differ.

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A rigid-body model that is wrong in a known way."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 class MismatchedRobot(Robot):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The two reference motions of the paper's simulation study (its section IV)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

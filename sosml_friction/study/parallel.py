@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Work on several processes, which Ctrl-C and a killed parent end at once."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -2,22 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The simulated exoskeleton of the paper's study: friction that is known, ideal control."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.robot import Robot
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.plant import Plant
 from sosml_friction.study.motion import Reference
-
-FloatArray = NDArray[np.float64]
 
 JOINTS = ('shoulder', 'elbow')
 #: Reflected inertia of the rotors [kg m2].

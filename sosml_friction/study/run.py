@@ -10,15 +10,13 @@ same number of evaluations. Gains are tuned on the noise of other seeds than the
 without noise there is one signal, on which both happens.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.study.condition import CONDITIONS, Observation, encoder_noise, observe
 from sosml_friction.study.metrics import SCORED_FROM_S, Score
@@ -28,20 +26,13 @@ from sosml_friction.study.plant import PLANT_STEP, simulate, study_robot
 from sosml_friction.study.search import study_variants
 from sosml_friction.study.task import Case, StudyTask, SweepPoint, run_task
 
-FloatArray = NDArray[np.float64]
-
 #: The noise of tuning starts at this seed; that of scoring is 1, 2, ... and stays below.
 FIRST_TUNING_SEED = 101
 #: What observers are told of the noise where there is none, in that of the encoder: with none at
 #: all their equations have no solution.
 _WITHOUT_NOISE = 0.01
 #: What a first look does with less, as settings.
-QUICK: Mapping[str, Any] = {
-    'evaluations': 24,
-    'seeds': 2,
-    'tuning_seeds': 1,
-    'plant_step': 200e-6,
-}
+QUICK: Mapping[str, Any] = {'evaluations': 24, 'seeds': 2, 'tuning_seeds': 1, 'plant_step': 200e-6}
 #: Where the Pareto front of noise against settle time is made.
 SWEPT = ('reversal', 'noise')
 

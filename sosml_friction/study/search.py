@@ -2,18 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What takes part in the study: every observer, in the variants that its class names."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.observers.search_space import Gains, SearchSpace
-
-FloatArray = NDArray[np.float64]
 
 
 class StudyVariant(NamedTuple):

@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """One unit of work of the study: tune an observer, then score it on other seeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.search_space import Gains
 from sosml_friction.study.condition import Observation
 from sosml_friction.study.metrics import SCORED_FROM_S, Score, score
 from sosml_friction.study.search import StudyVariant
 from sosml_friction.study.tuning import minimise
-
-FloatArray = NDArray[np.float64]
 
 #: A motion and a condition.
 Case = tuple[str, str]

@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Search for the best point with an exact number of evaluations, several problems at once."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: Size of the first simplex, and of those after the search has come to rest, of the unit cube.
 _SIMPLEX, _SMALLER = 0.1, 0.03
@@ -52,10 +49,7 @@ class _Together:
 
 
 def minimise(
-    objective: Callable[[FloatArray], FloatArray],
-    problems: int,
-    dimensions: int,
-    evaluations: int,
+    objective: Callable[[FloatArray], FloatArray], problems: int, dimensions: int, evaluations: int
 ) -> tuple[FloatArray, FloatArray]:
     """
     Minimise functions over the unit cube, each with exactly ``evaluations`` evaluations.

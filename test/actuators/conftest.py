@@ -9,14 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.driver.configuration import DriverConfiguration
-from sosml_friction.actuators.emulator.lockstep import (
+from lockstep import (
     Lockstep,
     default_configuration,
     emulated_exoskeleton,
 )
+
+from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.motion.trajectory import Trajectory
 

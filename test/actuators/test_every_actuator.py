@@ -17,15 +17,15 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from emulated_clock import EmulatedClock
+from lockstep import Lockstep, emulated_exoskeleton
 
 from sosml_friction import actuators
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.inquiry import Inquiry
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
 from sosml_friction.actuators.driver.driven_joint import DOUBTFUL_CYCLES
 from sosml_friction.actuators.driver.report import DriverState
-from sosml_friction.actuators.emulator.lockstep import Lockstep, emulated_exoskeleton
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.joint_configuration import JointConfiguration
 from sosml_friction.actuators.measurement import Setpoint

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import jsonschema
 import pytest
+from lockstep import emulated_exoskeleton
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
-from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.cli.main import main

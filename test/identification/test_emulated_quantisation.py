@@ -17,13 +17,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shipped_observers import settings_of, shipped_estimator
-
-from sosml_friction.actuators.emulator.lockstep import (
+from lockstep import (
     Lockstep,
     emulated_exoskeleton,
     nominal_robot,
 )
+from shipped_observers import settings_of, shipped_estimator
+
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.model.model_folder import read_model

@@ -14,14 +14,14 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
+from lockstep import (
+    emulated_exoskeleton,
+    nominal_robot,
+)
 from lockstep_run import run_lockstep
 from scipy.stats import binom
 from shipped_observers import settings_of, shipped_estimator
 
-from sosml_friction.actuators.emulator.lockstep import (
-    emulated_exoskeleton,
-    nominal_robot,
-)
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from lockstep_run import run_lockstep
-from shipped_observers import shipped_estimator
-
-from sosml_friction.actuators.emulator.lockstep import (
+from lockstep import (
     emulated_exoskeleton,
     nominal_robot,
 )
+from lockstep_run import run_lockstep
+from shipped_observers import shipped_estimator
+
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.data_finding import NOTE

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lockstep import emulated_exoskeleton
 
-from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.recipe import BANDWIDTH, recipe_gains

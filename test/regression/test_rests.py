@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_robots import SLIDER_MASS, recording, slider_model
+from lockstep import emulated_exoskeleton
 from lockstep_run import run_lockstep
 
-from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
 from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.model.dahl import dahl_path

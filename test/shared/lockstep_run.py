@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+from lockstep import Lockstep
+
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.report import DriverState
 from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator
-from sosml_friction.actuators.emulator.lockstep import Lockstep
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ActuatorError
 from sosml_friction.model.robot import Robot

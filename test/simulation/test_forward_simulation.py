@@ -17,8 +17,7 @@ from sosml_friction.model.terms.kinds.transmission_term import SimulatedGear
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import simulate
-from sosml_friction.simulation.forward_start import Start
+from sosml_friction.simulation.forward_simulation import Start, simulate
 from sosml_friction.simulation.plant import Plant
 
 #: A rotor alone, no gravity about its axis.

@@ -14,8 +14,7 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.friction_table import friction_table, table_torque
-from sosml_friction.simulation.plant import Plant
+from sosml_friction.simulation.plant import Plant, friction_table, table_torque
 
 STRIBECK = {
     'coulomb': 0.8,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.model.laws import make_friction_law
-from sosml_friction.study.curve_fit import fit_raw
+from sosml_friction.study.outcome import fit_raw
 
 
 @pytest.mark.parametrize('v_s', [0.01, 0.03, 0.2])

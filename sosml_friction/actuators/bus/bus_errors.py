@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What python-can says when the bus itself is in trouble, in two forms each."""
 
-from __future__ import annotations
-
 import errno
 from enum import IntFlag
 

@@ -1,8 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The driver's start-up on a bus, read-only, for a person to look at."""
-
-from __future__ import annotations
+"""A bus for a person to look at: who is there, and the driver's start-up, read-only."""
 
 import contextlib
 from collections.abc import Mapping
@@ -11,8 +9,10 @@ from typing import Any
 
 import can
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.actuator import Actuator
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
@@ -47,7 +47,7 @@ def check_bus(
     worst, load = bus_load(actuators, configuration)
     fits = Check(BUS, 'load', load, 'lower rate or raise can_bitrate' if worst > 1.0 else '')
     bus = open_bus(interface, channel, bitrate)
-    clock = MonotonicClock()
+    clock = Clock()
     cycle = BusCycle(bus, clock, actuators)
     try:
         cycle.listen(clock.now_ns() + _LISTEN_NS)
@@ -61,3 +61,34 @@ def check_bus(
         # What was found stands, whether the adapter says goodbye or not.
         with contextlib.suppress(can.CanError, OSError):
             bus.shutdown()
+
+
+# Another host's cycle would be heard within this time.
+LISTEN_NS = 200_000_000
+
+
+def scan_bus(inquiry: Inquiry) -> list[FoundActuator]:
+    """
+    Return who answers, by identifier; read-only.
+
+    Each type of actuator asks in its own way. A servo bridge answers nothing but a command: it is
+    told "off", which it is anyway while no driver runs. So the bus is listened to first, and where
+    somebody else talks nothing is asked.
+
+    :raises ActuatorError: if the bus fails, or another host is talking on it.
+    """
+    kinds = Actuator.registry.values()
+    try:
+        for frame in inquiry.listen(LISTEN_NS):
+            if not any(kind.speaks_unasked(frame) for kind in kinds):
+                raise ActuatorError(
+                    f'another host is talking on the bus (frame {frame} was heard before anything '
+                    'was asked): stop it first, or the motors answer two'
+                )
+        found = [actuator for kind in kinds for actuator in kind.scan(inquiry)]
+    except (can.CanError, OSError) as error:
+        raise ActuatorError(
+            f'the CAN bus failed while it was scanned ({" ".join(str(error).split())}): check '
+            'the adapter, the bit rate and the power of the bus'
+        ) from error
+    return sorted(found, key=lambda actuator: actuator.can_id)

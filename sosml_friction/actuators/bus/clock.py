@@ -1,49 +1,23 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The time the driver lives in: the machine's monotonic clock, or an emulated one."""
-
-from __future__ import annotations
+"""The time the driver lives in."""
 
 import time
-from abc import ABC, abstractmethod
 
 
-class Clock(ABC):
-    """Tell the time in integer nanoseconds and wait for a moment."""
+class Clock:
+    """
+    Tell the machine's CLOCK_MONOTONIC in integer nanoseconds and wait for a moment.
 
-    @abstractmethod
-    def now_ns(self) -> int:
-        """Return the time now [ns]; never goes backwards."""
-
-    @abstractmethod
-    def sleep_until_ns(self, t_ns: int) -> None:
-        """Return at ``t_ns`` [ns], at once if that is past."""
-
-
-class MonotonicClock(Clock):
-    """The machine's CLOCK_MONOTONIC."""
+    A subclass may live in another time.
+    """
 
     def now_ns(self) -> int:
-        """Return the time since an arbitrary origin [ns]."""
+        """Return the time since an arbitrary origin [ns]; never goes backwards."""
         return time.monotonic_ns()
 
     def sleep_until_ns(self, t_ns: int) -> None:
-        """Sleep until ``t_ns``."""
+        """Return at ``t_ns`` [ns], at once if that is past."""
         remaining = t_ns - time.monotonic_ns()
         if remaining > 0:
             time.sleep(remaining * 1e-9)
-
-
-class EmulatedClock(Clock):
-    """A clock that moves only when told to: waiting costs no wall-clock time."""
-
-    def __init__(self, now_ns: int = 0) -> None:
-        self._now_ns = now_ns
-
-    def now_ns(self) -> int:
-        """Return the emulated time [ns]."""
-        return self._now_ns
-
-    def sleep_until_ns(self, t_ns: int) -> None:
-        """Set the time to ``t_ns`` unless it is later already."""
-        self._now_ns = max(self._now_ns, t_ns)

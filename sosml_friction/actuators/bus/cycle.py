@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One exchange on the bus: all requests out, then all replies in, until one deadline."""
 
-from __future__ import annotations
-
 import contextlib
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
@@ -64,7 +62,8 @@ class BusCycle:
 
     Replies are matched by (identifier, command byte) or (identifier, sequence), so that a late or
     foreign frame is never taken for the answer; each goes to its actuator with the time it was
-    received. After a failure nothing is sent until :meth:`recover` says so.
+    received. After a failure nothing is sent until :meth:`recover` says so; ``bus`` may then be
+    another one.
 
     :param reopen: opens the bus anew after it was lost; without it the same object is used again.
     """
@@ -76,7 +75,7 @@ class BusCycle:
         actuators: Iterable[Actuator],
         reopen: Callable[[], can.BusABC] | None = None,
     ) -> None:
-        self._bus = bus
+        self.bus = bus
         self._clock = clock
         actuators = list(actuators)
         self._actuators = {actuator.reply_id: actuator for actuator in actuators}
@@ -90,11 +89,6 @@ class BusCycle:
         self._lost = False
         self.counters = BusCounters()
         self.trouble = BusTrouble(0)
-
-    @property
-    def bus(self) -> can.BusABC:
-        """Return the bus in use: after a recovery it may be another one."""
-        return self._bus
 
     def exchange(self, requests: Sequence[Request], deadline_ns: int) -> set[Hashable]:
         """
@@ -134,7 +128,7 @@ class BusCycle:
         """
         with self._guard():
             while (timeout := (until_ns - self._clock.now_ns()) * 1e-9) > 0.0:
-                message = self._bus.recv(timeout)
+                message = self.bus.recv(timeout)
                 if message is not None:
                     self._take(message, self._clock.now_ns(), {}, set())
                 self._check_off()
@@ -170,10 +164,10 @@ class BusCycle:
                 if self._reopen is not None:
                     with contextlib.suppress(Exception):
                         # A bus that is gone may fail to close in any way.
-                        self._bus.shutdown()
-                    self._bus = self._reopen()
+                        self.bus.shutdown()
+                    self.bus = self._reopen()
                     self._off = False
-                    self._refused = int(getattr(self._bus, 'refused', 0))
+                    self._refused = int(getattr(self.bus, 'refused', 0))
                     self.counters.reopened += 1
                 self._lost = False
             self._drain()
@@ -183,7 +177,7 @@ class BusCycle:
 
     def _send(self, request: Request) -> bool:
         try:
-            self._bus.send(request.frame.to_message())
+            self.bus.send(request.frame.to_message())
         except (can.CanError, OSError) as error:
             if not is_transmit_full(error):
                 raise
@@ -204,7 +198,7 @@ class BusCycle:
         late = 0
         while pending and late < _DRAIN_LIMIT:
             timeout = max(0.0, (deadline_ns - self._clock.now_ns()) * 1e-9)
-            message = self._bus.recv(timeout)
+            message = self.bus.recv(timeout)
             if message is None:
                 if timeout > 0.0 and self._clock.now_ns() < deadline_ns:
                     continue
@@ -219,14 +213,14 @@ class BusCycle:
                 if now_ns >= until_ns:
                     del self._patient[key]
                     actuator.overdue(key)
-        refused = int(getattr(self._bus, 'refused', 0))
+        refused = int(getattr(self.bus, 'refused', 0))
         self.counters.not_sent += refused - self._refused
         self._refused = refused
         return missing | set(pending)
 
     def _drain(self) -> None:
         for _ in range(_DRAIN_LIMIT):
-            message = self._bus.recv(0.0)
+            message = self.bus.recv(0.0)
             if message is None:
                 return
             self._take(message, self._clock.now_ns(), {}, set())

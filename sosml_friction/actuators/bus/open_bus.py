@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Open any python-can interface by name, with one sentence when that fails."""
 
-from __future__ import annotations
-
 import os
 import socket
 from typing import Any

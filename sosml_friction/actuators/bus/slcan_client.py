@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """python-can's slcan interface, read in blocks."""
 
-from __future__ import annotations
-
 import os
 import select
 import time

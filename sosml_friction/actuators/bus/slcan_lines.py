@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cut a stream of bytes into the lines of the slcan protocol."""
 
-from __future__ import annotations
-
 from collections import deque
 
 _END = b'\r'

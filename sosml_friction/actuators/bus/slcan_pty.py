@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The adapter's end of slcan on a pseudo-terminal, as a USB adapter's /dev/ttyACM0 looks."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import tty

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The adapter's end of slcan over TCP, for emulated actuators."""
 
-from __future__ import annotations
-
 import contextlib
 import select
 import socket
@@ -61,7 +59,8 @@ class SlcanServerBus(can.BusABC):
         self._listener: socket.socket | None = None
         self._client: Connection | None = None
         self._listen(str(channel))
-        self._open = False
+        #: Whether a client has opened the channel.
+        self.connected = False
         self._lines = SlcanLines()
         self._answers = b''
         self.malformed = 0
@@ -86,14 +85,9 @@ class SlcanServerBus(can.BusABC):
         """Return the port that is listened on, 0 for none."""
         return 0 if self._listener is None else int(self._listener.getsockname()[1])
 
-    @property
-    def connected(self) -> bool:
-        """Tell whether a client has opened the channel."""
-        return self._open
-
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame to the client, if there is one."""
-        if self._client is None or not self._open or self.fault:
+        if self._client is None or not self.connected or self.fault:
             return
         identifier = (
             f'T{msg.arbitration_id:08X}' if msg.is_extended_id else (f't{msg.arbitration_id:03X}')
@@ -163,19 +157,19 @@ class SlcanServerBus(can.BusABC):
         if self._client is not None:
             self._client.close()
         self._client = None
-        self._open = False
+        self.connected = False
         self._answers = b''
         self._lines.clear()
 
     def _take(self, line: str) -> can.Message | None:
         command = line[:1]
         if command in ('t', 'T'):
-            message = _parse(line) if self._open else None
+            message = _parse(line) if self.connected else None
             if self.fault:
                 message = None
                 self._answers += b'\a'
             elif message is None:
-                self.malformed += self._open
+                self.malformed += self.connected
                 self._answers += b'\a'
             else:
                 self._answers += b'z\r' if command == 't' else b'Z\r'
@@ -183,7 +177,7 @@ class SlcanServerBus(can.BusABC):
         if command == '':
             return None
         if command in ('O', 'L', 'C'):
-            self._open = command != 'C'
+            self.connected = command != 'C'
         status = _BUS_ERROR if self.fault else _STATUS
         answer = {'V': _VERSION, 'v': _VERSION, 'N': _SERIAL_NUMBER, 'F': status}
         self._write(answer.get(command, _OK))

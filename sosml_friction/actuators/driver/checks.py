@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What must fit before a driver is made: limits, identifiers, the load of the bus."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,11 @@ from typing import Any
 import yaml
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.joint_configuration import JointConfiguration
+from sosml_friction.actuators.joint_configuration import HostLoop, JointConfiguration
 from sosml_friction.actuators.parameter import check_parameters, parameter, parameters_of
+from sosml_friction.bags.controllers import ACTUATOR, PD
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.robot import JointLimits
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class DriverConfiguration:
     bitrate: int = parameter(
         'the bit rate', 1_000_000, unit='bit/s', range=(10_000, 1_000_000), key='can_bitrate'
     )
-    rate: float = parameter('cycles per second', 500.0, unit='Hz', range=(10.0, 1000.0))
+    rate: float = parameter('cycles per second', 500.0, unit='Hz', range=(10.0, 1000.0), above=0.0)
     velocity_window: int = parameter(
         'positions whose least-squares slope is the velocity; it lags by (N - 1) / 2 periods',
         11,
@@ -45,12 +46,14 @@ class DriverConfiguration:
         0.02,
         unit='s',
         range=(0.0005, 1.0),
+        above=0.0,
     )
     missed_limit: int = parameter(
         'periods without an answer of an actuator that are a fault',
         40,
         unit='periods',
         range=(1, 1000),
+        above=0.0,
     )
     start_tolerance: float = parameter(
         'how far from the present position a trajectory may start',
@@ -70,12 +73,14 @@ class DriverConfiguration:
         5.0,
         unit='rad/s^2 or m/s^2',
         range=(0.01, 1000.0),
+        above=0.0,
     )
     host_timeout: float = parameter(
         'time that callbacks of this node may hang; longer ends in zero torque',
         1.0,
         unit='s',
         range=(0.2, 10.0),
+        above=0.0,
     )
 
     def __post_init__(self) -> None:
@@ -84,12 +89,6 @@ class DriverConfiguration:
             raise ConfigurationError('the driver has no joints: name them in its parameter joints')
         if len(set(self.names)) != len(self.names):
             raise ConfigurationError(f'joints names one twice: {", ".join(self.names)}')
-        if not (math.isfinite(self.rate) and self.rate > 0.0):
-            raise ConfigurationError(f'rate is {self.rate}: give the cycles per second')
-        for key in ('stop_deceleration', 'reply_timeout', 'missed_limit', 'host_timeout'):
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ConfigurationError(f'{key} is {value}: give a positive number')
         if self.reply_timeout > self.missed_limit / self.rate:
             raise ConfigurationError(
                 f'reply_timeout is {self.reply_timeout:g} s, missed_limit is {self.missed_limit} '
@@ -196,3 +195,26 @@ def _flatten(prefix: str, values: Mapping[str, Any], result: dict[str, Any]) -> 
             _flatten(f'{prefix}{key}.', value, result)
         else:
             result[f'{prefix}{key}'] = value
+
+
+def controller_entries(
+    configuration: DriverConfiguration, limits: Sequence[JointLimits]
+) -> dict[str, dict[str, Any]]:
+    """
+    Return an entry for each joint, as :mod:`sosml_friction.bags.controllers` describes it.
+
+    :param limits: of the URDF; the lower of its effort and the current limit counts.
+    """
+    entries: dict[str, dict[str, Any]] = {}
+    for joint, limit in zip(configuration.joints, limits, strict=True):
+        loop = joint.loop(limit)
+        if not isinstance(loop, HostLoop):
+            entries[joint.name] = {'kind': ACTUATOR, 'reason': loop}
+            continue
+        entries[joint.name] = {
+            'kind': PD,
+            **loop._asdict(),
+            'rate': configuration.rate,
+            'velocity_window': configuration.velocity_window,
+        }
+    return entries

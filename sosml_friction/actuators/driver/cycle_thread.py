@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one thread that owns the bus and steps the driver in real time."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 

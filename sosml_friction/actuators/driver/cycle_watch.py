@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Watch what is no single joint's matter: the host, the cycle itself, other programs."""
 
-from __future__ import annotations
-
 from sosml_friction.actuators.bus.cycle import BusCounters
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 

@@ -2,31 +2,29 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the joints should be, and the effort that takes them there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.soft_stop import SoftStop
 from sosml_friction.actuators.joint_configuration import HostLoop
 from sosml_friction.actuators.measurement import Setpoint
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.controller import JointController
 from sosml_friction.motion.prepare_trajectory import prepare_trajectory
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
-
-FloatArray = NDArray[np.float64]
 
 
 class DriveMotion:
     """
     Follow trajectories, brake and hold, within the joints' limits.
 
-    A joint whose loop is the actuator's own has gains of zero here: its effort is feed-forward.
+    Effort is M(q_r) q_r'' + C q_r' + g(q_r) + kp (q_r - q) + kd (q_r' - q'), what the soft stop
+    lets through of it. The feed-forward is the nominal model's inverse dynamics at the reference;
+    friction is not in it: it is what is to be found. Where q' is not known yet (NaN) its term is
+    left out. A joint whose loop is the actuator's own has gains of zero here.
 
     :param robot: the nominal model, joints in the order of the configuration.
     """
@@ -42,14 +40,13 @@ class DriveMotion:
             joint.loop(limits)
             for joint, limits in zip(configuration.joints, robot.limits, strict=True)
         ]
-        kp, kd = np.array(
-            [(own.kp, own.kd) if isinstance(own, HostLoop) else (0.0, 0.0) for own in loops]
-        ).T
-        self._controller = JointController(robot, kp, kd)
+        gains = [(own.kp, own.kd) if isinstance(own, HostLoop) else (0.0, 0.0) for own in loops]
+        self._kp, self._kd = np.array(gains).T.copy()
+        self._robot = robot
         self._soft_stop = SoftStop(
             robot.limits,
             np.array([limits.effort for limits in robot.limits]),
-            kd,
+            self._kd,
             configuration.stop_deceleration,
             configuration.limit_margin,
         )
@@ -74,6 +71,8 @@ class DriveMotion:
     def setpoints(self, q: FloatArray, v: FloatArray) -> Sequence[Setpoint]:
         """Return what each joint is to do, measured at ``q`` and ``v``, to meet the reference."""
         reference = self.follower.last
-        effort = self._soft_stop.limit(self._controller.effort(reference, q, v), q, v)
+        damping = np.where(np.isnan(v), 0.0, reference.v - v)
+        tau = self._robot.inverse_dynamics(*reference) + self._kp * (reference.q - q)
+        effort = self._soft_stop.limit(tau + self._kd * damping, q, v)
         columns = (effort.tolist(), reference.q.tolist(), reference.v.tolist())
         return [Setpoint(*row) for row in zip(*columns, strict=True)]

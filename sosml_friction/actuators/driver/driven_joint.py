@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint as the driver keeps it: what it measured last, and what speaks against driving it."""
 
-from __future__ import annotations
-
 import math
 
 from sosml_friction.actuators.actuator import Actuator

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import can
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.driver.checks import (
@@ -29,11 +28,10 @@ from sosml_friction.actuators.driver.joint_sample import JointSample
 from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ActuatorError, CanProtocolError, TrajectoryError
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
-
-FloatArray = NDArray[np.float64]
 
 # How often a start-up that found a problem is repeated while nobody drives.
 START_UP_RETRY_NS = 1_000_000_000

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The driver's bus: lost, tried again, and left with every output off."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 
 import can

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Count durations in bins that never grow."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Sequence
 

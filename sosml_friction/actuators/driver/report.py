@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What diagnostics show of the driver and its joints."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Take samples from the cycle and hand them on in a thread of its own, which may hang."""
 
-from __future__ import annotations
-
 import threading
 from collections import deque
 from collections.abc import Callable

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A soft end to each joint's range, made of torque."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import JointLimits
-
-FloatArray = NDArray[np.float64]
 
 
 class SoftStop:

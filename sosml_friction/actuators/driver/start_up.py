@@ -7,8 +7,6 @@ An :class:`~sosml_friction.actuators.actuator.Actuator` gives its steps; :class:
 through them; :func:`~.start_up_run.run_start_ups` sends and receives.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run the start-ups of actuators on a bus, all joints side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from sosml_friction.actuators.actuator import Actuator

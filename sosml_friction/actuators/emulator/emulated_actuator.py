@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One emulated actuator: frames in, frames and torque out."""
 
-from __future__ import annotations
-
 import functools
 import math
 import operator

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The emulated exoskeleton: a plant with friction behind emulated actuators."""
 
-from __future__ import annotations
-
 import heapq
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.frame import Frame
@@ -18,11 +15,10 @@ from sosml_friction.actuators.emulator.fault import Fault, FaultPlace, parse_fau
 from sosml_friction.actuators.emulator.frame_faults import FRAME_NS, FrameFaults, TimedFrame
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.joint_configuration import JointConfiguration
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.simulation.plant import Plant
-
-FloatArray = NDArray[np.float64]
 
 # Friction as steep as 1.3 Nm over 5 mrad/s on a light forearm needs steps below 0.3 ms.
 STEP_NS = 250_000
@@ -91,10 +87,12 @@ class ExoskeletonEmulator:
             )
         self._latency_rng = np.random.default_rng(seeds[-1])
         self._last_reply_ns = [0] * len(self.actuators)
-        self._grid_ns = 0
+        #: The emulated time that the plant has reached [ns].
+        self.time_ns = 0
         self.foreign_frames = 0
         self._frame_faults = FrameFaults(np.random.SeedSequence((seed, 1)))
-        self._faults: tuple[Fault, ...] = ()
+        #: Those that stand now.
+        self.faults: tuple[Fault, ...] = ()
         self._wanted: tuple[Fault, ...] = ()
         # Requests that arrive late, and replies nobody waits for: time, order, joint, frame.
         self._late: list[tuple[int, int, int, Frame]] = []
@@ -106,11 +104,6 @@ class ExoskeletonEmulator:
     ) -> EmulatedActuator:
         kind = Actuator.kind(mount.driver).emulated_type
         return kind(mount, self.options.of(kind), constant, seed)
-
-    @property
-    def time_ns(self) -> int:
-        """Return the emulated time the plant has reached [ns]."""
-        return self._grid_ns
 
     @property
     def q(self) -> FloatArray:
@@ -137,22 +130,22 @@ class ExoskeletonEmulator:
         h = STEP_NS * 1e-9
         share = -math.expm1(-h / CURRENT_LOOP)
         effort = np.empty(len(actuators))
-        while self._grid_ns + STEP_NS <= t_ns:
-            while self._late and self._late[0][0] <= self._grid_ns:
+        while self.time_ns + STEP_NS <= t_ns:
+            while self._late and self._late[0][0] <= self.time_ns:
                 late_ns, _, i, frame = heapq.heappop(self._late)
-                self._sent += self._answer(i, frame, max(late_ns, self._grid_ns))
+                self._sent += self._answer(i, frame, max(late_ns, self.time_ns))
             # Plain floats: arithmetic on NumPy's scalars costs several times as much.
             states = zip(actuators, plant.q.tolist(), plant.v.tolist(), strict=True)
             for i, (actuator, q, v) in enumerate(states):
-                actuator.run(self._grid_ns, q, v)
+                actuator.run(self.time_ns, q, v)
                 actuator.advance(share)
                 effort[i] = actuator.effort
                 for frame in actuator.take_unsolicited():
                     self._sent += self._frame_faults.replies(
-                        actuator.name, [(self._grid_ns, frame)], self._faults
+                        actuator.name, [(self.time_ns, frame)], self.faults
                     )
             plant.step(effort, h)
-            self._grid_ns += STEP_NS
+            self.time_ns += STEP_NS
 
     def handle(self, frame: Frame, t_ns: int) -> list[tuple[int, Frame]]:
         """
@@ -169,7 +162,7 @@ class ExoskeletonEmulator:
             return []
         name = self.names[i]
         replies: list[TimedFrame] = []
-        for arrival_ns, heard in self._frame_faults.requests(name, frame, t_ns, self._faults):
+        for arrival_ns, heard in self._frame_faults.requests(name, frame, t_ns, self.faults):
             if arrival_ns > t_ns:
                 self._count += 1
                 heapq.heappush(self._late, (arrival_ns, self._count, i, heard))
@@ -178,7 +171,7 @@ class ExoskeletonEmulator:
         return replies
 
     def _answer(self, i: int, frame: Frame, t_ns: int) -> list[TimedFrame]:
-        ahead = (t_ns - self._grid_ns) * 1e-9
+        ahead = (t_ns - self.time_ns) * 1e-9
         v = float(self.plant.v[i])
         reply = self.actuators[i].take(frame, t_ns, float(self.plant.q[i]) + ahead * v, v)
         if reply is None:
@@ -190,7 +183,7 @@ class ExoskeletonEmulator:
         t_reply = max(t_ns + round(delay * 1e9), self._last_reply_ns[i] + FRAME_NS)
         self._last_reply_ns[i] = t_reply
         t_reply += self.actuators[i].reply_delay_ns(frame)
-        return self._frame_faults.replies(self.names[i], [(t_reply, reply)], self._faults)
+        return self._frame_faults.replies(self.names[i], [(t_reply, reply)], self.faults)
 
     def take_sent(self) -> list[tuple[int, Frame]]:
         """
@@ -206,14 +199,9 @@ class ExoskeletonEmulator:
 
     # ---- faults
 
-    @property
-    def faults(self) -> tuple[Fault, ...]:
-        """Return the faults that stand now."""
-        return self._faults
-
     def bus_fault(self) -> Fault | None:
         """Return the fault of the bus as a whole, or None."""
-        return next((own for own in self._faults if own.kind.place is FaultPlace.BUS), None)
+        return next((own for own in self.faults if own.kind.place is FaultPlace.BUS), None)
 
     def inject(self, faults: str) -> None:
         """
@@ -222,14 +210,14 @@ class ExoskeletonEmulator:
         :raises ConfigurationError: if one of them does not exist; then none begins.
         """
         for fault in parse_faults(faults, self.names):
-            self._set((*self._faults, *(() if fault.kind.event else (fault,))))
+            self._set((*self.faults, *(() if fault.kind.event else (fault,))))
             if fault.kind.place is FaultPlace.ACTUATOR:
                 for actuator in self._met_by(fault):
-                    actuator.happen(fault, self._grid_ns)
+                    actuator.happen(fault, self.time_ns)
 
     def clear(self, name: str = '') -> None:
         """End the faults called ``name``, all if it is empty."""
-        self._set(tuple(own for own in self._faults if name and own.name != name))
+        self._set(tuple(own for own in self.faults if name and own.name != name))
 
     def set_faults(self, faults: str) -> None:
         """
@@ -239,11 +227,11 @@ class ExoskeletonEmulator:
         """
         wanted = parse_faults(faults, self.names)
         before, self._wanted = self._wanted, wanted
-        self._set(tuple(own for own in self._faults if own in wanted))
+        self._set(tuple(own for own in self.faults if own in wanted))
         self.inject('; '.join(str(fault) for fault in wanted if fault not in before))
 
     def _set(self, faults: tuple[Fault, ...]) -> None:
-        self._faults = faults
+        self.faults = faults
         self._frame_faults.forget()
         for actuator, q in zip(self.actuators, self.plant.q.tolist(), strict=True):
             own = (fault for fault in faults if fault.kind.place is FaultPlace.ACTUATOR)

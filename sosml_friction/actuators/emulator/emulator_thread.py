@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The thread that runs the emulated hardware on a real bus, in real time."""
 
-from __future__ import annotations
-
 import heapq
 import queue
 import threading
 
 import can
 
-from sosml_friction.actuators.bus.clock import MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.emulator.emulator import STEP_NS, ExoskeletonEmulator
@@ -34,7 +32,7 @@ class EmulatorThread(threading.Thread):
     def __init__(self, bus: can.BusABC, emulator: ExoskeletonEmulator) -> None:
         super().__init__(name='emulator', daemon=True)
         self._bus = bus
-        self._clock = MonotonicClock()
+        self._clock = Clock()
         self._emulator = emulator
         self._stop_event = threading.Event()
         self._wanted: queue.SimpleQueue[str] = queue.SimpleQueue()

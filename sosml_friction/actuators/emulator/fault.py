@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The faults the emulator can be given at run time: one table, and the words for them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What happens to frames between the host and an emulated actuator."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

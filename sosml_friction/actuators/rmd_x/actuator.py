@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """An RMD-X motor as a joint's actuator, by its current, speed or position loop."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from dataclasses import replace
 from typing import Any
 
 from sosml_friction.actuators.actuator import RESTART_DISTANCE
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
-from sosml_friction.actuators.driver.start_up import Request, Step
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
+from sosml_friction.actuators.driver.start_up import Request
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.plausibility import Plausibility
 from sosml_friction.actuators.rmd_x import codec as rmd_x
@@ -24,7 +21,6 @@ from sosml_friction.actuators.rmd_x.configuration import (
     RmdXConfiguration,
 )
 from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
-from sosml_friction.actuators.rmd_x.motor import RmdXMotor
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.actuators.rmd_x.scan import scan_motors
 from sosml_friction.actuators.rmd_x.start_up import RmdXStartUp
@@ -53,7 +49,7 @@ _ECHOED = (
 _AMBIGUOUS = (rmd_x.Command.ANGLE, rmd_x.Command.ENCODER, rmd_x.Command.UPTIME)
 
 
-class RmdXActuator(RmdXMotor):
+class RmdXActuator(RmdXStartUp):
     """
     Drive one RMD-X: a command and the position every cycle, 0x9A ten times and 0xB1 once a second.
 
@@ -74,7 +70,6 @@ class RmdXActuator(RmdXMotor):
         self, configuration: RmdXConfiguration, limits: JointLimits, rate: float, **rest: Any
     ) -> None:
         super().__init__(configuration, limits, rate, **rest)
-        self._id = configuration.can_id
         self._step = configuration.current_rate_limit / rate
         self._limit = min(
             configuration.current_limit, limits.effort / configuration.torque_constant
@@ -83,30 +78,11 @@ class RmdXActuator(RmdXMotor):
         self._status_due_ns = self._uptime_due_ns = 0
         self._status_unanswered = 0
         self._errors = rmd_x.ErrorFlag(0)
-        # Of the start-up: variant of the protocol, firmware's date, model by blocks, 0x92's angle.
-        self.protocol = None
-        self.date = 0
-        self.blocks = {}
-        self.angle = math.nan
-        self._turn_offset = 0.0
-        # 0x92 minus the angle by counts, whole turns: positions are commanded in 0x92's.
-        self.counts_turns = 0.0
         self._counts_differ = 0.0
         self._boot_ns: int | None = None
         self._brake_asked = self._brake_waits = False
         self._brake_problem = ''
-        self._start_up = RmdXStartUp(self)
         self._zero = self.request(rmd_x.SetCurrent(0.0))
-        self.ask_angle = self.request(
-            rmd_x.ReadEncoder() if configuration.counts_per_turn else rmd_x.ReadAngle()
-        )
-        self.ask_status = self.request(rmd_x.ReadStatus())
-        self.ask_uptime = self.request(rmd_x.ReadUptime())
-
-    def request(self, message: rmd_x.Request, patience_ns: int = 0) -> Request:
-        """Return the frame that says ``message`` to this motor, and the key of its reply."""
-        frame = rmd_x.encode_request(self._id, message)
-        return Request(frame, (self.reply_id, int(message.command)), patience_ns)
 
     @classmethod
     def speaks_unasked(cls, frame: Frame) -> bool:
@@ -119,19 +95,11 @@ class RmdXActuator(RmdXMotor):
         return scan_motors(inquiry, cls.configuration_type.driver)
 
     @property
-    def reply_id(self) -> int:
-        """Return 0x240 + id."""
-        return rmd_x.REPLY_BASE + self._id
-
-    @property
     def request_ids(self) -> frozenset[int]:
         """Return 0x140 + id, that of all motors, and the motion mode's."""
+        own = self.configuration.can_id
         return frozenset(
-            {
-                rmd_x.REQUEST_BASE + self._id,
-                rmd_x.BROADCAST_ID,
-                rmd_x.MOTION_REQUEST_BASE + self._id,
-            }
+            {rmd_x.REQUEST_BASE + own, rmd_x.BROADCAST_ID, rmd_x.MOTION_REQUEST_BASE + own}
         )
 
     @property
@@ -139,10 +107,6 @@ class RmdXActuator(RmdXMotor):
         """Return 4 and the shares of status and uptime."""
         share = 2.0 / self.rate
         return 4.0 + share * 1e9 * (1.0 / STATUS_PERIOD_NS + 1.0 / UPTIME_PERIOD_NS)
-
-    def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
-        """Return version, model, status, position and, if asked for, watchdog."""
-        return self._start_up.steps(read_only=read_only, watchdog=watchdog)
 
     def probe(self) -> list[Request]:
         """Ask the status."""
@@ -195,12 +159,8 @@ class RmdXActuator(RmdXMotor):
         limits = self.limits
         target = min(max(setpoint.position, limits.lower), limits.upper)
         angle = self.configuration.direction * (target - self._zero_of_angle())
+        # Positions are commanded in 0x92's angle.
         return self.request(rmd_x.SetPosition(angle + self.counts_turns, limits.velocity))
-
-    def set_turn_offset(self, offset: float) -> None:
-        """Take the encoder to have lost this angle [rad]."""
-        self.measurement.q += offset - self._turn_offset
-        self._turn_offset = offset
 
     def _zero_of_angle(self) -> float:
         return self.configuration.zero_offset + self._turn_offset
@@ -307,10 +267,6 @@ class RmdXActuator(RmdXMotor):
                 reply.angle - self.counted(measurement.position_raw), 2.0 * math.pi
             )
 
-    def counted(self, counts: float) -> float:
-        """Return the angle of encoder counts [rad]."""
-        return 2.0 * math.pi * counts / self.configuration.counts_per_turn
-
     def _take_position(self, angle: float, raw: float, stamp_ns: int) -> None:
         measurement = self.measurement
         measurement.q = self.configuration.direction * angle + self._zero_of_angle()
@@ -362,7 +318,7 @@ class RmdXActuator(RmdXMotor):
 
     def warning(self) -> str:
         """Return that the motor's watchdog is off."""
-        return self._start_up.watchdog_off
+        return self.watchdog_off
 
     def error(self) -> str:
         """Return the motor's error bits, its silence about them, or the brake's, as a sentence."""

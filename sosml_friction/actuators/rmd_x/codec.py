@@ -8,8 +8,6 @@ The RMD-X motor protocol: bytes to physical values and back, no input or output.
 from here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sosml_friction.actuators.bus.frame import Frame

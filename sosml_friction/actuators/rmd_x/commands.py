@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The words of the RMD-X protocol: its commands, error bits and modes."""
 
-from __future__ import annotations
-
 from enum import IntEnum, IntFlag
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the driver is told about a joint with an RMD-X."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The firmware of an RMD-X motor, emulated."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the values of an RMD-X message lie in its 8 bytes, and how each stands there."""
 
-from __future__ import annotations
-
 import math
 import re
 import struct

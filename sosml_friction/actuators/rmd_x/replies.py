@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an RMD-X answers."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from sosml_friction.actuators.rmd_x import layout as wire

@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Find the RMD-X motors on a bus: version, model and status of each, read-only."""
 
-from __future__ import annotations
-
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import CanProtocolError

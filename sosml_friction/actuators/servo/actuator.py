@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position servo behind a CAN bridge as a joint's actuator."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from typing import Any
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
 from sosml_friction.actuators.bus.frame import Frame
-from sosml_friction.actuators.bus.inquiry import Inquiry
+from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.driver.start_up import Check, Request, Step
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.servo.configuration import ServoConfiguration

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the driver is told about a joint with a position servo behind a CAN bridge."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.actuators.joint_configuration import JointConfiguration
@@ -35,9 +33,7 @@ class ServoConfiguration(JointConfiguration):
         mount=True,
     )
     mode: str = parameter(
-        'servo_dbc: position, by its own loop',
-        POSITION_MODE,
-        choices=(POSITION_MODE,),
+        'servo_dbc: position, by its own loop', POSITION_MODE, choices=(POSITION_MODE,)
     )
 
     def __post_init__(self) -> None:

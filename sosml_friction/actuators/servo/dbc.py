@@ -9,8 +9,6 @@ fits when it has messages ``servo_command`` and ``servo_state`` with the signals
 names too where a map says so.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A position servo behind its CAN bridge, emulated."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -75,7 +73,7 @@ class EmulatedServo(EmulatedActuator):
         self._watchdog_ns = round(options.servo_watchdog * 1e9)
         self._last_frame_ns = 0
         self._loop_due_ns = 0
-        self._mode = Mode.OFF
+        self.mode = Mode.OFF
         self._target = 0.0
         self._sensor = math.nan
         self._velocity = 0.0
@@ -92,14 +90,9 @@ class EmulatedServo(EmulatedActuator):
         """Return the identifier of ``servo_command``."""
         return self._dbc.command_id
 
-    @property
-    def mode(self) -> Mode:
-        """Return what the bridge does now."""
-        return self._mode
-
     def restart(self, t_ns: int) -> None:
         """Forget the command and the watchdog's bit."""
-        self._mode = Mode.OFF
+        self.mode = Mode.OFF
         self._commanded = 0.0
         self._tripped = False
         self._sensor = math.nan
@@ -109,7 +102,7 @@ class EmulatedServo(EmulatedActuator):
 
     def trip(self, t_ns: int) -> None:
         """Turn the servo off and say so in the next state."""
-        self._mode = Mode.OFF
+        self.mode = Mode.OFF
         self._commanded = 0.0
         self._tripped = True
         self.watchdog_trips += 1
@@ -125,14 +118,14 @@ class EmulatedServo(EmulatedActuator):
         self._last_frame_ns = t_ns
         tripped, self._tripped = self._tripped, False
         faults = self.status | ServoFlag(self._fault_bits())
-        self._mode = Mode.OFF if faults else command.mode
+        self.mode = Mode.OFF if faults else command.mode
         self._target = command.target
-        if self._mode is Mode.OFF:
+        if self.mode is Mode.OFF:
             self._commanded = 0.0
-        elif self._mode is Mode.CURRENT:
+        elif self.mode is Mode.CURRENT:
             self._commanded = self._clamped(command.target)
         status = faults
-        if self._mode is not Mode.OFF:
+        if self.mode is not Mode.OFF:
             status |= ServoFlag.OUTPUT_ON
         if tripped:
             status |= ServoFlag.WATCHDOG
@@ -179,12 +172,12 @@ class EmulatedServo(EmulatedActuator):
             h = LOOP_PERIOD_NS * 1e-9
             rate = (self._sensor - before) / h
             self._velocity += -math.expm1(-h / VELOCITY_FILTER) * (rate - self._velocity)
-        if self._mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
+        if self.mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
             self.trip(t_ns)
-        if self._mode is not Mode.OFF and (self.status or self._fault_bits()):
-            self._mode = Mode.OFF
+        if self.mode is not Mode.OFF and (self.status or self._fault_bits()):
+            self.mode = Mode.OFF
             self._commanded = 0.0
-        if self._mode is Mode.POSITION:
+        if self.mode is Mode.POSITION:
             self._commanded = self._clamped(
                 self._options.servo_kp * (self._target - self._sensor)
                 - self._options.servo_kd * self._velocity

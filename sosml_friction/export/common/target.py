@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The abstract base of export targets: what a program can hold of a model, and how."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error: simulate a joint under its known controller until it moves as it was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.identification.output_error.output_error_fit import (
@@ -26,10 +24,9 @@ from sosml_friction.simulation.cascade_loop import (
 )
 from sosml_friction.simulation.simulated import Simulated
 
-FloatArray = NDArray[np.float64]
-
 _LOWER = np.array([1e-9, 0.0, 0.0, -np.inf])
-_FEWEST_CLUSTERS = 8
+#: Length of a stretch whose samples may share their noise [s], and the fewest of them.
+_CLUSTER_S, _FEWEST_CLUSTERS = 1.0, 8
 #: Distance from a bound that counts as on it, as a share of the first guess.
 _AT_BOUND = 1e-3
 
@@ -43,14 +40,13 @@ def fit_output_error(
     effort_unit: str,
     start: Mapping[str, float],
     smoothing_velocity: float,
-    cluster_s: float = 1.0,
 ) -> OutputErrorFit:
     """
     Fit inertia, viscous and Coulomb friction and bias so that the simulation moves as measured.
 
     For one joint that gravity does not move, from rest. Noise is taken to be in the position
     alone, and none of it is differentiated. Standard errors are those of the linearised fit, by
-    leaving out one stretch of ``cluster_s`` after the other; intervals are 95 %. A stiff
+    leaving out one stretch of a second after the other; intervals are 95 %. A stiff
     controller makes the position insensitive to friction: the errors say how much.
 
     :param time: of the samples (N,) [s], even.
@@ -70,11 +66,11 @@ def fit_output_error(
             'output error needs time, position, effort and reference at every sample: cut the '
             'recording to where all four are known'
         )
-    groups = (np.arange(len(time)) * 0) if len(time) < 2 else _groups(time, cluster_s)
+    groups = (np.arange(len(time)) * 0) if len(time) < 2 else _groups(time)
     if int(groups.max(initial=0)) + 1 < _FEWEST_CLUSTERS:
         raise DataError(
             f'the recording has {len(time)} samples, less than {_FEWEST_CLUSTERS} stretches of '
-            f'{cluster_s:g} s: record longer'
+            f'{_CLUSTER_S:g} s: record longer'
         )
     steps = np.diff(time)
     step = float(np.median(steps))
@@ -130,6 +126,6 @@ def fit_output_error(
     )
 
 
-def _groups(time: FloatArray, cluster_s: float) -> NDArray[np.int64]:
-    stretch = ((time - time[0]) / cluster_s).astype(np.int64)
+def _groups(time: FloatArray) -> IndexArray:
+    stretch = ((time - time[0]) / _CLUSTER_S).astype(np.int64)
     return np.array(np.unique(stretch, return_inverse=True)[1], dtype=np.int64)

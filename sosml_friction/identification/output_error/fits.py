@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error of a recording: with its controller where that is known, else its effort."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.inverse_model import InverseFits
@@ -23,8 +21,6 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.cascade_loop import PARAMETERS, simulate_closed_loop
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
-
-FloatArray = NDArray[np.float64]
 
 #: Name of the fit beside the observers.
 OUTPUT_ERROR = 'output_error'

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What output error finds of one joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as t_distribution
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-
-FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.95
 

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Output error without a controller: the measured effort drives the simulation, in windows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import jackknife_errors
@@ -26,10 +24,14 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler
 from sosml_friction.simulation.joint_windows import simulate_joint_windows
 
-FloatArray = NDArray[np.float64]
-
 _NAMES = ('coulomb', 'viscous', 'bias', 'stribeck', 'stribeck_velocity')
 _FEWEST_CLUSTERS = 8
+#: How long a window is simulated before it starts afresh from the measurement [s]. In a longer one
+#: friction moves the joint by more quanta of the encoder, but noise of effort does so, too. Where
+#: friction falls with speed, an error of the start grows by exp(T S / (v_s M)) over a window T.
+_WINDOW_S = 0.1
+#: Length of a cluster [s]: windows in one may share their noise.
+_CLUSTER_S = 1.0
 #: Time over which position is differenced where velocity was not recorded, and at the start of a
 #: window [s].
 _SLOPE_S = 0.06
@@ -46,21 +48,6 @@ _WIDTHS = (0.02, 0.06, 0.2)
 _FIRST_STEPS, _MOST_STEPS = 4, 15
 
 
-@dataclass(frozen=True)
-class WindowSettings:
-    """
-    Say how long a window is simulated before it starts afresh from the measurement [s].
-
-    In a longer window friction moves the joint by more quanta of the encoder, but noise of effort
-    does so, too. Where friction falls with speed, an error of the start grows by
-    exp(T S / (v_s M)) over a window T. ``cluster_s`` [s]: length of a cluster; windows in one
-    cluster may share their noise.
-    """
-
-    window_s: float = 0.1
-    cluster_s: float = 1.0
-
-
 def fit_windows(
     log: JointLog,
     robot: Robot,
@@ -68,8 +55,6 @@ def fit_windows(
     start: Mapping[str, float],
     smoothing_velocity: float,
     effort_hold: Sequence[str] | str = 'start',
-    maximum_gap_s: float = 0.05,
-    settings: WindowSettings | None = None,
 ) -> OutputErrorFit:
     """
     Fit friction so that joint ``i``, driven by its measured effort, moves as it was measured.
@@ -86,7 +71,7 @@ def fit_windows(
     :param smoothing_velocity: v0 of the sign; 0 for a thousandth of the top speed [rad/s or m/s].
     :raises DataError: if windows without holes are too few, or the joint does not move.
     """
-    task = _Windows(log, robot, i, effort_hold, maximum_gap_s, settings or WindowSettings())
+    task = _Windows(log, robot, i, effort_hold)
     width = smoothing_velocity if smoothing_velocity > 0.0 else _SHARPNESS * task.top_speed
     return task.fit(start, width)
 
@@ -95,13 +80,7 @@ class _Windows:
     """The windows of one joint, and what drives it in them."""
 
     def __init__(
-        self,
-        log: JointLog,
-        robot: Robot,
-        i: int,
-        effort_hold: Sequence[str] | str,
-        maximum_gap_s: float,
-        settings: WindowSettings,
+        self, log: JointLog, robot: Robot, i: int, effort_hold: Sequence[str] | str
     ) -> None:
         self.i, self.unit = i, robot.effort_units[i]
         log = log.select(robot.names)
@@ -113,8 +92,8 @@ class _Windows:
             raise DataError(f'the recording has {len(log)} samples: record longer')
         v = np.column_stack([centred_difference(time, q, half) for q in log.q.T])
         log = replace(log, v=v)
-        sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
-        length = max(8, round(settings.window_s / step))
+        sampler = MomentumSampler(robot, effort_hold)
+        length = max(8, round(_WINDOW_S / step))
         parts: list[tuple[FloatArray, ...]] = []
         for stretch in sampler.stretches(log):
             rows, samples = stretch.rows, stretch.samples
@@ -129,11 +108,11 @@ class _Windows:
                 if all(np.isfinite(column).all() for column in window):
                     parts.append(window)
         moving = [window for window in parts if np.ptp(window[1]) > 0.0]
-        labels = [int(window[0][0] / settings.cluster_s) for window in moving]
+        labels = [int(window[0][0] / _CLUSTER_S) for window in moving]
         clusters, self.groups = np.unique(labels, return_inverse=True)
         if len(clusters) < _FEWEST_CLUSTERS:
             raise DataError(
-                f'only {len(clusters)} stretches of {settings.cluster_s:g} s have motion without '
+                f'only {len(clusters)} stretches of {_CLUSTER_S:g} s have motion without '
                 f'a hole in position or effort: {_FEWEST_CLUSTERS} or more are needed, record '
                 'longer'
             )

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The multisine: a periodic sum of sinusoids of random phase within a band."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.motion.building_blocks import (
     TrajectoryBuilder,
@@ -23,8 +21,6 @@ from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import SPEED, SPEEDS, TOP, WAY, WAYS, options_of
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -62,7 +58,7 @@ class MultisineSettings:
             )
 
     @property
-    def lines(self) -> NDArray[np.int64]:
+    def lines(self) -> IndexArray:
         """Return the frequencies in the band, in units of 1 / ``period_s``."""
         # A band that ends on a line has it, whatever the last bit of the product.
         low = math.ceil(self.band[0] * self.period_s - 1e-9)

@@ -2,24 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The reversal: a sinusoid that comes out of rest and goes back to it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sosml_friction.motion.building_blocks import (
-    TrajectoryBuilder,
-    begin_motion,
-    move_speeds,
-)
+from sosml_friction.arrays import FloatArray
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, move_speeds
 from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import TOP, WAY, WAYS, options_of
-
-FloatArray = NDArray[np.float64]
 
 
 def reversal(

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rich trajectory: ladder, decaying reversals and multisine, in two postures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -11,11 +9,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.exceptions import TrajectoryError
-from sosml_friction.motion.building_blocks import (
-    begin_motion,
-    move_speeds,
-    per_joint,
-)
+from sosml_friction.motion.building_blocks import begin_motion, move_speeds, per_joint
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_kinds.multisine import (

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """T3, the slow ladder: long plateaus at low speeds, each in both directions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds

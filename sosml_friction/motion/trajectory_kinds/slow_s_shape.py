@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The slow S-shape: one low speed to and fro with turns as long as the plateaus."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds

@@ -2,18 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """T1, the speed ladder: plateaus of rising then falling speed, each in both directions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-from sosml_friction.motion.building_blocks import (
-    TrajectoryBuilder,
-    begin_motion,
-    move_speeds,
-)
+from sosml_friction.arrays import FloatArray
+from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, move_speeds
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import PLATEAU, RAMP, SPEED, SPEEDS, TOP, options_of
@@ -58,12 +50,12 @@ def speed_ladder(
 
 def add_ladder(
     motion: TrajectoryBuilder,
-    middle: NDArray[np.float64],
+    middle: FloatArray,
     speeds: Sequence[float],
     plateaus_s: Sequence[float],
     ramp_s: float,
-    top_speed: NDArray[np.float64],
-    scale: NDArray[np.float64],
+    top_speed: FloatArray,
+    scale: FloatArray,
 ) -> TrajectoryBuilder:
     """Add the ladder, up and then down, each speed with the length of its plateau [s]."""
     steps = list(zip(speeds, plateaus_s, strict=True))

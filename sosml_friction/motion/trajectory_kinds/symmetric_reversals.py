@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """T2, symmetric reversals: trains of short half-cycles at low speeds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from sosml_friction.motion.building_blocks import begin_motion, move_speeds

@@ -2,17 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """FO: the first-order momentum observer, equations (11)-(12) of the paper corrected."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Where the study searches a cutoff [1/s].
@@ -89,12 +88,10 @@ class FirstOrder(Observer):
         return {'cutoff': w}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._r[:] = 0.0
         self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return run_first_order(self._r, self._p, samples.columns, self.gains['cutoff'])
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

@@ -2,18 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """FO behind a first-order low-pass, as practitioners run it on a differentiated velocity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
@@ -109,12 +108,10 @@ class FirstOrderPrefiltered(FirstOrder):
         return {'cutoff': 2.0 * w, 'prefilter_cutoff': 2.0 * w}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         super().start(p)
         self._f[:] = 0.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return _run(self._f, self._r, self._p, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The integrated-momentum Kalman observer."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_kalman import (
     measurement_variance,
@@ -16,7 +15,7 @@ from sosml_friction.observers.momentum_kalman import (
     steady_lag_filter,
 )
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Where the study searches the rate [Nm/sqrt(s)] and a jump [Nm]; the bandwidth goes with the cube
@@ -77,21 +76,19 @@ class Kalman(Observer):
         }
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._x[:, 1] = p
         # The covariance at the start depends on the first interval.
         self._begun[:] = False
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
-        gains = (*self.gains.values(), np.zeros(self.n))
-        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
-
-    def _remember(self, samples: MomentumSamples) -> None:
-        """Keep the last inertia, for :meth:`lag_filter`."""
+        # For the lag.
         if len(samples):
             self._inertia = samples.inertia[-1].copy()
+        return self._filter(samples)
+
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
+        gains = (*self.gains.values(), np.zeros(self.n))
+        return run_filter(self._x, self._P, self._begun, samples.columns, samples.inertia, gains)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """

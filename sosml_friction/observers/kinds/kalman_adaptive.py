@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Kalman observer that adapts its process noise until its innovations are white."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
@@ -23,7 +21,7 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: What is left after an interval of the running means of the innovations: about 20 of them count.
@@ -57,7 +55,7 @@ def _run(
     P: FloatArray,
     q: FloatArray,
     means: FloatArray,
-    begun: NDArray[np.bool_],
+    begun: BoolArray,
     samples: Columns,
     gains: tuple[FloatArray, ...],
 ) -> FloatArray:
@@ -131,9 +129,7 @@ class KalmanAdaptive(Kalman):
         super().start(p)
         self._q[:] = self.gains['disturbance_rate'] ** 2
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state = self._x, self._P, self._q, self._means, self._begun
         return _run(*state, samples.columns, tuple(self.gains.values()))
 

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Kalman observer with two interacting hypotheses: friction has jumped lately, or not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
@@ -23,7 +21,7 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Keeps a weight from underflow: it says nothing, but its hypothesis can come back.
@@ -112,7 +110,7 @@ def _run(
     modes: FloatArray,
     covariances: FloatArray,
     weight: FloatArray,
-    begun: NDArray[np.bool_],
+    begun: BoolArray,
     samples: Columns,
     mobilities: FloatArray,
     gains: tuple[FloatArray, ...],
@@ -208,9 +206,7 @@ class KalmanImm(Kalman):
             'jump_memory': conditions.reversal_time / 3.0,
         }
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state = self._x, self._P, self._modes, self._covariances, self._weight, self._begun
         gains = tuple(self.gains.values())
         return _run(*state, samples.columns, samples.mobility, gains)

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The Kalman observer that expects friction to jump where the velocity may have changed sign."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import run_filter
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchSpace
 
 
@@ -46,13 +45,8 @@ class KalmanScheduled(Kalman):
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
         """Return a tenth of the random walk between reversals and a jump of 0.3 D at one."""
-        return {
-            **cls._between_jumps(conditions),
-            'crossing_jump': 0.3 * conditions.friction_jump,
-        }
+        return {**cls._between_jumps(conditions), 'crossing_jump': 0.3 * conditions.friction_jump}
 
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        self._remember(samples)
+    def _filter(self, samples: MomentumSamples) -> FloatArray:
         state, gains = (self._x, self._P, self._begun), tuple(self.gains.values())
         return run_filter(*state, samples.columns, samples.mobility, gains)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Kalman observer whose state carries the Stribeck law: the jump at a reversal is expected."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
@@ -11,9 +9,10 @@ from typing import ClassVar
 import numpy as np
 from numba import njit
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: Knee and smoothing of the law that the recipe tells [rad/s or m/s]: friction levels off over
@@ -413,7 +412,6 @@ class KalmanStribeck(Observer):
         self._fresh[:] = 1.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         settings = (
             self.gains['position_noise'] ** 2,
             self._prior,

@@ -2,21 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """LIN2: the linear second-order momentum observer, SOSML without its sliding terms."""
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.sosml import Sosml
-from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
-class LinearSecondOrder(Observer):
+class LinearSecondOrder(Sosml):
     """
     Track the momentum by a linear second-order observer, stepped implicitly.
 
@@ -34,7 +32,6 @@ class LinearSecondOrder(Observer):
     place = 4.0
     gain_units: ClassVar[Mapping[str, str]] = {'natural_frequency': 'rad/s', 'damping_ratio': '1'}
     positive_gains: ClassVar[tuple[str, ...]] = ('natural_frequency',)
-    causal = True
     study: ClassVar[Mapping[str, SearchSpace]] = {
         'linear_second_order': SearchSpace(
             {'natural_frequency': SearchRange(1.0, 1e5), 'damping_ratio': SearchRange(0.05, 2.0)},
@@ -42,18 +39,10 @@ class LinearSecondOrder(Observer):
         )
     }
 
-    def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
-        super().__init__(gains)
+    def _of_gains(self) -> tuple[FloatArray, ...]:
         wn, zeta = self.gains['natural_frequency'], self.gains['damping_ratio']
-        zero = np.zeros(self.n).tolist()
-        self._sosml = Sosml(
-            {
-                'sliding': zero,
-                'sliding_root': zero,
-                'linear': (wn**2).tolist(),
-                'linear_damping': (2.0 * zeta * wn).tolist(),
-            }
-        )
+        zero = np.zeros(self.n)
+        return zero, zero, wn**2, 2.0 * zeta * wn
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
@@ -69,15 +58,3 @@ class LinearSecondOrder(Observer):
     def bandwidth_recipe(cls, w: FloatArray, momentum_noise: FloatArray) -> Recipe | None:
         """Return wn = w and zeta = 1/2."""
         return {'natural_frequency': w, 'damping_ratio': 0.5}
-
-    def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
-        self._sosml.start(p)
-
-    def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        return self._sosml.run(samples)
-
-    def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
-        """Return the filter of the implicit step, as Sosml does for its linear part."""
-        return self._sosml.lag_filter(h, joint)

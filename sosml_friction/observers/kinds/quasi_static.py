@@ -2,18 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort less gravity, low-passed: what friction is while nothing accelerates. A baseline."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
 from sosml_friction.observers.momentum_samples import MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchSpace
 
 
@@ -47,5 +46,4 @@ class QuasiStatic(FirstOrder):
         super().start(np.zeros(self.n))
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         return super().run(replace(samples, p=np.zeros(samples.p.shape)))

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fixed-interval smoother of the integrated-momentum model: offline, without lag."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
@@ -22,7 +20,7 @@ from sosml_friction.observers.momentum_kalman import (
     update,
 )
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 #: How near standstill friction may jump: some widths of the smooth sign [rad/s or m/s].
@@ -33,7 +31,7 @@ _CROSSING_VELOCITY = 0.02
 def _smooth(
     x: FloatArray,
     P: FloatArray,
-    begun: NDArray[np.bool_],
+    begun: BoolArray,
     samples: Columns,
     position_noise: FloatArray,
     q: FloatArray,

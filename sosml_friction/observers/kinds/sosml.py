@@ -2,18 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """SOSML: the second-order sliding-mode momentum observer, equations (13)-(16) corrected."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Observer, Recipe
+from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
@@ -87,13 +86,18 @@ class Sosml(Observer):
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:
         super().__init__(gains)
-        if not np.all(self.gains['sliding'] + self.gains['linear'] > 0.0):
+        self._terms = self._of_gains()
+        if not np.all(self._terms[0] + self._terms[2] > 0.0):
             raise ConfigurationError(
                 f'observer {self.identifier} needs sliding > 0 or linear > 0 on each joint: '
                 'without both its estimate never moves'
             )
         self._p_hat = np.full(self.n, np.nan)
         self._sigma = np.full(self.n, np.nan)
+
+    def _of_gains(self) -> tuple[FloatArray, ...]:
+        """Return S1, T1, S2 and T2, (n,) each."""
+        return tuple(self.gains[name] for name in Sosml.gain_units)
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
@@ -121,13 +125,11 @@ class Sosml(Observer):
         }
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         self._p_hat[:] = p
         self._sigma[:] = 0.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
-        return _run(self._p_hat, self._sigma, samples.columns, tuple(self.gains.values()))
+        return _run(self._p_hat, self._sigma, samples.columns, self._terms)
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """
@@ -137,7 +139,7 @@ class Sosml(Observer):
         with A = 1 + h T2 + h^2 S2; e is eliminated. The sliding terms, where they act, make the
         true lag shorter: a purely sliding observer (S2 = 0) is taken to have none.
         """
-        s2, t2 = self.gains['linear'][joint], self.gains['linear_damping'][joint]
+        s2, t2 = (term[joint] for term in self._terms[2:])
         if s2 == 0.0:
             return np.ones(1), np.ones(1)
         A = 1.0 + h * t2 + h * h * s2

@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """SOSML as the paper steps it: explicit Euler with a boundary layer, for comparison."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.kinds.sosml import Sosml
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
-from sosml_friction.observers.observer import FloatArray, Recipe
+from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
@@ -95,12 +93,10 @@ class SosmlExplicit(Sosml):
         return {**super()._on_linear(wn, zeta, momentum_noise), 'boundary': boundary}
 
     def start(self, p: FloatArray) -> None:
-        """Begin afresh at momentum ``p`` with the estimate zero."""
         super().start(p)
         self._p[:] = p
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        """Advance over the intervals and return tau_e at the end of each, (N, n)."""
         gains = tuple(self.gains.values())
         return _run(self._p_hat, self._sigma, self._p, samples.columns, gains)
 
@@ -108,7 +104,7 @@ class SosmlExplicit(Sosml):
         """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""
         return self.gains['sliding'] / self.gains['boundary'] + self.gains['linear']
 
-    def locally_stable(self, h: float) -> NDArray[np.bool_]:
+    def locally_stable(self, h: float) -> BoolArray:
         """
         Return for each joint whether its estimate of a constant disturbance can settle.
 

@@ -7,8 +7,6 @@ Matplotlib's object interface on the Agg canvas: no global state, no display. Co
 Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from io import BytesIO
 from typing import Any, Literal, NamedTuple
@@ -19,9 +17,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 DPI = 100
 FONT = 10
@@ -108,11 +105,16 @@ def marker_edge(style: Style) -> str:
     return style.colour if style.marker in ('x', '+') else 'white'
 
 
+def key(**look: Any) -> Line2D:
+    """Return an entry of a legend: a line or marker that looks so, with its ``label``."""
+    return Line2D([], [], **look)
+
+
 def before_and_after() -> list[Any]:
     """Return the legend of what the refitted model leaves, and of what is left with the causes."""
     return [
-        Line2D([], [], color=BEFORE, label='refitted model'),
-        Line2D([], [], color=AFTER, label='with what was named'),
+        key(color=BEFORE, label='refitted model'),
+        key(color=AFTER, label='with what was named'),
     ]
 
 
@@ -173,11 +175,7 @@ def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     renderer = FigureCanvasAgg(figure).get_renderer()
     for columns in range(min(len(handles), 5), 0, -1):
         legend = figure.legend(
-            handles=list(handles),
-            loc='lower center',
-            ncols=columns,
-            fontsize=FONT,
-            frameon=False,
+            handles=list(handles), loc='lower center', ncols=columns, fontsize=FONT, frameon=False
         )
         size = legend.get_window_extent(renderer)
         if size.width <= figure.bbox.width or columns == 1:

@@ -18,6 +18,7 @@ from sosml_friction.report.common.html_page import picture
 
 View = TypeVar('View')
 REPORTS = ('fit', 'bags', 'diagnosis', 'study', 'simulation', 'terms')
+_SAID = ('identifier', 'title', 'report', 'order', 'caption')
 
 
 class Figure(ABC, Generic[View]):
@@ -38,30 +39,16 @@ class Figure(ABC, Generic[View]):
         for base in cls.__dict__.get('__orig_bases__', ()):
             cls._of = get_args(base)[0]
 
-    @property
-    @abstractmethod
-    def identifier(self) -> str:
-        """Name the figure within its report, and its file where it is written to one."""
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """Say in a few words what the figure shows."""
-
-    @property
-    @abstractmethod
-    def report(self) -> str:
-        """Name one of :data:`REPORTS`."""
-
-    @property
-    @abstractmethod
-    def order(self) -> int:
-        """Return the place among the figures of the same thing, the smallest first."""
-
-    @property
-    @abstractmethod
-    def caption(self) -> str:
-        """Return the text below the figure; it may have fields such as ``{view.name}``."""
+    #: Of the figure within its report, and of its file where it is written to one.
+    identifier: ClassVar[str]
+    #: In a few words what it shows.
+    title: ClassVar[str]
+    #: One of :data:`REPORTS`.
+    report: ClassVar[str]
+    #: Its place among the figures of the same thing, the smallest first.
+    order: ClassVar[int]
+    #: The text below the figure; it may have fields such as ``{view.name}``.
+    caption: ClassVar[str]
 
     def caption_of(self, view: View) -> str:
         """Return the caption for what is drawn."""
@@ -103,7 +90,7 @@ def figures(report: str) -> list[Figure[Any]]:
 def _finished() -> Iterator[Figure[Any]]:
     """Yield one of each class that says all that it has to; bases of others are no figures."""
     for cls in Figure._defined:
-        missing = sorted(cls.__abstractmethods__)
+        missing = sorted({*cls.__abstractmethods__, *(n for n in _SAID if not hasattr(cls, n))})
         if not isinstance(getattr(cls, '_of', None), type):
             missing.append('class to draw, as in Figure[JointView]')
         if not missing:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the HTML reports share: one file that needs nothing else."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable, Sequence
 from html import escape

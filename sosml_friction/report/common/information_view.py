@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``sosml info`` prints of a bag."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What people call observers, parameters and methods, where a table or figure names them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable
 
 from sosml_friction.observers.registry import OBSERVERS

@@ -6,8 +6,6 @@ Numbers as a person reads them: as many digits as the uncertainty supports, and 
 Plain ASCII, so that a table survives every terminal.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

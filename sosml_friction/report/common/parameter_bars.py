@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters with their intervals: a bar where there is a number, a range where there is none."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -11,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
@@ -21,6 +18,7 @@ from sosml_friction.report.common.drawing import (
     FONT,
     GREY,
     Style,
+    key,
     label_axes,
     legend_below,
     new_figure,
@@ -208,19 +206,17 @@ def _limits(
 
 
 def _legend(rows: Sequence[ParameterRow], with_truth: bool) -> list[Any]:
-    handles: list[Any] = [Line2D([], [], color=GREY, linewidth=1.8, label='95 % interval')]
+    handles: list[Any] = [key(color=GREY, linewidth=1.8, label='95 % interval')]
     if any(not row.in_use for row in rows):
         handles.append(
-            Line2D([], [], linestyle='', marker='o', color=GREY, markerfacecolor='white',
+            key(linestyle='', marker='o', color=GREY, markerfacecolor='white',
                    label='the other method')
         )  # fmt: skip
     if any(row.is_model for row in rows):
         handles.append(Patch(color=_MODEL_ROW, linewidth=0, label='the model'))
     flags = {flag for row in rows for p in row.parameters.values() for flag in p.flags}
     if NOT_IDENTIFIABLE in flags:
-        handles.append(
-            Line2D([], [], color=GREY, linewidth=7, alpha=0.35, label='not identifiable: range')
-        )
+        handles.append(key(color=GREY, linewidth=7, alpha=0.35, label='not identifiable: range'))
     if with_truth:
-        handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
+        handles.append(key(color='black', linestyle='--', label='truth'))
     return handles

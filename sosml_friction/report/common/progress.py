@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The progress bar of the tool, on stderr and only where a person watches."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Protocol

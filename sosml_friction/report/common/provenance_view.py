@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where numbers come from: recording, versions, settings, command."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from datetime import datetime, timezone
 from html import escape

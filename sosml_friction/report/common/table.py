@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One table for both: the rows of a page and those of the terminal."""
 
-from __future__ import annotations
-
 import itertools
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of several recordings: what they say together first, then each of them in short."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from html import escape
 
@@ -59,10 +57,7 @@ def render_bags_report(
     """
     Return the report of several recordings as one HTML document, pictures included.
 
-    :param truth: a model whose friction is known to be that of the robot.
-    :param extra: more rows of provenance, heading to text.
-    :param progress: called with what is drawn next.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
+    Arguments and errors are those of :func:`~sosml_friction.report.fit.html.render_report`.
     """
     _check_truth(analysis, truth)
     consolidation = analysis.consolidation

@@ -40,10 +40,7 @@ from sosml_friction.report.fit.joint_section import name_text
 
 #: How the two ways are called and drawn.
 WAYS = {JOINT: 'joint fit', BY_RULE: "paper's rule"}
-_STYLES = {
-    JOINT: Style('#000000', 'D', '-', 1.8),
-    BY_RULE: Style('#666666', 's', '-', 1.8),
-}
+_STYLES = {JOINT: Style('#000000', 'D', '-', 1.8), BY_RULE: Style('#666666', 's', '-', 1.8)}
 
 
 class BagsJoint(NamedTuple):

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an analysis says, in sentences."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
@@ -266,3 +266,28 @@ def sampling_text(log: JointLog) -> str:
     if lost > _LOST:
         text += f'; {100.0 * lost:.2g} % more were lost, in steps of two or more usual ones'
     return text
+
+
+def simulation_lines(analysis: BagAnalysis) -> list[str]:
+    """Return how well simulation follows a recording, a line for each joint."""
+    found = analysis.output_error
+    if found is None:
+        return []
+    lines = [
+        f'{joint}: closed loop simulated with the inverse model and the recorded controller: '
+        f'position {check.position_error:.2g} %, effort {check.effort_error:.2f} % of the measured'
+        for joint, check in found.closed_loop.items()
+    ]
+    for joint, fit in found.joints.items():
+        how = (
+            'under the recorded controller'
+            if found.modes[joint] == 'controller'
+            else ('by the measured effort')
+        )
+        effort = '' if np.isnan(fit.effort_error) else f', effort {fit.effort_error:.2f} %'
+        lines.append(
+            f'{joint}: output error, simulated {how}: position {fit.position_error:.2g} %{effort} '
+            'of the measured'
+        )
+    lines += [f'{joint}: no output error: {why}' for joint, why in found.unavailable.items()]
+    return lines

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit one or several recordings and write the results: all of ``sosml fit`` but its options."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis, analyse_bags
-from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit import results
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
@@ -58,29 +56,33 @@ def run_fit(
     known = None if truth is None else read_model(truth)
     names = Bag.open(bags[0], namespace).joint_log().names if effort_hold else ()
     how |= {'namespace': namespace, 'effort_hold': parse_effort_hold(effort_hold, names)}
-    if several:
-        together = analyse_bags(bags, roles=roles, own_bias=own_bias, progress=step, **how)
-        return _write_several(folder, bags, together, known, step)
-    return _write_one(folder, bags[0], analyse_bag(bags[0], progress=step, **how), known, step)
-
-
-def _write_one(
-    folder: Path,
-    bag: Path,
-    analysis: BagAnalysis,
-    truth: RobotModelFile | None,
-    step: Callable[[str], None],
-) -> FitOutcome:
-    document = results.fit_document(analysis, truth)
+    analysis = (
+        analyse_bags(bags, roles=roles, own_bias=own_bias, progress=step, **how)
+        if several
+        else analyse_bag(bags[0], progress=step, **how)
+    )
+    document = results.fit_document(analysis, known)
     step('drawing the report')
-    results.write_results(folder, analysis, truth, None, lambda what: step(f'drawing {what}'))
-    views, fit = joint_views(analysis, truth), analysis.fit
+    results.write_results(folder, analysis, known, None, lambda what: step(f'drawing {what}'))
+    if isinstance(analysis, BagsAnalysis):
+        apart = analysis.consolidation
+        without = [n for n, joint in analysis.model.joints.items() if joint.friction is None]
+        return FitOutcome(
+            folder,
+            dict(zip(bags, analysis.bags.values(), strict=True)),
+            document,
+            found=[*bags_answers(analysis), *_body_sentence(next(iter(analysis.bags.values())))],
+            table=bags_table(analysis, known),
+            open_ends=(),
+            failed=[*apart.unavailable, *(n for n in apart.joints if n in without)],
+        )
+    views, fit = joint_views(analysis, known), analysis.fit
     return FitOutcome(
         folder,
-        {bag: analysis},
+        {bags[0]: analysis},
         document,
         found=[*answers(views), *_body_sentence(analysis)],
-        table=parameter_table(analysis, truth),
+        table=parameter_table(analysis, known),
         open_ends=caveats(views),
         failed=[j for j in fit.unavailable if j not in fit.joints] + list(analysis.unmodelled),
     )
@@ -91,30 +93,3 @@ def _body_sentence(analysis: BagAnalysis) -> list[str]:
         return []
     text = analysis.body.sentence()
     return [f'{text[:1].upper()}{text[1:]}.']
-
-
-def _write_several(
-    folder: Path,
-    bags: Sequence[Path],
-    analysis: BagsAnalysis,
-    truth: RobotModelFile | None,
-    step: Callable[[str], None],
-) -> FitOutcome:
-    document = results.bags_document(analysis, truth)
-    step('drawing the report')
-    results.write_bags_results(folder, analysis, truth, None, lambda what: step(f'drawing {what}'))
-    consolidation = analysis.consolidation
-    unmodelled = [
-        name
-        for name, joint in analysis.model.joints.items()
-        if joint.friction is None and name in consolidation.joints
-    ]
-    return FitOutcome(
-        folder,
-        dict(zip(bags, analysis.bags.values(), strict=True)),
-        document,
-        found=bags_answers(analysis),
-        table=bags_table(analysis, truth),
-        open_ends=(),
-        failed=[*consolidation.unavailable, *unmodelled],
-    )

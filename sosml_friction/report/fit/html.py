@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report: one HTML file that needs nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from html import escape
 
@@ -15,11 +13,16 @@ from sosml_friction.report.common.provenance_view import (
     provenance_table,
     recording_rows,
 )
-from sosml_friction.report.fit.findings import data_remarks, joint_sentence, notes, sampling_text
+from sosml_friction.report.fit.findings import (
+    data_remarks,
+    joint_sentence,
+    notes,
+    sampling_text,
+    simulation_lines,
+)
 from sosml_friction.report.fit.inverse_view import inverse_section
 from sosml_friction.report.fit.joint_section import joint_section
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.simulation.text import simulation_lines
 
 #: How it was done, in sentences.
 METHOD = (

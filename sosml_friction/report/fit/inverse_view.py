@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The inverse-model fit of an analysis as rows of a table, and as a part of the report."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from html import escape
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The part of the report that is about one joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from html import escape
 

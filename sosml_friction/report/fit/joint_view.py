@@ -2,14 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One joint of an analysis, as tables and figures show it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
@@ -21,8 +17,6 @@ from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.drawing import Style, style_of
 from sosml_friction.report.common.labels import in_order, motion_units
-
-FloatArray = NDArray[np.float64]
 
 #: More estimates than this over one another cannot be told apart.
 _MOST_LINES = 4

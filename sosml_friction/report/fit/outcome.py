@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a user is told of a fit of one or several recordings."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +13,8 @@ from rich.console import RenderableType
 from sosml_friction.bags.bag import Bag
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
+from sosml_friction.report.fit.findings import simulation_lines
 from sosml_friction.report.fit.inverse_view import inverse_table
-from sosml_friction.report.simulation.text import simulation_lines
 
 
 @dataclass(frozen=True)

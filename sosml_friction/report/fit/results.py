@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a fit as files: model folder, report and ``fit.json``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -32,15 +29,21 @@ FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json', 'segments.csv')
 _KIND = OutputKind('fit', 'fit.json', FORMAT, FILES)
 
 
-def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> dict[str, Any]:
+def fit_document(
+    analysis: BagAnalysis | BagsAnalysis, truth: RobotModelFile | None = None
+) -> dict[str, Any]:
     """
     Return the object of ``sosml fit --json``; its schema is ``docs/schema/fit.schema.json``.
 
-    What is not known is None.
+    What is not known is None. Of several bags ``joints.<joint>.<observer>`` is what all say
+    together; ``bags`` has the fits of each, and ``consolidation`` all of how they were put
+    together.
 
     :param truth: a model whose friction is known to be that of the robot.
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
+    if isinstance(analysis, BagsAnalysis):
+        return _bags_document(analysis, truth)
     views = joint_views(analysis, truth)
     provenance = _provenance(analysis)
     document: dict[str, Any] = {
@@ -61,21 +64,12 @@ def fit_document(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> 
     return to_plain(document)
 
 
-def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -> dict[str, Any]:
-    """
-    Return the object of ``sosml fit BAG BAG... --json``, of the same schema as that of one bag.
-
-    ``joints.<joint>.<observer>`` is what all bags say together; ``bags`` has the fits of each, and
-    ``consolidation`` all of how they were put together.
-
-    :param truth: a model whose friction is known to be that of the robot.
-    :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
-    """
+def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict[str, Any]:
     consolidation = analysis.consolidation
     provenance = {k: v for k, v in analysis.model.provenance.items() if k != 'consolidation'}
     bags = []
     for label, one in analysis.bags.items():
-        views = joint_views(one)
+        views = joint_views(one, truth)
         entry = {**_recording(label, one), 'role': consolidation.roles[label].role}
         bags.append({**entry, **_own_fits(one, views)})
     document: dict[str, Any] = {
@@ -99,10 +93,6 @@ def bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None = None) -
     if truth is not None:
         joints = analysis.model.joints
         known = {n: j.friction for n, j in truth.joints.items() if j.friction and n in joints}
-        if not known:
-            raise ConfigurationError(
-                f'the model of the truth has no friction of {", ".join(joints)}: give one that has'
-            )
         document['truth'] = _truth(known)
     return to_plain(document)
 
@@ -139,6 +129,7 @@ def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, An
 def _consolidated(entry: Consolidated) -> dict[str, Any]:
     """Return the preferred law of a joint in the form of a fit."""
     fit = entry.joint_fit if entry.preferred == JOINT else None
+    rejected = [bool(s.rejected) for f in entry.fits.values() for s in f.segments]
     return {
         'method': 'consolidated',
         'law': entry.law,
@@ -150,10 +141,8 @@ def _consolidated(entry: Consolidated) -> dict[str, Any]:
         'residual_unit': entry.unit,
         'pairs': 0 if fit is None else fit.pairs,
         'clusters': 0 if fit is None else fit.clusters,
-        'segments_used': sum(not s.rejected for f in entry.fits.values() for s in f.segments),
-        'segments_rejected': sum(
-            bool(s.rejected) for f in entry.fits.values() for s in f.segments
-        ),
+        'segments_used': rejected.count(False),
+        'segments_rejected': rejected.count(True),
     }
 
 
@@ -180,7 +169,7 @@ def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:
 
 def write_results(
     folder: str | Path,
-    analysis: BagAnalysis,
+    analysis: BagAnalysis | BagsAnalysis,
     truth: RobotModelFile | None = None,
     extra: Mapping[str, str] | None = None,
     progress: Callable[[str], None] = lambda step: None,
@@ -199,39 +188,15 @@ def write_results(
     :raises ConfigurationError: if the folder holds something else or cannot be written.
     """
     folder = check_destination(folder, beside)
-    page = render_report(analysis, truth, extra, progress)
-    label = str(analysis.model.provenance.get('bag'))
-    return _write(folder, analysis.model, fit_document(analysis, truth), page, {label: analysis})
-
-
-def write_bags_results(
-    folder: str | Path,
-    analysis: BagsAnalysis,
-    truth: RobotModelFile | None = None,
-    extra: Mapping[str, str] | None = None,
-    progress: Callable[[str], None] = lambda step: None,
-    beside: Collection[str] = (),
-) -> Path:
-    """
-    Write what several bags say together, the same files as for one; return the folder.
-
-    Parameters and errors are those of :func:`write_results`.
-    """
-    folder = check_destination(folder, beside)
-    page = render_bags_report(analysis, truth, extra, progress)
-    return _write(folder, analysis.model, bags_document(analysis, truth), page, analysis.bags)
-
-
-def _write(
-    folder: Path,
-    model: RobotModelFile,
-    document: Mapping[str, Any],
-    page: str,
-    analyses: Mapping[str, BagAnalysis],
-) -> Path:
+    if isinstance(analysis, BagsAnalysis):
+        page, bags = render_bags_report(analysis, truth, extra, progress), dict(analysis.bags)
+    else:
+        page = render_report(analysis, truth, extra, progress)
+        bags = {str(analysis.model.provenance.get('bag')): analysis}
+    document = fit_document(analysis, truth)
     with written_together(folder, _KIND) as workshop:
-        model.write(workshop)
+        analysis.model.write(workshop)
         write_result(workshop, _KIND, document, page)
-        table = segments_csv({label: joint_views(one) for label, one in analyses.items()})
+        table = segments_csv({label: joint_views(one) for label, one in bags.items()})
         (workshop / 'segments.csv').write_text(table, encoding='utf-8')
     return folder

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of steady motion in a figure over time: shaded, and numbered where not used."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

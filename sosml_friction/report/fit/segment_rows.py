@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The windows of steady motion as rows: of a table, of a file, of a figure's marks."""
 
-from __future__ import annotations
-
 import csv
 import math
 import re

@@ -11,7 +11,7 @@ from typing import Any
 from rich import box
 from rich.table import Table
 
-from sosml_friction.actuators.bus.found_actuator import FoundActuator
+from sosml_friction.actuators.bus.inquiry import FoundActuator
 from sosml_friction.actuators.driver.start_up import Check
 
 SCAN_FORMAT = 'sosml_friction/can_scan/1'

@@ -2,21 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """A simulated recording as files: ``simulation.json`` and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.figure import pictures
+from sosml_friction.report.common.html_page import heading, notes_box, page, result_box
 from sosml_friction.report.common.output import (
     OutputKind,
     to_plain,
     write_result,
     written_together,
 )
-from sosml_friction.report.simulation.html import render_simulation
-from sosml_friction.report.simulation.rows import simulation_sentences
+from sosml_friction.report.common.table import html_table
+from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.rows import COLUMNS, error_rows, simulation_sentences
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 FORMAT = 'sosml_friction/simulation/1'
@@ -59,10 +61,7 @@ def simulation_document(
 
 
 def write_simulation(
-    folder: Path,
-    found: RecordedSimulation,
-    model: RobotModelFile,
-    provenance: Mapping[str, Any],
+    folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
     """
     Write simulation.json and report.html.
@@ -73,3 +72,17 @@ def write_simulation(
     with written_together(folder, KIND) as workshop:
         document = simulation_document(found, model, provenance)
         write_result(workshop, KIND, document, render_simulation(found, title))
+
+
+def render_simulation(found: RecordedSimulation, title: str) -> str:
+    """Return the report as one HTML document, pictures included."""
+    parts = [
+        result_box(simulation_sentences(found)),
+        notes_box(found.remarks),
+        heading('Error of the simulation'),
+        html_table(COLUMNS, error_rows(found)),
+    ]
+    for i, name in enumerate(found.names):
+        shown = pictures('simulation', SimulatedJoint(found, i))
+        parts += [heading(name), shown or f'<p>{escape(name)} moves as recorded.</p>']
+    return page(title, parts)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The errors of a simulated recording as text: rows of a table, and sentences."""
 
-from __future__ import annotations
-
 import numpy as np
 from rich.table import Table
 

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The object of ``sosml study --json``, and of ``study.json``."""
 
-from __future__ import annotations
-
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
 
+from sosml_friction.identification.fitted_model import versions
 from sosml_friction.report.common.output import to_plain
 from sosml_friction.report.study.view import shown_observers
-from sosml_friction.study.condition import (
-    GRAVITY_OFFSET,
-    INERTIA_SCALES,
-    encoder_noise,
-)
+from sosml_friction.study.condition import GRAVITY_OFFSET, INERTIA_SCALES, encoder_noise
 from sosml_friction.study.metrics import Score
 from sosml_friction.study.outcome import FITTED, fitted_laws
 from sosml_friction.study.plant import SMOOTHING_VELOCITY, TRUTH
@@ -82,7 +76,7 @@ def study_document(study: Study) -> dict[str, Any]:
             for name, points in study.sweeps.items()
             for point in points
         ],
-        'versions': {name: _version(name) for name in ('sosml_friction', 'numpy', 'scipy', 'pin')},
+        'versions': versions(),
     }
     return to_plain(document)
 
@@ -107,10 +101,3 @@ def _row(study: Study, row: StudyRow, joint: int, score: Score) -> dict[str, Any
         'unit': 'Nm',
         'gains': {name: values[joint] for name, values in row.gains.items()},
     }
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return 'unknown'

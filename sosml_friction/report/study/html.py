@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of the study: one HTML file that needs nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sosml_friction.report.common.figure import figures_of

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of the study as files: ``study.json``, ``study.html`` and the figures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The study's tables for the terminal."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tables, figures and sentences of a study show."""
 
-from __future__ import annotations
-
 from sosml_friction.report.common.drawing import style_of
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.outcome import is_causal, ranked, shared_errors

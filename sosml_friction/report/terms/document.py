@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fitted terms as files: the model folder, ``fit.json`` and the report."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fitted terms as rows of a table, for the terminal and the page."""
 
-from __future__ import annotations
-
 import math
 
 from sosml_friction.identification.term_fit import TermFit

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_start import Start
+from sosml_friction.simulation.forward_simulation import Start
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

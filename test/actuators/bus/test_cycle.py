@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import can
 import pytest
+from emulated_clock import EmulatedClock
 
-from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.cycle import BusCycle
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.measurement import Setpoint

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from lockstep import Lockstep, emulated_exoskeleton
 
 from sosml_friction.actuators.driver.configuration import (
     DriverConfiguration,
@@ -15,7 +16,6 @@ from sosml_friction.actuators.driver.configuration import (
 )
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator
-from sosml_friction.actuators.emulator.lockstep import Lockstep, emulated_exoskeleton
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.parameter import parameters_of
 from sosml_friction.exceptions import ConfigurationError

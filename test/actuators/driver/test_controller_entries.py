@@ -8,14 +8,14 @@ import dataclasses
 import json
 
 import numpy as np
-
-from sosml_friction.actuators.driver.controller_entries import controller_entries
-from sosml_friction.actuators.emulator.lockstep import (
+from lockstep import (
     Lockstep,
     default_configuration,
     emulated_exoskeleton,
     nominal_robot,
 )
+
+from sosml_friction.actuators.driver.configuration import controller_entries
 from sosml_friction.actuators.rmd_x.configuration import POSITION_MODE
 from sosml_friction.bags.controllers import parse_controllers
 from sosml_friction.motion.trajectory import Trajectory

@@ -7,8 +7,9 @@ from __future__ import annotations
 import threading
 
 import pytest
+from emulated_clock import EmulatedClock
 
-from sosml_friction.actuators.bus.clock import Clock, EmulatedClock, MonotonicClock
+from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 
 PERIOD = 2_000_000
@@ -85,8 +86,8 @@ def test_an_exception_ends_in_outputs_off_and_is_kept(culprit):
 
 
 def test_stop_waits_until_the_outputs_are_off():
-    script = Script(MonotonicClock(), [0] * 100_000)
-    thread = CycleThread(script, MonotonicClock(), lambda _: None)
+    script = Script(Clock(), [0] * 100_000)
+    thread = CycleThread(script, Clock(), lambda _: None)
     thread.start()
     while len(script.starts) < 3:
         pass
@@ -97,7 +98,7 @@ def test_stop_waits_until_the_outputs_are_off():
 
 
 def test_a_cycle_that_hangs_in_the_bus_is_not_waited_for_for_ever():
-    script = Script(MonotonicClock(), [])
+    script = Script(Clock(), [])
     entered, release = threading.Event(), threading.Event()
 
     def hang():
@@ -105,7 +106,7 @@ def test_a_cycle_that_hangs_in_the_bus_is_not_waited_for_for_ever():
         release.wait(60.0)
 
     script.step = hang
-    thread = CycleThread(script, MonotonicClock(), lambda _: None)
+    thread = CycleThread(script, Clock(), lambda _: None)
     thread.start()
     assert entered.wait(30.0)
     assert not thread.stop(patience=0.01)

@@ -12,12 +12,12 @@ from dataclasses import replace
 import can
 import numpy as np
 import pytest
+from lockstep import nominal_robot
+from lockstep_bus import LockstepBus
 from quiet_emulator import moving
 
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.report import DriverState
-from sosml_friction.actuators.emulator.lockstep import nominal_robot
-from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.exceptions import ActuatorError, ConfigurationError, TrajectoryError

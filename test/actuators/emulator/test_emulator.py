@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from lockstep import default_configuration, emulated_exoskeleton
 from quiet_emulator import DBC, MS, QUIET
 
 from sosml_friction.actuators.bus.frame import Frame
@@ -17,7 +18,6 @@ from sosml_friction.actuators.emulator.emulator import (
     ExoskeletonEmulator,
     hanging_position,
 )
-from sosml_friction.actuators.emulator.lockstep import default_configuration, emulated_exoskeleton
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoFlag

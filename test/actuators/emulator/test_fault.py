@@ -11,17 +11,17 @@ from pathlib import Path
 import can
 import numpy as np
 import pytest
+from emulated_clock import EmulatedClock
 from hypothesis import given
 from hypothesis import strategies as st
+from lockstep import emulated_exoskeleton
+from lockstep_bus import LockstepBus
 from quiet_emulator import DBC, MS, QUIET
 
-from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.actuators.emulator.emulator_thread import EmulatorThread
 from sosml_friction.actuators.emulator.fault import FAULTS, parse_fault, parse_faults
-from sosml_friction.actuators.emulator.lockstep import emulated_exoskeleton
-from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
 from sosml_friction.actuators.rmd_x import codec as rmd_x
 from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoFlag
 from sosml_friction.exceptions import ActuatorError, ConfigurationError

@@ -198,7 +198,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
     """0x92 says one turn more than 0x60: to stay where it is, 0xA4 must say so too."""
     own = actuator(mode='position', counts_per_turn=2**20)
     told(own, rmd_x.Angle(2 * math.pi + 0.5), rmd_x.Encoder(round(2**20 * 0.5 / (2 * math.pi))))
-    assert own._start_up.check_position().problem == ''
+    assert own.check_position().problem == ''
     here = Setpoint(0.0, own.measurement.q, 0.0)
     assert sent(own.command(here, 1))[0].angle == pytest.approx(2 * math.pi + 0.5, abs=2e-4)
 
@@ -206,7 +206,7 @@ def test_a_position_is_commanded_in_the_motors_own_turns_where_counts_have_lost_
 def test_at_zero_any_scale_of_counts_fits_but_not_where_the_joint_goes():
     own = actuator(counts_per_turn=2**20)
     told(own, rmd_x.Angle(0.0), rmd_x.Encoder(0))
-    assert own._start_up.check_position().problem == ''
+    assert own.check_position().problem == ''
     told(own, rmd_x.Encoder(2**18), rmd_x.Motion(25, 0.0, 0.0, math.pi / 2))
     assert own.doubt() == ''
     # The true scale is half of it: the joint is twice as far as the counts say.
@@ -252,7 +252,7 @@ def test_at_the_start_counts_and_angle_may_differ_by_0_02_rad(sign, differ, refu
     own = actuator(counts_per_turn=2**20)
     counts = round(2**20 * (0.5 + sign * differ) / (2 * math.pi))
     told(own, rmd_x.Angle(0.5), rmd_x.Encoder(counts))
-    assert ('counts_per_turn' in own._start_up.check_position().problem) == refused
+    assert ('counts_per_turn' in own.check_position().problem) == refused
 
 
 @pytest.mark.parametrize(('back_ms', 'restarts'), [(490, 0), (510, 1)])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sosml_friction.actuators.rmd_x.turns import lost_turns
+from sosml_friction.actuators.rmd_x.start_up import lost_turns
 from sosml_friction.model.robot import JointLimits
 
 LIMITS = JointLimits(-1.7, 0.7, 3.0, 8.0)

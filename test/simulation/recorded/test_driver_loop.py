@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 from known_robots import slider_model
-from lockstep_run import run_lockstep
-
-from sosml_friction.actuators.driver.controller_entries import controller_entries
-from sosml_friction.actuators.emulator.lockstep import (
+from lockstep import (
     default_configuration,
     emulated_exoskeleton,
     nominal_robot,
 )
+from lockstep_run import run_lockstep
+
+from sosml_friction.actuators.driver.configuration import controller_entries
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import controller_tags
 from sosml_friction.bags.joint_log import JointLog

@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """One law over several recordings: friction against velocity, and what the law leaves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.several.bag_points import (
     BagPoints,
@@ -25,8 +22,6 @@ from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.fit.consolidation_view import BagsJoint, bag_name
-
-FloatArray = NDArray[np.float64]
 
 _LAW: dict[str, Any] = {'color': 'black', 'linewidth': 1.6}
 _JOINT: dict[str, Any] = {'color': 'black', 'linestyle': ':', 'linewidth': 1.6}
@@ -54,11 +49,9 @@ class BagsLaw(Figure[BagsJoint]):
     )
 
     def applies(self, view: BagsJoint) -> bool:
-        """Tell whether there is a law, and a recording that it is drawn with."""
         return consolidated_law(view.entry) is not None and bool(_points_of(view))
 
     def draw(self, view: BagsJoint) -> Drawing:
-        """Draw the four panels."""
         entry, law, points = view.entry, consolidated_law(view.entry), _points_of(view)
         assert law is not None
         figure = drawing.new_figure(10.0, 7.6)
@@ -83,7 +76,7 @@ class BagsLaw(Figure[BagsJoint]):
                 _points(knee, x, way * (y[mine] - own), error, colour, arrow)
                 _points(residual_log, x, way * left[mine], error, colour, arrow)
             label = bag_name(view.consolidation, bag)
-            handles.append(Line2D([], [], linestyle='', marker=marker, color=colour, label=label))
+            handles.append(drawing.key(linestyle='', marker=marker, color=colour, label=label))
         v = np.geomspace(0.3 * slowest, top, 300)
         half = other = None
         if entry.joint_fit is not None and entry.preferred == JOINT:
@@ -118,16 +111,16 @@ class BagsLaw(Figure[BagsJoint]):
         for column in panels.T:
             figure.align_ylabels(column)
         handles += [
-            Line2D([], [], linestyle='', marker='^', color=drawing.GREY, label='v > 0'),
-            Line2D([], [], linestyle='', marker='v', color=drawing.GREY, label='v < 0'),
-            Line2D([], [], label='law of the model', **_LAW),
+            drawing.key(linestyle='', marker='^', color=drawing.GREY, label='v > 0'),
+            drawing.key(linestyle='', marker='v', color=drawing.GREY, label='v < 0'),
+            drawing.key(label='law of the model', **_LAW),
         ]
         if half is not None:
             handles.append(Patch(label='95 % band', **_BAND))
         if other is not None:
-            handles.append(Line2D([], [], label='joint fit', **_JOINT))
+            handles.append(drawing.key(label='joint fit', **_JOINT))
         if truth is not None:
-            handles.append(Line2D([], [], label='truth', **_TRUTH))
+            handles.append(drawing.key(label='truth', **_TRUTH))
         drawing.legend_below(figure, handles)
         return figure
 

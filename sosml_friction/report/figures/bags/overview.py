@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One of several recordings over time."""
 
-from __future__ import annotations
-
 from sosml_friction.report.figures.fit.overview import Overview
 from sosml_friction.report.fit.joint_view import JointView
 

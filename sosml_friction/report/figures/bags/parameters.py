@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameters that several recordings say, each alone and together."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.report.common.figure import Figure
@@ -25,6 +23,5 @@ class BagsParameters(Figure[BagsJoint]):
     )
 
     def draw(self, view: BagsJoint) -> Drawing:
-        """Draw a row for each recording and way."""
         rows = consolidated_rows(view.consolidation, view.entry)
         return draw_parameters(rows, None if view.truth is None else view.truth.parameters)

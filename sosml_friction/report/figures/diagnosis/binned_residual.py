@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mean unexplained effort along six axes."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.diagnosis.residual.joint_residual import (
     JointResidual,
@@ -66,10 +63,10 @@ class BinnedResidual(Figure[JointResidual]):
                 ax, label, f'mean unexplained effort [{view.unit}]' if name in 'va' else ''
             )
         handles = [
-            Line2D([], [], color=drawing.BEFORE, label='refitted model, forwards'),
-            Line2D([], [], color=drawing.BEFORE, linestyle='--', label='backwards'),
-            Line2D([], [], color=drawing.AFTER, label='with what was named, forwards'),
-            Line2D([], [], color=drawing.AFTER, linestyle='--', label='backwards'),
+            drawing.key(color=drawing.BEFORE, label='refitted model, forwards'),
+            drawing.key(color=drawing.BEFORE, linestyle='--', label='backwards'),
+            drawing.key(color=drawing.AFTER, label='with what was named, forwards'),
+            drawing.key(color=drawing.AFTER, linestyle='--', label='backwards'),
         ]
         drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.12), (0.2, 0.6), handles)
         return figure

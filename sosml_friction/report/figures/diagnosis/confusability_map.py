@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which causes the motion cannot tell apart."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
@@ -41,7 +39,6 @@ class ConfusabilityMap(Figure[Diagnosis]):
     )
 
     def applies(self, view: Diagnosis) -> bool:
-        """Tell whether there are two causes to compare."""
         found = view.confusability
         return view.laboratory is not None and found is not None and len(found.effects) > 1
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort over time, and what is unexplained of it."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
@@ -21,7 +19,6 @@ class EffortOverTime(Figure[JointResidual]):
     caption = 'Effort, and what is unexplained of it'
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw both over time."""
         figure = drawing.new_figure(10.0, 4.6)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
         time = view.axes['time']

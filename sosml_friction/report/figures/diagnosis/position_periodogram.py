@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The lines in position of what is unexplained."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.diagnosis.residual.position_spectrum import moves_enough, position_lines
@@ -33,11 +30,9 @@ class PositionPeriodogram(Figure[JointResidual]):
     )
 
     def applies(self, view: JointResidual) -> bool:
-        """Tell whether the joint moves enough."""
         return moves_enough(view)
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw a panel for each direction."""
         lines = position_lines(view)
         figure = drawing.new_figure(10.0, 3.4)
         panels = figure.subplots(1, 2, sharey=True)
@@ -59,6 +54,6 @@ class PositionPeriodogram(Figure[JointResidual]):
             ax.set_ylim(bottom=0.0)
         handles = drawing.before_and_after()
         if lines.named:
-            handles.append(Line2D([], [], color=_NAMED, linewidth=3.0, label='named'))
+            handles.append(drawing.key(color=_NAMED, linewidth=3.0, label='named'))
         drawing.fix_axes(figure, (0.85, 0.15, 0.95, 0.35), (0.2, 0.2), handles)
         return figure

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each candidate removes on data left out."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
@@ -28,11 +26,9 @@ class RankingBars(Figure[Diagnosis]):
     )
 
     def applies(self, view: Diagnosis) -> bool:
-        """Tell whether anything was looked for."""
         return view.laboratory is not None and bool(view.ranking)
 
     def draw(self, view: Diagnosis) -> Drawing:
-        """Draw a bar for each candidate, the best on top."""
         entries = list(view.ranking[:_BARS])[::-1]
         figure = new_figure(10.0, 0.6 + 0.32 * len(entries))
         ax = figure.subplots()

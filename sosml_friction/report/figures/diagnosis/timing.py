@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether the rest is noise, and whether effort is measured on time."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
@@ -34,11 +32,9 @@ class Timing(Figure[JointResidual]):
     )
 
     def applies(self, view: JointResidual) -> bool:
-        """Tell whether anything was looked for."""
         return view.diagnosis.selection is not None
 
     def draw(self, view: JointResidual) -> Drawing:
-        """Draw both panels."""
         figure = drawing.new_figure(10.0, 3.2)
         left, right = figure.subplots(1, 2)
         colours = (drawing.BEFORE, drawing.AFTER)

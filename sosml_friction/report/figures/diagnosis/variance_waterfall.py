@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the unexplained variance goes."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
@@ -28,11 +26,9 @@ class VarianceWaterfall(Figure[Diagnosis]):
     )
 
     def applies(self, view: Diagnosis) -> bool:
-        """Tell whether anything was looked for."""
         return view.laboratory is not None and bool(view.ranking) and bool(view.stages)
 
     def draw(self, view: Diagnosis) -> Drawing:
-        """Draw a panel for each joint."""
         steps = [variance_steps(view, i) for i in range(len(view.names))]
         most = max(len(x) for x in steps)
         figure = new_figure(10.0, 0.9 + (0.3 + 0.3 * most) * len(steps))

@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recording over time: the counterpart of the paper's Figure 5."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.joint_motion import law_in_motion
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
@@ -20,8 +17,6 @@ from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
 from sosml_friction.report.fit.segment_marks import number_rejected, shade_segments
 from sosml_friction.report.fit.segment_rows import segment_rows
-
-FloatArray = NDArray[np.float64]
 
 _LAW, _REPORTED = 'black', '#b8b8b8'
 _WIDTH_IN = 10.0
@@ -61,7 +56,6 @@ class Overview(Figure[JointView]):
         return text
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw four panels below one another."""
         effort = bool(np.isfinite(view.tau).any())
         friction = any(np.isfinite(x).any() for x in view.estimates.values())
         heights = [1.0, 1.0, 1.0 if effort else _UNKNOWN, 1.7 if friction else _UNKNOWN]
@@ -77,10 +71,8 @@ class Overview(Figure[JointView]):
         handles, known = _draw_friction(axes[3], view)
         if reported:
             handles += [
-                Line2D([], [], color=_REPORTED, linewidth=2.0, label='velocity, reported'),
-                Line2D(
-                    [], [], color='black', linewidth=1.0, label='velocity, position difference'
-                ),
+                drawing.key(color=_REPORTED, linewidth=2.0, label='velocity, reported'),
+                drawing.key(color='black', linewidth=1.0, label='velocity, position difference'),
             ]
         rows = segment_rows(view)
         handles += shade_segments(axes, rows)
@@ -119,7 +111,7 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], FloatArray]:
         drawing.draw_line(
             axes, view.time, tau_f, color=colour, linewidth=1.8 if place == 0 else 1.0
         )
-        handles.append(Line2D([], [], color=colour, linewidth=2.0, label=observer_label(observer)))
+        handles.append(drawing.key(color=colour, linewidth=2.0, label=observer_label(observer)))
     if view.model is not None and view.preferred is not None:
         predicted = law_in_motion(view.model.fit, view.q, view.speed, view.zero_band)
         if predicted is not None:
@@ -128,7 +120,7 @@ def _draw_friction(axes: Axes, view: JointView) -> tuple[list[Any], FloatArray]:
                 axes, view.time, predicted, color=_LAW, linewidth=1.0, linestyle='--'
             )
             text = f'law fitted to {observer_label(view.preferred)}'
-            handles.append(Line2D([], [], color=_LAW, linewidth=1.0, linestyle='--', label=text))
+            handles.append(drawing.key(color=_LAW, linewidth=1.0, linestyle='--', label=text))
     return handles, np.concatenate(known)
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameters of one recording with their intervals."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.report.common.figure import Figure
@@ -25,11 +23,9 @@ class Parameters(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a fit."""
         return view.preferred is not None
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw a row for each fit."""
         return draw_parameters(
             parameter_rows(view), None if view.truth is None else view.truth.parameters
         )

@@ -2,18 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """How well the data know the Stribeck term: the profile likelihood of v_s and S."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.identification.law.profile_points import with_best
-from sosml_friction.report.common.drawing import GREY, label_axes, legend_below, new_figure
+from sosml_friction.report.common.drawing import GREY, key, label_axes, legend_below, new_figure
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView
@@ -44,11 +41,9 @@ class Profile(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether any fit has a profile."""
         return any(fit.fit.profile is not None for fit in view.fits.values())
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw cost and size beside one another."""
         figure = new_figure(10.0, 3.6)
         panels: Sequence[Axes] = figure.subplots(1, 2)
         cost, sizes = panels
@@ -68,9 +63,7 @@ class Profile(Figure[JointView]):
             sizes.fill_between(v_s, size - half, size + half, color=colour, alpha=0.2, linewidth=0)
             reach += [*size[within], *(size + half)[np.isfinite(half)]]
             label = observer_label(observer)
-            handles.append(
-                Line2D([], [], color=colour, linewidth=1.8, linestyle=dashes, label=label)
-            )
+            handles.append(key(color=colour, linewidth=1.8, linestyle=dashes, label=label))
         for axes in panels:
             axes.set_xscale('log')
         cost.axhline(1.0, color=GREY, linestyle=':', linewidth=1.4)
@@ -86,14 +79,14 @@ class Profile(Figure[JointView]):
             axes.set_xlim(span)
         limit = 'limit of the 95 % interval'
         handles += [
-            Line2D([], [], color=GREY, linestyle=':', linewidth=1.4, label=limit),
-            Line2D([], [], color=GREY, linewidth=3.0, label='S at a v_s within the limit'),
+            key(color=GREY, linestyle=':', linewidth=1.4, label=limit),
+            key(color=GREY, linewidth=3.0, label='S at a v_s within the limit'),
         ]
         if {'stribeck', 'stribeck_velocity'} <= set(view.known):
             place = (view.known['stribeck_velocity'].value, view.known['stribeck'].value)
             cost.axvline(place[0], color='black', linestyle='--', linewidth=1.1)
             sizes.plot(*place, marker='+', markersize=12, color='black', markeredgewidth=1.6)
-            handles.append(Line2D([], [], color='black', linestyle='--', label='truth'))
+            handles.append(key(color='black', linestyle='--', label='truth'))
         x = f'v_s [{view.velocity_unit}]'
         label_axes(cost, x, 'cost above its least [limit]')
         label_axes(sizes, x, f'best S at this v_s [{view.effort_unit}]')

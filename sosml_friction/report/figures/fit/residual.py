@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the law leaves of friction, and whether there is a pattern in it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law_residual import (
     Residual,
     autocorrelation,
@@ -25,8 +22,6 @@ from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView, shown_estimates
-
-FloatArray = NDArray[np.float64]
 
 #: Direction of motion: colours of samples and of means, words.
 _WAYS = ((1.0, '#56B4E9', '#0072B2', 'v > 0'), (-1.0, '#E69F00', '#A84800', 'v < 0'))
@@ -56,11 +51,9 @@ class LawResidual(Figure[JointView]):
     )
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a law and something that it leaves."""
         return view.residual() is not None
 
     def draw(self, view: JointView) -> Drawing:
-        """Draw the four panels."""
         residual = view.residual()
         assert residual is not None
         assert view.model is not None
@@ -90,12 +83,12 @@ class LawResidual(Figure[JointView]):
         of = observer_label(view.preferred or '')
         handles = [
             *(
-                Line2D([], [], linestyle='', marker='.', markersize=8, color=colour,
+                drawing.key(linestyle='', marker='.', markersize=8, color=colour,
                        label=f'{of}, samples, {text}')
                 for _, colour, _, text in _WAYS
             ),
-            Line2D([], [], color=drawing.GREY, linewidth=2.0, label='mean in a bin or window'),
-            Line2D([], [], color=drawing.GREY, linestyle=':', label='± residual std of the fit'),
+            drawing.key(color=drawing.GREY, linewidth=2.0, label='mean in a bin or window'),
+            drawing.key(color=drawing.GREY, linestyle=':', label='± residual std of the fit'),
             *levels,
         ]  # fmt: skip
         if white:
@@ -150,7 +143,7 @@ def _levels(axes: Axes, view: JointView) -> tuple[list[Any], float]:
         axes.plot(*left, zorder=4, **look)
         largest = max(largest, float(np.max(np.abs(np.nan_to_num(left[1])), initial=0.0)))
         label = f'{observer_label(observer)}, level of a window'
-        handles.append(Line2D([], [], label=label, **look))
+        handles.append(drawing.key(label=label, **look))
     return handles, largest
 
 

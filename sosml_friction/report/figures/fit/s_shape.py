@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction against velocity, a panel per observer: the counterpart of the paper's Figure 6."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -11,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
@@ -24,8 +21,6 @@ from sosml_friction.report.common.drawing import Style
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView
-
-FloatArray = NDArray[np.float64]
 
 _COLUMNS = 3
 #: Points of one scatter that a panel shows.
@@ -47,8 +42,8 @@ class _Levels(NamedTuple):
     velocity: FloatArray
     level: FloatArray
     spread: FloatArray
-    used: NDArray[np.bool_]
-    shown: NDArray[np.bool_]
+    used: BoolArray
+    shown: BoolArray
 
 
 class SShape(Figure[JointView]):
@@ -80,7 +75,6 @@ class SShape(Figure[JointView]):
         return text if _any_band(view) else text.replace(' with its 95 % band', '')
 
     def applies(self, view: JointView) -> bool:
-        """Tell whether there is a fit."""
         return view.preferred is not None
 
     def draw(self, view: JointView) -> Drawing:
@@ -211,7 +205,7 @@ def _law(
     x: FloatArray,
     y: FloatArray,
     half: FloatArray | None,
-    measured: NDArray[np.bool_],
+    measured: BoolArray,
     style: Style,
 ) -> None:
     """Draw a law with its band, dotted where it is extrapolated."""
@@ -302,21 +296,21 @@ def _legend(view: JointView) -> Sequence[Any]:
     hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
     used = 'window used: level, ± std within it'
     handles: list[Any] = [
-        Line2D([], [], marker='.', markersize=5, alpha=0.5, label='samples', **dot),
-        Line2D([], [], marker='o', markeredgecolor='white', label=used, **dot),
-        Line2D([], [], marker='^', label='v > 0', **dot),
-        Line2D([], [], marker='v', label='v < 0', **dot),
+        drawing.key(marker='.', markersize=5, alpha=0.5, label='samples', **dot),
+        drawing.key(marker='o', markeredgecolor='white', label=used, **dot),
+        drawing.key(marker='^', label='v > 0', **dot),
+        drawing.key(marker='v', label='v < 0', **dot),
     ]
     count = sum(bool(segment.rejected) for segment in view.segments)
     if count:
         longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
-        handles.append(Line2D([], [], marker='o', label=f'window not used{longest}', **hollow))
+        handles.append(drawing.key(marker='o', label=f'window not used{longest}', **hollow))
     line: dict[str, Any] = {'color': drawing.GREY, 'linewidth': 1.8}
-    handles.append(Line2D([], [], label='fitted law', **line))
-    handles.append(Line2D([], [], linestyle=':', label='slower than the data', **line))
+    handles.append(drawing.key(label='fitted law', **line))
+    handles.append(drawing.key(linestyle=':', label='slower than the data', **line))
     if _any_band(view):
         handles.append(Patch(color=drawing.GREY, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
     if view.truth is not None:
-        handles.append(Line2D([], [], color='black', linestyle='--', linewidth=1.1, label='truth'))
+        handles.append(drawing.key(color='black', linestyle='--', linewidth=1.1, label='truth'))
     return handles

@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording and its simulation, one joint."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
@@ -19,8 +16,6 @@ from sosml_friction.simulation.recorded.recorded_simulation import (
     WINDOWS,
     RecordedSimulation,
 )
-
-FloatArray = NDArray[np.float64]
 
 #: Interval, in median sampling intervals, at which a line is broken. Chosen, no measurement.
 _HOLE = 10.0
@@ -60,7 +55,6 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
         return view.found.mode != CLOSED_LOOP or view.name not in view.found.followed
 
     def draw(self, view: SimulatedJoint) -> Drawing:
-        """Draw a row for each quantity."""
         found, i = view
         figure = drawing.new_figure(11.0, 7.6)
         axes = figure.subplots(3, 2, sharex=True, width_ratios=[1.0, 1.0])
@@ -89,16 +83,16 @@ class SimulatedJointFigure(Figure[SimulatedJoint]):
         drawing.legend_below(
             figure,
             [
-                Line2D([], [], color=drawing.GREY, linewidth=2.2, label='measured'),
-                Line2D([], [], color=_SIMULATED, label=own),
-                Line2D([], [], color=_ERROR, label='error'),
+                drawing.key(color=drawing.GREY, linewidth=2.2, label='measured'),
+                drawing.key(color=_SIMULATED, label=own),
+                drawing.key(color=_ERROR, label='error'),
             ],
         )
         return figure
 
 
 def _parted(
-    time: FloatArray, values: FloatArray, begins: NDArray[np.bool_]
+    time: FloatArray, values: FloatArray, begins: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return a line, a long one as its envelope, with a hole before each sample that begins."""
     t, x = drawing.envelope(time, values)

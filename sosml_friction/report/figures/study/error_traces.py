@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counterpart of the paper's Figure 3: errors over time with noise."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
@@ -34,7 +31,6 @@ class ErrorTraces(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether one of the cases was run."""
         return any(shown_observers(view, case) for case in _CASES)
 
     def draw(self, view: Study) -> Drawing:
@@ -63,7 +59,7 @@ class ErrorTraces(Figure[Study]):
                 near.plot(time[close], wrong[close], color=colour, linewidth=0.8 + 0.2 * k)
                 error = 1e3 * rmse_mean('noise', row.scores[0])
                 text = f'{observer_label(name)}: RMSE {error:.3g} mNm'
-                handles.append(Line2D([], [], color=colour, linewidth=2.5, label=text))
+                handles.append(drawing.key(color=colour, linewidth=2.5, label=text))
             for axes in (whole, near):
                 axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
                 drawing.label_axes(axes, '', '')

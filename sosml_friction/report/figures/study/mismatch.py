@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counterpart of the paper's Figure 4: the reversal with a wrong model."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
@@ -38,7 +36,6 @@ class Mismatch(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether the case was run."""
         return bool(shown_observers(view, _CASE))
 
     def draw(self, view: Study) -> Drawing:

@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise against settle time of every causal observer."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from sosml_friction.report.common.drawing import label_axes, legend_below, new_figure, style_of
+from sosml_friction.report.common.drawing import (
+    key,
+    label_axes,
+    legend_below,
+    new_figure,
+    style_of,
+)
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.outcome import is_causal
@@ -67,7 +70,7 @@ class Pareto(Figure[Study]):
                       markeredgewidth=2.5 if cross else 1.0)  # fmt: skip
             seen = np.isfinite(noise).any()
             handles.append(
-                Line2D([], [], color=style.colour, linestyle=style.dashes, linewidth=width,
+                key(color=style.colour, linestyle=style.dashes, linewidth=width,
                        marker=style.marker, markersize=6.0,
                        label=observer_label(name) + ('' if seen else ' (never settled)'))
             )  # fmt: skip

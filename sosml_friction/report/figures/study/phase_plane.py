@@ -2,17 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimates over velocity with the laws fitted to them: the phase plane of a study's case."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from sosml_friction.model.laws import make_friction_law
-from sosml_friction.report.common.drawing import GREY, label_axes, style_of
+from sosml_friction.report.common.drawing import GREY, key, label_axes, style_of
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.study.metrics import SCORED_FROM_S
 from sosml_friction.study.outcome import fitted_laws
@@ -24,11 +21,7 @@ TRUTH_STYLE: dict[str, Any] = {'color': 'black', 'linestyle': '--', 'linewidth':
 
 
 def draw_phase_plane(
-    panels: Sequence[Axes],
-    study: Study,
-    case: Case,
-    shown: Sequence[str],
-    limits: Sequence[float],
+    panels: Sequence[Axes], study: Study, case: Case, shown: Sequence[str], limits: Sequence[float]
 ) -> list[Any]:
     """Draw estimates, fitted laws and the truth into panels of rising detail; return handles."""
     observation = study.observations[case]
@@ -57,8 +50,8 @@ def draw_phase_plane(
     for k, name in enumerate(shown):
         style = style_of(name, k)
         handles.append(
-            Line2D([], [], color=style.colour, linewidth=style.width, linestyle=style.dashes,
+            key(color=style.colour, linewidth=style.width, linestyle=style.dashes,
                    marker='.', markersize=8.0, label=f'{observer_label(name)}: samples and law')
         )  # fmt: skip
-    handles.append(Line2D([], [], label='truth', **TRUTH_STYLE))
+    handles.append(key(label='truth', **TRUTH_STYLE))
     return handles

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The counterpart of the paper's Figure 2: the slow motion without noise."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.report.common import drawing
@@ -32,11 +30,9 @@ class SlowNominal(Figure[Study]):
     )
 
     def applies(self, view: Study) -> bool:
-        """Tell whether the case was run."""
         return bool(shown_observers(view, _CASE))
 
     def draw(self, view: Study) -> Drawing:
-        """Draw estimates and laws, and estimate minus truth."""
         case = _CASE
         shown = shown_observers(view, case)
         figure = drawing.new_figure(10.0, 4.8)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A term over its own axis, with what the data say of it."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.identification.term_residual import TermAxis
@@ -26,7 +24,6 @@ class Component(Figure[TermAxis]):
     )
 
     def draw(self, view: TermAxis) -> Drawing:
-        """Draw line and points."""
         figure = new_figure(7.0, 3.4)
         ax = figure.subplots()
         ax.errorbar(

@@ -7,13 +7,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from emulated_clock import EmulatedClock
+from lockstep_bus import LockstepBus
 
-from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample
 from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator, hanging_position
-from sosml_friction.actuators.emulator.lockstep_bus import LockstepBus
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ActuatorError

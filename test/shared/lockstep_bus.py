@@ -10,8 +10,8 @@ import os
 from typing import Any
 
 import can
+from emulated_clock import EmulatedClock
 
-from sosml_friction.actuators.bus.clock import EmulatedClock
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulator import ExoskeletonEmulator
 
