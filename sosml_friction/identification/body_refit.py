@@ -109,11 +109,10 @@ class BodyRefit:
         if not self.log_evidence:
             text = f'each number of the rigid body was refitted within {share}, as told'
         else:
-            ratio = self.log_evidence[self.tolerance] / np.log(10.0)
             text = (
                 'the data contradict the bodies of the URDF: the rigid body was refitted within '
-                f'{share}, which the data make 10^{ratio:.0f} times as likely as the usual '
-                'tolerance'
+                f'{share}, which explains them better than the usual tolerance (log evidence '
+                f'{self.log_evidence[self.tolerance]:+.0f})'
             )
         clearest = sorted(self.deviations.items(), key=lambda item: -_sigmas(item[1]))[:3]
         told = ', '.join(

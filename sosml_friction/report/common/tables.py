@@ -13,8 +13,10 @@ from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.labels import SYMBOLS, in_order, observer_label, symbols_of
 from sosml_friction.report.common.number_text import (
+    NOT_IDENTIFIABLE_TEXT,
     UNKNOWN,
     error_text,
     format_number,
@@ -65,8 +67,8 @@ def _by_observer(views: Sequence[JointView], truth_heading: str) -> Table:
         if view.truth is not None:
             mine.append((truth_heading, *(truth_text(view.known, n) for n in SYMBOLS)))
         for observer, fit in view.fits.items():
-            mark = ' (the model)' if observer == view.preferred else ''
-            cells = [value_text(name, fit.fit.parameters[name]) for name in SYMBOLS]
+            mark = ' (model)' if observer == view.preferred else ''
+            cells = [_cell(name, fit.fit.parameters[name]) for name in SYMBOLS]
             mine.append((observer_label(observer) + mark, *cells))
         rows += [(view.name if k == 0 else '', *row) for k, row in enumerate(mine)]
     columns = {'joint': 'w', 'observer': 'w', **dict.fromkeys(SYMBOLS.values(), 'n w')}
@@ -94,10 +96,16 @@ def _by_parameter(
             unit = next(p.unit for p in known.values())
             row = [view.name if k == 0 else '', name, unit]
             row += [truth_text(view.known, name)] if truth_heading else []
-            row += [value_text(name, known[o]) if o in known else UNKNOWN for o in observers]
+            row += [_cell(name, known[o]) if o in known else UNKNOWN for o in observers]
             own = view.model.fit.parameters
             rows.append([*row, error_text(own[name]) if name in own else UNKNOWN])
     return terminal_table(columns, rows, sections=True)
+
+
+def _cell(name: str, parameter: Parameter) -> str:
+    """Return a value or a range, a dash where there is neither: words do not fit a column."""
+    text = value_text(name, parameter)
+    return UNKNOWN if text == NOT_IDENTIFIABLE_TEXT else text
 
 
 def _fitted_to(view: JointView) -> str:

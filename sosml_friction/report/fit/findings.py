@@ -37,7 +37,9 @@ def joint_sentence(view: JointView) -> str:
     fit = view.model.fit
     text = law_sentence(view.name, fit.parameters, fit.law, fit.slowest)
     if view.load is not None and view.preferred == REGRESSION:
-        text += f'; {_with_error(view.load)} of its load is lost to friction besides'
+        percent = 100.0 * view.load.value, 100.0 * half_width(view.load)
+        share = f'{format_number(*percent)} ± {rounded(percent[1])} %'
+        text += f'; {share} of its load is friction besides'
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
 
 
