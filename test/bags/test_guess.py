@@ -93,6 +93,14 @@ def test_joints_without_names_are_told_apart(tmp_path, layout, count):
     }
 
 
+def test_a_count_of_the_samples_is_no_time(tmp_path):
+    t, q, v, tau = joint(2)
+    late = t + 1e-4 * np.random.default_rng(0).random(len(t))
+    guess = guess_mapping(save(tmp_path, [np.arange(len(t)), late, q, v, tau]))
+    assert guess.content['time'] == {'variable': 1, 'unit': 's'}
+    assert roles(guess) == {'joint': {'position': 2, 'velocity': 3, 'effort': 4}}
+
+
 def test_joints_without_velocities_are_halves(tmp_path):
     parts = [joint(seed) for seed in range(3)]
     columns = [parts[0][0], *(p[1] for p in parts), *(p[3] for p in parts)]
