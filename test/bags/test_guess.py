@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.guess import Columns, guess_mapping, map_columns
+from sosml_friction.bags.guess import guess_mapping
 from sosml_friction.bags.header_words import read_header
 from sosml_friction.bags.importer import read_recording
 from sosml_friction.bags.mapping import FILL_IN, parse_mapping
+from sosml_friction.bags.stated_columns import Columns, map_columns
 from sosml_friction.exceptions import ConfigurationError, DataError, SosmlFrictionError
 
 SPEEDS = {'rad/s': 1.0, 'deg/s': math.pi / 180, 'rpm': math.pi / 30, 'turns/s': 2 * math.pi}
