@@ -4,11 +4,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,16 +16,22 @@ from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
 from sosml_friction.bags.joint_log import FloatArray
-from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS, open_places
-from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.bags.mapping import FILL_IN, UNITS
+from sosml_friction.bags.proposed_mapping import Guess
+from sosml_friction.exceptions import DataError
 from sosml_friction.model.urdf_joints import read_joints
 
 #: Two figures of one quantity agree if they are this close: units are further apart.
 _SAME = 0.05
+#: Cosine of a slope that is one in whatever units.
+_SURE = 0.999
 #: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
 _RAD_SPAN = (0.5, 4.0 * math.pi)
-#: Share of an effort's variance that the motion must explain for it to be proposed.
-_EXPLAINED = 0.2
+#: Share of an effort's variance that direction, speed and acceleration must explain: of noise in
+#: 1000 samples that are 10 each alike, three columns explain 3 %.
+_EXPLAINED = 0.05
+#: A position may be rougher than another smooth column, such as a temperature, by so much.
+_ROUGHER = 10.0
 #: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
@@ -36,86 +40,6 @@ _UNIT_OF_WRAP = {
 _SMOOTHER = 3.0
 _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
-
-
-@dataclass(frozen=True)
-class Columns:
-    """
-    State what columns are, as on a command line.
-
-    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
-    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
-    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
-    """
-
-    quantities: Mapping[str, Sequence[str]]
-    time: str = ''
-    scales: Sequence[float] = ()
-    counts_per_turn: float | None = None
-
-
-@dataclass
-class Guess:
-    """
-    Hold a proposed mapping.
-
-    ``content``: as in a mapping file, with ``FILL_IN`` where the data leave it open; ``reasons``
-    by key, such as ``joints.arm.velocity``; ``remarks``: sentences about the rest of the file.
-    """
-
-    content: dict[str, Any] = field(default_factory=dict)
-    reasons: dict[str, str] = field(default_factory=dict)
-    remarks: list[str] = field(default_factory=list)
-
-    @property
-    def left_open(self) -> list[str]:
-        """Return the keys that are to be filled in."""
-        return open_places(self.content)
-
-    def sentences(self) -> list[str]:
-        """Return what every column was taken for, and why."""
-        told = []
-        for key, why in self.reasons.items():
-            entry: Any = self.content
-            for part in key.split('.', 2):
-                entry = entry[part]
-            unit = '' if entry == FILL_IN else f' [{entry.get("unit", FILL_IN)}]'
-            name = '' if entry == FILL_IN else f' is {entry["variable"]}'
-            told.append(f'{key.removeprefix("joints.")}{name}{unit}: {why}')
-        return told
-
-    def to_yaml(self, title: str) -> str:
-        """Return the text of the mapping file, each reason beside its line."""
-        lines = [f'# {line}' for line in (title, *self.remarks)]
-        for key, value in self.content.items():
-            if key != 'joints':
-                lines += [*self._why(key), f'{key}: {_flow(value)}']
-        lines.append('joints:')
-        for joint, quantities in self.content['joints'].items():
-            lines.append(f'  {_word(joint)}:')
-            for quantity, value in quantities.items():
-                key = f'joints.{joint}.{quantity}'
-                lines += [f'    {why}' for why in self._why(key)]
-                lines.append(f'    {quantity}: {_flow(value)}')
-        return '\n'.join(lines) + '\n'
-
-    def _why(self, key: str) -> list[str]:
-        return [f'# {self.reasons[key]}'] if key in self.reasons else []
-
-
-def _word(text: str) -> str:
-    plain = text.replace('_', '').replace('.', '')
-    is_plain = plain.isalnum() and not plain[0].isdecimal()
-    return text if is_plain and text.lower() not in _YAML_WORDS else json.dumps(text)
-
-
-_YAML_WORDS = frozenset(('y', 'n', 'yes', 'no', 'on', 'off', 'true', 'false', 'null'))
-
-
-def _flow(value: Any) -> str:
-    if isinstance(value, dict):
-        return '{' + ', '.join(f'{key}: {_flow(x)}' for key, x in value.items()) + '}'
-    return _word(value) if isinstance(value, str) else json.dumps(value)
 
 
 def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
@@ -129,26 +53,16 @@ def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
     :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
     :raises DataError: if the file holds no series that could be the position of a joint.
     """
-    return _Guesser(data, urdf_text).guess()
+    return Guesser(data, urdf_text).guess()
 
 
-def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
-    """
-    Return the mapping of columns whose quantities are stated; time and units are proposed.
+class Guesser:
+    """Hold what is known of the columns of one file while their mapping is put together."""
 
-    :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
-        says how to state it.
-    :raises ConfigurationError: if an effort that is no torque has no constant.
-    """
-    return _Guesser(data, urdf_text, columns).map_stated()
-
-
-class _Guesser:
     def __init__(
-        self, data: DataFile, urdf_text: str | None, columns: Columns | None = None
+        self, data: DataFile, urdf_text: str | None, time: evidence.Time | None = None
     ) -> None:
         self.data = data
-        self.columns = columns
         self.series = data.series()
         self.result = Guess()
         self.is_named = not all(name.isdecimal() for name in data)
@@ -162,10 +76,7 @@ class _Guesser:
             for name, joint in joints.items()
             if joint.is_single and joint.mimic is None
         }
-        time, _, unit = (columns.time if columns else '').partition(':')
-        self.time = evidence.find_time(self.series, self._whole(time) if time else '')
-        if unit:
-            self.time = evidence.Time(self.time.name, _known(unit, TIME_UNITS, time), 'stated')
+        self.time = evidence.find_time(self.series) if time is None else time
         count = max((len(x) for x in self.series.values()), default=0)
         self.t: FloatArray = np.arange(float(count))
         if self.time.name and self.time.unit:
@@ -176,8 +87,11 @@ class _Guesser:
         self.stated_units: set[str] = set()
         self.roles: dict[str, dict[str, str]] = {}
         self.why: dict[str, str] = {}
+        # Positions that are nearly the same: one is measured, the others are its references.
+        self.alike: set[str] = set()
 
     def guess(self) -> Guess:
+        """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
         self._put_time()
         if not self._by_names():
             self._by_numbers()
@@ -193,129 +107,6 @@ class _Guesser:
             self._put_joint(joint, roles)
         self._put_remarks()
         return self.result
-
-    def map_stated(self) -> Guess:
-        """Return the mapping of the columns that are stated."""
-        assert self.columns is not None
-        named, positions = zip(
-            *map(self._of_joint, self.columns.quantities['position']), strict=True
-        )
-        stated = {
-            quantity: [self._stated(quantity, entry) for entry in entries]
-            for quantity, entries in {**self.columns.quantities, 'position': positions}.items()
-        }
-        count = len(stated['position'])
-        for quantity, names in stated.items():
-            if len(names) != count:
-                raise ConfigurationError(
-                    f'{len(names)} columns of {quantity} are stated and {count} of position: name '
-                    'one for each joint'
-                )
-        self._put_time()
-        if not self.time.unit:
-            raise DataError(
-                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
-                '--time NAME:ms'
-            )
-        time = self.series.get(self.time.name, np.zeros(1))
-        if (np.diff(time) < 0).any():
-            raise DataError(
-                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
-                'column that grows all the time'
-            )
-        keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
-        joints = list(named) if all(named) else list(self._joint_names(keys).values())
-        strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
-        if strange or len(set(joints)) < count:
-            known = ', '.join(self.kinds) or 'joint'
-            raise ConfigurationError(
-                f'the columns of position are stated for {", ".join(joints)}, and the robot has '
-                f'{known}: say which joint each is, as --position {known.split(", ")[0]}='
-                f'{positions[0]}'
-            )
-        self.roles = {
-            joint: {quantity: names[k] for quantity, names in stated.items()}
-            for k, joint in enumerate(joints)
-        }
-        self.result.content['joints'] = {}
-        for k, (joint, roles) in enumerate(self.roles.items()):
-            self._put_joint(joint, roles)
-            self._close(joint, self.result.content['joints'][joint], k)
-        return self.result
-
-    def _of_joint(self, entry: str) -> tuple[str, str]:
-        """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
-        joint, _, column = entry.rpartition('=')
-        return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
-
-    def _whole(self, name: str) -> str:
-        """Return the name of a series as the file has it."""
-        found = self.data.find(name) or name
-        if found not in self.series:
-            raise DataError(
-                f'{self.data.path} has no series {name!r}: it has {", ".join(self.series)}'
-            )
-        return found
-
-    def _stated(self, quantity: str, entry: str) -> str:
-        """Return the column of ``NAME`` or ``NAME:UNIT``, and keep what is known of its unit."""
-        name, _, unit = entry.rpartition(':') if self.data.find(entry) is None else (entry, '', '')
-        name, unit = (unit, '') if not name else (name, unit)
-        whole = self._whole(name)
-        word = self.words[whole]
-        said = word.unit if word.quantity == quantity else ''
-        if unit:
-            said = _known(unit, UNITS[quantity], entry)
-            self.stated_units.add(whole)
-        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
-        self.why[whole] = 'stated'
-        return whole
-
-    def _close(self, joint: str, own: dict[str, Any], index: int) -> None:
-        """Fill in what was stated beside the columns; refuse what is still open."""
-        assert self.columns is not None
-        position = own['position']
-        turn = self.columns.counts_per_turn
-        for entry in (position, own.get('velocity', {})):
-            if 'counts_per_turn' in entry and turn is not None:
-                entry['counts_per_turn'] = turn
-        if position['unit'] == FILL_IN:
-            _, why = self._position_unit(joint)
-            raise DataError(
-                f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
-                f'--position {position["variable"]}:deg'
-            )
-        if FILL_IN in own.get('velocity', {}).values():
-            why = self.result.reasons.pop(f'joints.{joint}.velocity')
-            name = own.pop('velocity')['variable']
-            self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
-        effort = own.get('effort')
-        if effort is None:
-            return
-        scales = self.columns.scales
-        if effort['unit'] == FILL_IN:
-            slides = position['unit'] in LINEAR_UNITS
-            effort['unit'] = 'N' if slides else 'Nm'
-            self.result.reasons[f'joints.{joint}.effort'] = (
-                f'taken as {effort["unit"]}, as nothing tells another unit'
-            )
-        if UNITS['effort'][effort['unit']] is None:
-            if not scales:
-                raise ConfigurationError(
-                    f'effort {effort["variable"]} is in {effort["unit"]}: give the Nm (or N) at '
-                    f'the joint that one of it makes, as --kt 1.8'
-                )
-            scale = scales[index % len(scales)]
-            self.result.reasons[f'joints.{joint}.effort'] = (
-                f'stated, {scale:g} {"N" if position["unit"] in LINEAR_UNITS else "Nm"} per '
-                f'{effort["unit"].removeprefix("m")}'
-            )
-            effort['scale'] = scale * {'mA': 1e-3, 'mV': 1e-3}.get(effort['unit'], 1.0)
-        elif scales:
-            raise ConfigurationError(
-                f'--kt is given and effort {effort["variable"]} is in {effort["unit"]}: leave '
-                f'--kt out, or state the unit, as --effort {effort["variable"]}:A'
-            )
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons
@@ -419,8 +210,9 @@ class _Guesser:
             return
         if self._halves(free):
             return
-        order = sorted(free, key=lambda name: evidence.roughness(self.moving[name]))
-        smoothest = order[0]
+        rough = {name: evidence.roughness(self.moving[name]) for name in free}
+        smoothest, follows = self._best_pair(rough)
+        order = sorted(free, key=lambda name: (name != smoothest, rough[name]))
         alike = [n for n in order if self._nearly_same(smoothest, n)]
         measured = smoothest
         if len(alike) > 1:
@@ -437,13 +229,26 @@ class _Guesser:
                         'reference of a controller, it seems'
                     )
         else:
-            self.why[measured] = 'the smoothest column: a position is an integral'
-        rough = [evidence.roughness(self.moving[n]) for n in order if n not in alike]
-        if rough and rough[0] < _SMOOTHER * evidence.roughness(self.moving[smoothest]):
-            self._remark(f'{measured} may be no position: {order[len(alike)]} is nearly as smooth')
+            self.why[measured] = follows or 'the smoothest column: a position is an integral'
+        if not follows and len(order) > 1 and rough[order[1]] < _SMOOTHER * rough[smoothest]:
+            self._remark(f'{measured} may be no position: {order[1]} is nearly as smooth')
         (name,) = self._joint_names(['']).values()
         self.roles[name] = {'position': measured}
-        self.alike = set(alike)
+        self.alike.update(alike)
+
+    def _best_pair(self, rough: Mapping[str, float]) -> tuple[str, str]:
+        """Return, of the smooth columns, that whose motion explains another best, and why."""
+        smooth = [name for name in rough if rough[name] <= _ROUGHER * min(rough.values())]
+        shares = {
+            (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
+            for one in smooth
+            for other in rough
+            if rough[other] > rough[one] and not self._nearly_same(one, other)
+        }
+        best = max(shares, key=lambda pair: shares[pair], default=('', ''))
+        if not best[0] or shares[best] < _EXPLAINED:
+            return min(rough, key=lambda name: rough[name]), ''
+        return best[0], f'smooth, and its motion explains {best[1]}'
 
     def _halves(self, free: Sequence[str]) -> bool:
         """Take the smooth half of the columns for positions, the other for efforts, in order."""
@@ -460,6 +265,12 @@ class _Guesser:
             return False
         positions = [name for name in free if name in smooth[:count]]
         efforts = [name for name in free if name not in positions]
+        together = zip(positions, efforts, strict=True)
+        if any(
+            evidence.explained(self.t, self.moving[e], self.moving[q], 1.0) < _EXPLAINED
+            for q, e in together
+        ):
+            return False
         names = self._joint_names([str(k) for k in range(1, count + 1)]).values()
         for joint, position, effort in zip(names, positions, efforts, strict=True):
             self.roles[joint] = {'position': position, 'effort': effort}
@@ -481,6 +292,11 @@ class _Guesser:
         used: set[str] = set()
         for slope in slopes:
             if slope.position in velocities or slope.position in pairs or slope.velocity in used:
+                continue
+            # What a shaft at two speeds takes is like its velocity: without another column that
+            # could be the effort, the factor of a unit must tell them apart.
+            others = len(free) - 2 * len(pairs) > 2
+            if not (_is_of_units(slope.factor) or (others and slope.cosine > _SURE)):
                 continue
             pairs[slope.position] = slope
             used.add(slope.velocity)
@@ -519,13 +335,14 @@ class _Guesser:
             free = self._free()
             for slope in self.slopes:
                 mine = slope.position == roles['position'] and slope.velocity in free
+                mine = mine and (slope.cosine > _SURE or _is_of_units(slope.factor))
                 if 'velocity' not in roles and mine and self.words[slope.velocity].quantity == '':
                     roles['velocity'] = slope.velocity
 
     def _add_efforts(self) -> None:
         """Give each joint without an effort that of what is left which its motion explains."""
         without = [joint for joint, roles in self.roles.items() if 'effort' not in roles]
-        free = [n for n in self._free() if n not in getattr(self, 'alike', ())]
+        free = [n for n in self._free() if n not in self.alike]
         free = [n for n in free if not any(self._nearly_same(v, n) for v in self._velocities())]
         if not without or not free:
             return
@@ -577,7 +394,7 @@ class _Guesser:
         self.roles[joint]['effort'] = best
         rest = ', '.join(n for n in names if n != best)
         self.why[best] = (
-            f'friction, inertia and gravity of {self.roles[joint]["position"]} explain '
+            f'direction, speed and acceleration of {self.roles[joint]["position"]} explain '
             f'{100 * shares[best]:.0f} % of it' + (f', more than of {rest}' if rest else '')
         )
 
@@ -741,12 +558,13 @@ class _Guesser:
             self._remark(f'not used: {", ".join(rest)}')
 
 
-def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
-    if unit not in units:
-        raise ConfigurationError(
-            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
-        )
-    return unit
+def _is_of_units(factor: float) -> bool:
+    """Tell whether a slope per velocity is that of a position and a velocity in known units."""
+    return any(
+        place and speed and _agree(factor * place, speed)
+        for place in UNITS['position'].values()
+        for speed in UNITS['velocity'].values()
+    )
 
 
 def _agree(one: float, other: float) -> bool:

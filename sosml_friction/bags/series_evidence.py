@@ -70,7 +70,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     elif len(rising) == 1:
         chosen, why = next(iter(rising)), 'the only column that grows all the time'
     else:
-        among = by_name or list(rising)
+        # A count of the samples is more even than any clock.
+        clocks = [name for name in rising if np.ptp(np.diff(series[name])) > 0.0]
+        among = by_name or clocks or list(rising)
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
         why = f'it grows all the time, in more even steps than {others} does'
@@ -157,16 +159,24 @@ def noise(values: FloatArray) -> float:
 
 def explained(t: FloatArray, effort: FloatArray, position: FloatArray, angle: float) -> float:
     """
-    Return the share of a series' variance that friction, inertia and gravity of a joint explain.
+    Return the share of a series' variance that the motion of a joint explains beyond its place.
+
+    It is what direction, speed and acceleration explain beside a function of position, which
+    anything slow may look like.
 
     :param angle: of a unit of position [rad].
     """
+    spread = float(np.sum((effort - np.mean(effort)) ** 2))
+    if spread == 0.0:
+        return 0.0
     width = min(_SAMPLES, len(t) // 3)
     flat = np.ones(width) / width
     smooth = np.convolve(np.pad(position, width, mode='edge'), flat, mode='same')[width:-width]
     v = np.gradient(smooth, t)
-    columns = [np.ones_like(t), np.sign(v), v, np.gradient(v, t)]
-    columns += [np.sin(angle * position), np.cos(angle * position)]
-    design = np.column_stack([c / (np.abs(c).max() or 1.0) for c in columns])
-    rest = effort - design @ np.linalg.lstsq(design, effort, rcond=None)[0]
-    return 1.0 - float(np.var(rest) / np.var(effort)) if np.var(effort) > 0.0 else 0.0
+    place = [np.ones_like(t), position, np.sin(angle * position), np.cos(angle * position)]
+    left = []
+    for columns in (place, [*place, np.sign(v), v, np.gradient(v, t)]):
+        design = np.column_stack([c / (np.abs(c).max() or 1.0) for c in columns])
+        rest = effort - design @ np.linalg.lstsq(design, effort, rcond=None)[0]
+        left.append(float(rest @ rest))
+    return (left[0] - left[1]) / spread

@@ -237,7 +237,7 @@ def stated_mapping(
     :raises ConfigurationError: if they do not say what is needed.
     """
     from sosml_friction.bags.data_file import DataFile
-    from sosml_friction.bags.guess import Columns, map_columns
+    from sosml_friction.bags.stated_columns import Columns, map_columns
 
     if said['position'] is None:
         raise ConfigurationError(

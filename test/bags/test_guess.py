@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.guess import Columns, guess_mapping, map_columns
+from sosml_friction.bags.guess import guess_mapping
 from sosml_friction.bags.header_words import read_header
 from sosml_friction.bags.importer import read_recording
 from sosml_friction.bags.mapping import FILL_IN, parse_mapping
+from sosml_friction.bags.stated_columns import Columns, map_columns
 from sosml_friction.exceptions import ConfigurationError, DataError, SosmlFrictionError
 
 SPEEDS = {'rad/s': 1.0, 'deg/s': math.pi / 180, 'rpm': math.pi / 30, 'turns/s': 2 * math.pi}
@@ -91,6 +92,14 @@ def test_joints_without_names_are_told_apart(tmp_path, layout, count):
         }
         for j in range(count)
     }
+
+
+def test_a_count_of_the_samples_is_no_time(tmp_path):
+    t, q, v, tau = joint(2)
+    late = t + 1e-4 * np.random.default_rng(0).random(len(t))
+    guess = guess_mapping(save(tmp_path, [np.arange(len(t)), late, q, v, tau]))
+    assert guess.content['time'] == {'variable': 1, 'unit': 's'}
+    assert roles(guess) == {'joint': {'position': 2, 'velocity': 3, 'effort': 4}}
 
 
 def test_joints_without_velocities_are_halves(tmp_path):

@@ -147,7 +147,7 @@ def test_a_bag_in_sqlite_is_as_good_as_one_in_mcap(sosml, tmp_path, slider_bag):
         friction(sosml('fit', bag, *axis, '--out', out)[1])
         for bag, out in ((tmp_path / 'lite', 'a'), (slider_bag, 'b'))
     )
-    assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
+    assert found == expected
 
 
 def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):

@@ -1,0 +1,185 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The mapping of columns whose quantities are stated, as on a command line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from sosml_friction.bags import series_evidence as evidence
+from sosml_friction.bags.data_file import DataFile
+from sosml_friction.bags.guess import Guesser
+from sosml_friction.bags.header_words import HeaderWord
+from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
+from sosml_friction.bags.proposed_mapping import Guess
+from sosml_friction.exceptions import ConfigurationError, DataError
+
+
+@dataclass(frozen=True)
+class Columns:
+    """
+    State what columns are, as on a command line.
+
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
+    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
+    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
+    """
+
+    quantities: Mapping[str, Sequence[str]]
+    time: str = ''
+    scales: Sequence[float] = ()
+    counts_per_turn: float | None = None
+
+
+def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
+    """
+    Return the mapping of columns whose quantities are stated; time and units are proposed.
+
+    :raises DataError: if the file does not have a column, or nothing tells a unit: the sentence
+        says how to state it.
+    :raises ConfigurationError: if an effort that is no torque has no constant.
+    """
+    return _StatedColumns(data, urdf_text, columns).guess()
+
+
+class _StatedColumns(Guesser):
+    def __init__(self, data: DataFile, urdf_text: str | None, columns: Columns) -> None:
+        self.data, self.series, self.columns = data, data.series(), columns
+        name, _, unit = columns.time.partition(':')
+        time = evidence.find_time(self.series, self._whole(name) if name else '')
+        if unit:
+            time = evidence.Time(time.name, _known(unit, TIME_UNITS, columns.time), 'stated')
+        super().__init__(data, urdf_text, time)
+
+    def guess(self) -> Guess:
+        """Return the mapping of the columns that are stated."""
+        named, positions = zip(
+            *map(self._of_joint, self.columns.quantities['position']), strict=True
+        )
+        stated = {
+            quantity: [self._stated(quantity, entry) for entry in entries]
+            for quantity, entries in {**self.columns.quantities, 'position': positions}.items()
+        }
+        count = len(stated['position'])
+        for quantity, names in stated.items():
+            if len(names) != count:
+                raise ConfigurationError(
+                    f'{len(names)} columns of {quantity} are stated and {count} of position: name '
+                    'one for each joint'
+                )
+        self._put_time()
+        if not self.time.unit:
+            raise DataError(
+                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
+                '--time NAME:ms'
+            )
+        time = self.series.get(self.time.name, np.zeros(1))
+        if (np.diff(time) < 0).any():
+            raise DataError(
+                f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
+                'column that grows all the time'
+            )
+        keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
+        joints = list(named) if all(named) else list(self._joint_names(keys).values())
+        strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
+        if strange or len(set(joints)) < count:
+            known = ', '.join(self.kinds) or 'joint'
+            raise ConfigurationError(
+                f'the columns of position are stated for {", ".join(joints)}, and the robot has '
+                f'{known}: say which joint each is, as --position {known.split(", ")[0]}='
+                f'{positions[0]}'
+            )
+        self.roles = {
+            joint: {quantity: names[k] for quantity, names in stated.items()}
+            for k, joint in enumerate(joints)
+        }
+        self.result.content['joints'] = {}
+        for k, (joint, roles) in enumerate(self.roles.items()):
+            self._put_joint(joint, roles)
+            self._close(joint, self.result.content['joints'][joint], k)
+        return self.result
+
+    def _of_joint(self, entry: str) -> tuple[str, str]:
+        """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""
+        joint, _, column = entry.rpartition('=')
+        return (joint, column) if joint and self.data.find(entry) is None else ('', entry)
+
+    def _whole(self, name: str) -> str:
+        """Return the name of a series as the file has it."""
+        found = self.data.find(name) or name
+        if found not in self.series:
+            raise DataError(
+                f'{self.data.path} has no series {name!r}: it has {", ".join(self.series)}'
+            )
+        return found
+
+    def _stated(self, quantity: str, entry: str) -> str:
+        """Return the column of ``NAME`` or ``NAME:UNIT``, and keep what is known of its unit."""
+        name, _, unit = entry.rpartition(':') if self.data.find(entry) is None else (entry, '', '')
+        name, unit = (unit, '') if not name else (name, unit)
+        whole = self._whole(name)
+        word = self.words[whole]
+        said = word.unit if word.quantity == quantity else ''
+        if unit:
+            said = _known(unit, UNITS[quantity], entry)
+            self.stated_units.add(whole)
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
+        self.why[whole] = 'stated'
+        return whole
+
+    def _close(self, joint: str, own: dict[str, Any], index: int) -> None:
+        """Fill in what was stated beside the columns; refuse what is still open."""
+        position = own['position']
+        turn = self.columns.counts_per_turn
+        for entry in (position, own.get('velocity', {})):
+            if 'counts_per_turn' in entry and turn is not None:
+                entry['counts_per_turn'] = turn
+        if position['unit'] == FILL_IN:
+            _, why = self._position_unit(joint)
+            raise DataError(
+                f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
+                f'--position {position["variable"]}:deg'
+            )
+        if FILL_IN in own.get('velocity', {}).values():
+            why = self.result.reasons.pop(f'joints.{joint}.velocity')
+            name = own.pop('velocity')['variable']
+            self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
+        effort = own.get('effort')
+        if effort is None:
+            return
+        scales = self.columns.scales
+        if effort['unit'] == FILL_IN:
+            slides = position['unit'] in LINEAR_UNITS
+            effort['unit'] = 'N' if slides else 'Nm'
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'taken as {effort["unit"]}, as nothing tells another unit'
+            )
+        if UNITS['effort'][effort['unit']] is None:
+            if not scales:
+                raise ConfigurationError(
+                    f'effort {effort["variable"]} is in {effort["unit"]}: give the Nm (or N) at '
+                    f'the joint that one of it makes, as --kt 1.8'
+                )
+            scale = scales[index % len(scales)]
+            self.result.reasons[f'joints.{joint}.effort'] = (
+                f'stated, {scale:g} {"N" if position["unit"] in LINEAR_UNITS else "Nm"} per '
+                f'{effort["unit"].removeprefix("m")}'
+            )
+            effort['scale'] = scale * {'mA': 1e-3, 'mV': 1e-3}.get(effort['unit'], 1.0)
+        elif scales:
+            raise ConfigurationError(
+                f'--kt is given and effort {effort["variable"]} is in {effort["unit"]}: leave '
+                f'--kt out, or state the unit, as --effort {effort["variable"]}:A'
+            )
+
+
+def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
+    if unit not in units:
+        raise ConfigurationError(
+            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
+        )
+    return unit
