@@ -45,6 +45,8 @@ help:
 	echo "               the observers (half an hour); the blind campaign of the diagnosis (an hour)"
 	echo "make campaign  the blind campaign alone, into blind_campaign/; goes on where it was stopped,"
 	echo "               given its seed (ARGS='--trials 60 --seed 1 --kinds single,null')"
+	echo "make records   what the tool says of measured records beside what is known of them; skips what is"
+	echo "               not there (SOSML_FRICTION_DATA, default ../shared/data): docs/records.md"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
@@ -82,6 +84,10 @@ validate: $(STAMP)
 .PHONY: campaign
 campaign: $(STAMP)
 	@$(BIN)/python -m validation.campaign $(ARGS)
+
+.PHONY: records
+records: $(STAMP)
+	@$(BIN)/python -m validation.records $(ARGS)
 
 .PHONY: benchmark
 benchmark: $(STAMP)
