@@ -43,7 +43,7 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.nodes.stated_model import ARMATURE, MeasuredJoints, StatedModel
+from sosml_friction.nodes.stated_model import WITHOUT_MODEL, MeasuredJoints, StatedModel
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, VELOCITY_SOURCES
@@ -65,7 +65,7 @@ _OPTIONS = (
         'model folder with the armature of the joints; empty: exoskeleton, or with armature the '
         'robot of robot_description',
     ),
-    ARMATURE,
+    *WITHOUT_MODEL,
     ParameterSpec(
         'urdf_path', 'string', '', 'URDF file; empty: wait for the topic robot_description'
     ),
@@ -212,9 +212,10 @@ class ObserverNode(ProgramNode):
                     f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
                     'path of a file'
                 ) from error
-            if self._stated.model is None:
+            if not self._can_begin(urdf):
                 self._wait_for_joints(urdf)
             else:
+                assert self._stated.model is not None
                 # What is stated counts, even beside a model whose rigid body was identified.
                 self._stated.model = replace(self._stated.model, urdf=urdf)
                 self._begin(self._stated.robot(None))
@@ -225,9 +226,10 @@ class ObserverNode(ProgramNode):
         if self._estimator is not None or self._measured is not None:
             return
         try:
-            if self._stated.model is None:
+            if not self._can_begin(message.data):
                 self._wait_for_joints(message.data)
                 return
+            assert self._stated.model is not None
             self._begin(self._stated.robot(message.data))
             if self._stated.model.is_rigid_body_identified:
                 self.get_logger().info('the URDF of the model is used, not robot_description')
@@ -243,6 +245,12 @@ class ObserverNode(ProgramNode):
             self._correction = correction
         for sentence in correction.left_out:
             self.get_logger().warning(sentence)
+
+    def _can_begin(self, urdf: str) -> bool:
+        """Tell whether there is a model, or enough is stated to make one of a URDF now."""
+        if self._stated.model is None and self._stated.joints:
+            self._correct(self._stated.make(urdf))
+        return self._stated.model is not None
 
     def _wait_for_joints(self, urdf: str) -> None:
         self._measured = MeasuredJoints(urdf, PATIENCE)

@@ -15,31 +15,40 @@ from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.nodes.parameters import ParameterSpec
 from sosml_friction.share import share_directory
 
-#: For every node that takes a model.
-ARMATURE = ParameterSpec(
-    'armature',
-    'double_array',
-    [],
-    'inertia of the rotor at the joint, J N^2, where the model does not know it: one for all '
-    'joints, or one for each of the model; 0 where the bodies of the URDF have it. With it and '
-    'without a model, the robot is that of robot_description, with the joints that joint_states '
-    'names',
-    'kg m2 or kg',
+#: For every node that can do without a model.
+WITHOUT_MODEL = (
+    ParameterSpec(
+        'armature',
+        'double_array',
+        [],
+        'inertia of the rotor at the joint, J N^2, where the model does not know it: one for all '
+        'joints, or one for each of the model; 0 where the bodies of the URDF have it. With it '
+        'and without a model, the robot is that of robot_description',
+        'kg m2 or kg',
+    ),
+    ParameterSpec(
+        'joints',
+        'string_array',
+        [],
+        'with armature and without a model: the joints of the robot; the others are held still. '
+        'Empty: those that joint_states names',
+    ),
 )
 
 
 class StatedModel:
     """
-    Hold what parameters ``model`` and ``armature`` state.
+    Hold what parameters ``model``, ``armature`` and ``joints`` state.
 
-    ``model`` is None as long as it is to be made of robot_description and the joints that are
-    measured (:meth:`make`); ``label`` says where it comes from.
+    ``model`` is None as long as it is to be made of robot_description and ``joints``, or those
+    that are measured where they are empty (:meth:`make`); ``label`` says where it comes from.
 
     :raises ConfigurationError: if the model cannot be read or the armature does not fit.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self._armature: list[float] = list(parameters['armature'])
+        self.joints: tuple[str, ...] = tuple(parameters['joints'])
         self._is_default = not parameters['model']
         self.model: RobotModelFile | None = None
         self.label = 'robot_description'
@@ -47,15 +56,21 @@ class StatedModel:
             return
         self.label = parameters['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self.model = self._with_armature(read_model(self.label))
+        if self.joints:
+            raise ConfigurationError(
+                'parameter joints is for a robot that is made of robot_description: leave it, or '
+                'set armature and no model'
+            )
 
-    def make(self, urdf: str, joints: Sequence[str]) -> RobotModelFile:
+    def make(self, urdf: str, joints: Sequence[str] = ()) -> RobotModelFile:
         """
         Make the model of a URDF.
 
-        :param joints: that are measured; the URDF's others are held still.
-        :raises ConfigurationError: if the URDF cannot be used.
+        :param joints: that are measured, where the parameter states none; the others are held.
+        :raises ConfigurationError: if the URDF cannot be used, or lacks a joint that was stated.
         """
-        self.model = self._with_armature(skeleton_model(urdf, joints))
+        made = skeleton_model(urdf, self.joints or joints, bool(self.joints))
+        self.model = self._with_armature(made)
         return self.model
 
     def robot(self, urdf: str | None) -> Robot:
