@@ -40,7 +40,8 @@ def read_recorded_robot(
     """
     Read the motion in a bag and the robot that made it; joints in the model's order.
 
-    Joints of the model that are not recorded are held still, as the URDF's other joints are.
+    Joints of the model that are not recorded are held still, as the URDF's other joints are: at
+    0, or where they were recorded first.
 
     :param model: model, or its folder, with the armature of the joints; None for the bag's.
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
@@ -54,7 +55,7 @@ def read_recorded_robot(
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
     nominal = read_nominal(bag, path, model, urdf, own_urdf)
-    nominal = _of_joints(nominal, log.names)
+    nominal = _of_joints(nominal, log.names).held_where_measured(log.first_positions())
     robot = nominal.make_robot()
     log = log.select(robot.names)
     log.require_effort()

@@ -212,13 +212,10 @@ class ObserverNode(ProgramNode):
                     f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
                     'path of a file'
                 ) from error
-            if not self._can_begin(urdf):
-                self._wait_for_joints(urdf)
-            else:
-                assert self._stated.model is not None
+            if self._stated.model is not None:
                 # What is stated counts, even beside a model whose rigid body was identified.
                 self._stated.model = replace(self._stated.model, urdf=urdf)
-                self._begin(self._stated.robot(None))
+            self._take(urdf)
         else:
             self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
 
@@ -226,12 +223,8 @@ class ObserverNode(ProgramNode):
         if self._estimator is not None or self._measured is not None:
             return
         try:
-            if not self._can_begin(message.data):
-                self._wait_for_joints(message.data)
-                return
-            assert self._stated.model is not None
-            self._begin(self._stated.robot(message.data))
-            if self._stated.model.is_rigid_body_identified:
+            self._take(message.data)
+            if self._stated.model is not None and self._stated.model.is_rigid_body_identified:
                 self.get_logger().info('the URDF of the model is used, not robot_description')
         except SosmlFrictionError as error:
             self.end(error)
@@ -246,28 +239,30 @@ class ObserverNode(ProgramNode):
         for sentence in correction.left_out:
             self.get_logger().warning(sentence)
 
-    def _can_begin(self, urdf: str) -> bool:
-        """Tell whether there is a model, or enough is stated to make one of a URDF now."""
+    def _take(self, urdf: str) -> None:
+        """Begin; or wait for joint_states, if it has to say which joints there are, or where."""
         if self._stated.model is None and self._stated.joints:
             self._correct(self._stated.make(urdf))
-        return self._stated.model is not None
-
-    def _wait_for_joints(self, urdf: str) -> None:
+        robot = None if self._stated.model is None else self._stated.robot(urdf)
+        if robot is not None and not robot.remarks:
+            self._begin(robot)
+            return
         self._measured = MeasuredJoints(urdf, PATIENCE)
         self._urdf = urdf
         self._subscribe()
-        self.get_logger().info('waiting for the names in joint_states')
+        self.get_logger().info('waiting for joint_states, to know which joints are measured')
 
     def _see_joints(self, measured: MeasuredJoints, message: JointState) -> None:
         """Keep a message until it is known which joints there are, and begin with all of them."""
         self._early.append(message)
-        measured.see(message.name)
+        measured.see(message.name, message.position)
         if measured.known is None:
             return
         early, self._early = self._early, []
         try:
-            self._correct(self._stated.make(self._urdf, measured.known))
-            self._begin(self._stated.robot(self._urdf))
+            if self._stated.model is None:
+                self._correct(self._stated.make(self._urdf, measured.known))
+            self._begin(self._stated.robot(self._urdf, measured.first))
         except SosmlFrictionError as error:
             self.end(error)
             return

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile, read_model
@@ -73,16 +75,17 @@ class StatedModel:
         self.model = self._with_armature(made)
         return self.model
 
-    def robot(self, urdf: str | None) -> Robot:
+    def robot(self, urdf: str, measured: Mapping[str, tuple[float, float]] | None = None) -> Robot:
         """
         Return the rigid body of the model.
 
-        :param urdf: robot_description; None: the model's own.
+        :param urdf: robot_description.
+        :param measured: where joints were first, to hold those there that are not in the model.
         :raises ConfigurationError: if the URDF cannot be used with the model.
         """
         assert self.model is not None
         try:
-            return self.model.make_robot(urdf)
+            return self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)
         except ConfigurationError as error:
             if self._armature or not self._is_default:
                 raise
@@ -107,11 +110,12 @@ class StatedModel:
 
 class MeasuredJoints:
     """
-    Find out which joints of a URDF are measured, from the names in joint_states.
+    Find out which joints of a URDF are measured, and where they first are, from joint_states.
 
     Where an arm and a gripper publish on one topic by turns, they are those of the arm: of the
     message that names most. :attr:`known` is None until all are named, or until ``patience``
-    messages have come.
+    messages have come; ``first`` is what
+    :meth:`~sosml_friction.model.model_folder.RobotModelFile.held_where_measured` takes.
     """
 
     def __init__(self, urdf: str, patience: int) -> None:
@@ -121,11 +125,15 @@ class MeasuredJoints:
         self._left = patience
         self._best: tuple[str, ...] = ()
         self.known: tuple[str, ...] | None = None
+        self.first: dict[str, tuple[float, float]] = {}
 
-    def see(self, names: Iterable[str]) -> None:
-        """Take the names in one message."""
+    def see(self, names: Sequence[str], positions: Sequence[float]) -> None:
+        """Take the names and positions in one message."""
         found = tuple(name for name in names if name in self._movable)
         self._best = max(self._best, found, key=len)
         self._left -= 1
-        if self._moving <= set(self._best) or self._left <= 0:
+        for name, position in zip(names, positions, strict=False):
+            if np.isfinite(position):
+                self.first.setdefault(name, (float(position), 0.0))
+        if self._moving <= set(self.first) or self._left <= 0:
             self.known = self._best

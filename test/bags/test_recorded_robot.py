@@ -78,3 +78,20 @@ def test_a_recording_of_another_robot_is_refused(arm, tmp_path):
         read_recorded_robot(path, skeleton_model(urdf).with_armature({'*': 0.1}))
     with pytest.raises(ConfigurationError, match='no joint of type revolute'):
         stated_armature(Bag.open(path), path, None, None, {'*': 0.0})
+
+
+def test_a_joint_that_is_not_in_the_model_is_held_where_it_was_recorded(arm, tmp_path):
+    """Unless it is stated where; and if it moves, it is said by how much."""
+    urdf, log = arm
+    path = write_joint_log(log, tmp_path / 'bag', urdf, None)
+    model = skeleton_model(urdf, ARM[3:]).with_armature({'*': 0.1}).with_locked({'j2': 0.3})
+    found = read_recorded_robot(path, model).robot
+    q = dict(zip(log.names, log.q.T, strict=True))
+    where = {'j1': q['j1'][0], 'j2': 0.3, 'j3': q['j3'][0], 'finger_a': 0.0, 'finger_b': 0.0}
+    assert found.held == pytest.approx(where)
+    assert len(found.remarks) == 3
+    (told,) = (text for text in found.remarks if text.startswith('joint j1 '))
+    assert f'held at {q["j1"][0]:.4g} rad' in told
+    assert f'moves by {np.ptp(q["j1"]):.2g} rad all the same' in told
+    (still,) = (text for text in found.remarks if text.startswith('joint finger_a '))
+    assert 'moves by' not in still

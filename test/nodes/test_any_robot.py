@@ -121,7 +121,7 @@ def test_joints_that_joint_states_does_not_name_are_held_with_a_sentence(
     )
     assert configuration.joints == ARM
     assert list(estimates['friction_estimate/sosml'][-1].name) == list(ARM)
-    assert 'joint finger_a of the URDF is not in the model and held at 0' in node.output
+    assert 'joint finger_a is not in the model and held at 0 m, where it was' in node.output
 
 
 def test_a_run_begins_with_the_joints_that_are_stated(ros, start_node, make_serial_arm, tmp_path):
