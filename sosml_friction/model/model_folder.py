@@ -32,7 +32,7 @@ in each joint and the other terms under ``effects``, is read all the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -168,6 +168,21 @@ class RobotModelFile:
         if not joints:
             raise ConfigurationError(f'all joints of model {self.name} are locked: leave one')
         return replace(self, joints=joints, locked={**self.locked, **locked})
+
+    @property
+    def unseen(self) -> tuple[str, ...]:
+        """Return the joints that it has only because a URDF has them: nobody measured them yet."""
+        listed = self.provenance.get('not_known')
+        return tuple(n for n in self.joints if isinstance(listed, Mapping) and n in listed)
+
+    def of_measured(self, names: Collection[str]) -> RobotModelFile:
+        """Return the model without joints that are :attr:`unseen` and not in ``names``."""
+        left_out = [name for name in self.unseen if name not in names]
+        if len(left_out) == len(self.joints):
+            return self
+        joints = {name: joint for name, joint in self.joints.items() if name not in left_out}
+        effects = tuple(term for term in self.effects if term.joint not in left_out)
+        return replace(self, joints=joints, effects=effects)
 
     def held_where_measured(
         self, measured: Mapping[str, tuple[float, float]], urdf: str | None = None

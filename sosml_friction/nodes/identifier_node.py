@@ -215,7 +215,7 @@ class IdentifierNode(ProgramNode):
         self._encoded_names: list[bytes] = []
         self._observed: tuple[str, ...] = ()
         self._label = find_kind(self._p['trajectory']).label
-        if self._stated.model is not None:
+        if self._stated.model is not None and not self._stated.model.unseen:
             self._look_for(self._stated.model)
         if self._p['diagnose_without']:
             # Only for those who asked: the catalogue takes a second to load.
@@ -331,6 +331,11 @@ class IdentifierNode(ProgramNode):
                 return
             # Those that the observers found in joint_states.
             self._look_for(self._stated.make(urdf, self._observed))
+        elif self._stated.model.unseen:
+            if not self._observed:
+                return
+            self._stated.model = self._stated.model.of_measured(self._observed)
+            self._look_for(self._stated.model)
         self._robot = self._stated.robot(urdf)
         for sentence in self._robot.remarks:
             self.get_logger().warning(sentence)

@@ -243,8 +243,9 @@ class ObserverNode(ProgramNode):
         """Begin; or wait for joint_states, if it has to say which joints there are, or where."""
         if self._stated.model is None and self._stated.joints:
             self._correct(self._stated.make(urdf))
-        robot = None if self._stated.model is None else self._stated.robot(urdf)
-        if robot is not None and not robot.remarks:
+        model = self._stated.model
+        robot = None if model is None else self._stated.robot(urdf)
+        if model is not None and robot is not None and not robot.remarks and not model.unseen:
             self._begin(robot)
             return
         self._measured = MeasuredJoints(urdf, PATIENCE)
@@ -260,8 +261,11 @@ class ObserverNode(ProgramNode):
             return
         early, self._early = self._early, []
         try:
-            if self._stated.model is None:
-                self._correct(self._stated.make(self._urdf, measured.known))
+            model = self._stated.model
+            if model is None:
+                model = self._stated.make(self._urdf, measured.known)
+                self._correct(model)
+            self._stated.model = model.of_measured(measured.known)
             self._begin(self._stated.robot(self._urdf, measured.first))
         except SosmlFrictionError as error:
             self.end(error)

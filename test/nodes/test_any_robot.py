@@ -16,6 +16,7 @@ from sosml_friction.bags.recorded_robot import stated_armature
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import serialize
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.model.simple_models import skeleton_model
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import parse_configuration
@@ -122,6 +123,20 @@ def test_joints_that_joint_states_does_not_name_are_held_with_a_sentence(
     assert configuration.joints == ARM
     assert list(estimates['friction_estimate/sosml'][-1].name) == list(ARM)
     assert 'joint finger_a is not in the model and held at 0 m, where it was' in node.output
+
+
+def test_the_model_of_a_urdf_is_observed_without_the_gripper_that_nobody_measures(
+    ros, start_node, make_serial_arm, tmp_path
+):
+    urdf = gripper_arm_urdf(make_serial_arm)
+    skeleton_model(urdf).write(tmp_path / 'arm')
+    states = messages(gripper_arm_log(urdf, 1.0).select(ARM))
+    batches = [(states[:PATIENCE], None), (states[PATIENCE:], len(states) - PATIENCE)]
+    node, _, configuration = estimated(
+        ros, start_node, urdf, batches, f'model:={tmp_path / "arm"}'
+    )
+    assert configuration.joints == ARM
+    assert 'joint finger_a of the URDF is not in the model and held at 0' in node.output
 
 
 def test_a_run_begins_with_the_joints_that_are_stated(ros, start_node, make_serial_arm, tmp_path):
