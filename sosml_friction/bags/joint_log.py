@@ -81,6 +81,15 @@ class JointLog:
         most = says[int(np.argmax(says.sum(axis=1)))]
         return tuple(name for name, told in zip(self.names, most, strict=True) if told)
 
+    def first_positions(self) -> dict[str, tuple[float, float]]:
+        """Return the first position that is known, by joint, and its range [rad or m]."""
+        found = {}
+        for i, name in enumerate(self.names):
+            known = self.q[np.isfinite(self.q[:, i]), i]
+            if len(known):
+                found[name] = (float(known[0]), float(np.ptp(known)))
+        return found
+
     def rows(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
         """
         Return the log of the samples ``rows``, all joints.

@@ -40,7 +40,9 @@ def read_recorded_robot(
     """
     Read the motion in a bag and the robot that made it; joints in the model's order.
 
-    Joints of the model that are not recorded are held still, as the URDF's other joints are.
+    The URDF's other joints are held still, at 0 or where they were recorded first; and so are
+    joints that are not recorded and that the model has for no other reason than that the URDF
+    has them.
 
     :param model: model, or its folder, with the armature of the joints; None for the bag's.
     :param urdf: URDF file, None for the bag's, or where it has none the model's.
@@ -54,7 +56,7 @@ def read_recorded_robot(
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
     nominal = read_nominal(bag, path, model, urdf, own_urdf)
-    nominal = _of_joints(nominal, log.names)
+    nominal = nominal.of_measured(log.names).held_where_measured(log.first_positions())
     robot = nominal.make_robot()
     log = log.select(robot.names)
     log.require_effort()
@@ -115,15 +117,6 @@ def stated_armature(
             document, bag.joint_log().reported_together(read_joints(document).joints)
         )
     return nominal.with_armature(armature, 'stated with the recording')
-
-
-def _of_joints(nominal: RobotModelFile, recorded: tuple[str, ...]) -> RobotModelFile:
-    """Return the model of those of its joints that were recorded; all if none was."""
-    joints = {name: joint for name, joint in nominal.joints.items() if name in recorded}
-    if len(joints) in (0, len(nominal.joints)):
-        return nominal
-    effects = tuple(e for e in nominal.effects if e.joint in (*joints, '*'))
-    return replace(nominal, joints=joints, effects=effects)
 
 
 def _model_of(bag: Bag, path: str | Path, model: ModelSource) -> RobotModelFile:

@@ -32,7 +32,7 @@ in each joint and the other terms under ``effects``, is read all the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -50,7 +50,11 @@ from sosml_friction.model.laws import (
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
+from sosml_friction.model.urdf_joints import read_joints
 
+#: A joint that moves by more is told not to rest [rad or m]. Chosen, no measurement: it turns a
+#: weight by a hundredth.
+_REST = 0.01
 FORMAT = 'sosml_friction/model/2'
 _FORMAT_1 = 'sosml_friction/model/1'
 
@@ -106,7 +110,7 @@ class RobotModelFile:
     Hold the content of a model folder; ``urdf`` is the document, not its path.
 
     ``locked``: positions [rad or m] of joints of the URDF that are held still; those that neither
-    ``joints`` nor it names are held at 0.
+    ``joints`` nor it names are held at 0. ``remarks``: sentences that its robot is to say.
     """
 
     name: str
@@ -115,6 +119,7 @@ class RobotModelFile:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     effects: tuple[EffectTerm, ...] = ()
     locked: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -165,6 +170,47 @@ class RobotModelFile:
         return replace(self, joints=joints, locked={**self.locked, **locked})
 
     @property
+    def unseen(self) -> tuple[str, ...]:
+        """Return the joints that it has only because a URDF has them: nobody measured them yet."""
+        listed = self.provenance.get('not_known')
+        return tuple(n for n in self.joints if isinstance(listed, Mapping) and n in listed)
+
+    def of_measured(self, names: Collection[str]) -> RobotModelFile:
+        """Return the model without joints that are :attr:`unseen` and not in ``names``."""
+        left_out = [name for name in self.unseen if name not in names]
+        if len(left_out) == len(self.joints):
+            return self
+        joints = {name: joint for name, joint in self.joints.items() if name not in left_out}
+        effects = tuple(term for term in self.effects if term.joint not in left_out)
+        return replace(self, joints=joints, effects=effects)
+
+    def held_where_measured(
+        self, measured: Mapping[str, tuple[float, float]], urdf: str | None = None
+    ) -> RobotModelFile:
+        """
+        Return the model with joints that it neither has nor locks held where they were measured.
+
+        :param measured: position and range of joints [rad or m]; those not of the URDF do not
+            matter, nor do those that mimic others.
+        :param urdf: the document, None for the model's.
+        """
+        stated = read_joints(urdf or self.urdf or '<robot/>').joints
+        locked, remarks = dict(self.locked), list(self.remarks)
+        for name, (position, moved) in measured.items():
+            joint = stated.get(name)
+            if joint is None or name in self.joints or name in self.locked:
+                continue
+            if joint.mimic is None and joint.is_single and math.isfinite(position):
+                locked[name] = position
+                way = 'm' if joint.kind == 'prismatic' else 'rad'
+                remarks.append(
+                    f'joint {name} is not in the model and held at {position:.4g} {way}, where it '
+                    'was measured first'
+                    + (f'; it moves by {moved:.2g} {way} all the same' if moved > _REST else '')
+                )
+        return replace(self, locked=locked, remarks=tuple(remarks))
+
+    @property
     def is_rigid_body_identified(self) -> bool:
         """Tell whether ``urdf`` has a rigid body that a diagnosis found, in its provenance."""
         found = self.provenance.get('rigid_body')
@@ -196,6 +242,7 @@ class RobotModelFile:
             )
         armature = [joint.armature.value for joint in self.joints.values()]
         robot = Robot(document, self.joint_names, armature, self.locked)
+        robot.remarks = (*self.remarks, *robot.remarks)
         for (name, joint), effort in zip(self.joints.items(), robot.effort_units, strict=True):
             inertia = 'kg m2' if effort == 'Nm' else 'kg'
             if joint.armature.unit != inertia:

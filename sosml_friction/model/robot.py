@@ -308,9 +308,9 @@ def _remarks(
     one = len(silent) == 1
     return (
         f'{"joint" if one else "joints"} {", ".join(silent)} of the URDF {"is" if one else "are"} '
-        f'not in the model and held at 0: name {"it" if one else "them"} under joints of '
-        f'model.yaml if {"it moves" if one else "they move"}, or under locked with the position '
-        'where that is another',
+        f'not in the model and held at 0: if {"it moves" if one else "they move"}, name '
+        f'{"it" if one else "them"} under joints of model.yaml, or in parameter joints of a node; '
+        f'if {"it stands" if one else "they stand"} elsewhere, under locked',
     )
 
 

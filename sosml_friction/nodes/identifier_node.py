@@ -72,7 +72,7 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.nodes.stated_model import ARMATURE, StatedModel
+from sosml_friction.nodes.stated_model import WITHOUT_MODEL, StatedModel
 from sosml_friction.observers.configuration import parse_configuration
 
 #: Options of the first trajectory have no prefix.
@@ -111,7 +111,7 @@ PARAMETERS = (
         'nominal model folder, written into the bag; empty: exoskeleton, or with armature the '
         'robot of robot_description',
     ),
-    ARMATURE,
+    *WITHOUT_MODEL,
     ParameterSpec('output', 'string', 'identification', 'folder that gets a folder for each run'),
     ParameterSpec('run_name', 'string', '', 'name of the run folder; empty: date and time in UTC'),
     ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
@@ -215,7 +215,7 @@ class IdentifierNode(ProgramNode):
         self._encoded_names: list[bytes] = []
         self._observed: tuple[str, ...] = ()
         self._label = find_kind(self._p['trajectory']).label
-        if self._stated.model is not None:
+        if self._stated.model is not None and not self._stated.model.unseen:
             self._look_for(self._stated.model)
         if self._p['diagnose_without']:
             # Only for those who asked: the catalogue takes a second to load.
@@ -327,10 +327,15 @@ class IdentifierNode(ProgramNode):
             return
         urdf = deserialize(self._latched['robot_description'], 'std_msgs/msg/String').data
         if self._stated.model is None:
-            if not self._observed:
+            if not self._stated.joints and not self._observed:
                 return
             # Those that the observers found in joint_states.
             self._look_for(self._stated.make(urdf, self._observed))
+        elif self._stated.model.unseen:
+            if not self._observed:
+                return
+            self._stated.model = self._stated.model.of_measured(self._observed)
+            self._look_for(self._stated.model)
         self._robot = self._stated.robot(urdf)
         for sentence in self._robot.remarks:
             self.get_logger().warning(sentence)

@@ -43,7 +43,7 @@ from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.nodes.stated_model import ARMATURE, MeasuredJoints, StatedModel
+from sosml_friction.nodes.stated_model import WITHOUT_MODEL, MeasuredJoints, StatedModel
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS
 from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS, VELOCITY_SOURCES
@@ -65,7 +65,7 @@ _OPTIONS = (
         'model folder with the armature of the joints; empty: exoskeleton, or with armature the '
         'robot of robot_description',
     ),
-    ARMATURE,
+    *WITHOUT_MODEL,
     ParameterSpec(
         'urdf_path', 'string', '', 'URDF file; empty: wait for the topic robot_description'
     ),
@@ -212,12 +212,10 @@ class ObserverNode(ProgramNode):
                     f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
                     'path of a file'
                 ) from error
-            if self._stated.model is None:
-                self._wait_for_joints(urdf)
-            else:
+            if self._stated.model is not None:
                 # What is stated counts, even beside a model whose rigid body was identified.
                 self._stated.model = replace(self._stated.model, urdf=urdf)
-                self._begin(self._stated.robot(None))
+            self._take(urdf)
         else:
             self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
 
@@ -225,11 +223,8 @@ class ObserverNode(ProgramNode):
         if self._estimator is not None or self._measured is not None:
             return
         try:
-            if self._stated.model is None:
-                self._wait_for_joints(message.data)
-                return
-            self._begin(self._stated.robot(message.data))
-            if self._stated.model.is_rigid_body_identified:
+            self._take(message.data)
+            if self._stated.model is not None and self._stated.model.is_rigid_body_identified:
                 self.get_logger().info('the URDF of the model is used, not robot_description')
         except SosmlFrictionError as error:
             self.end(error)
@@ -244,22 +239,34 @@ class ObserverNode(ProgramNode):
         for sentence in correction.left_out:
             self.get_logger().warning(sentence)
 
-    def _wait_for_joints(self, urdf: str) -> None:
+    def _take(self, urdf: str) -> None:
+        """Begin; or wait for joint_states, if it has to say which joints there are, or where."""
+        if self._stated.model is None and self._stated.joints:
+            self._correct(self._stated.make(urdf))
+        model = self._stated.model
+        robot = None if model is None else self._stated.robot(urdf)
+        if model is not None and robot is not None and not robot.remarks and not model.unseen:
+            self._begin(robot)
+            return
         self._measured = MeasuredJoints(urdf, PATIENCE)
         self._urdf = urdf
         self._subscribe()
-        self.get_logger().info('waiting for the names in joint_states')
+        self.get_logger().info('waiting for joint_states, to know which joints are measured')
 
     def _see_joints(self, measured: MeasuredJoints, message: JointState) -> None:
         """Keep a message until it is known which joints there are, and begin with all of them."""
         self._early.append(message)
-        measured.see(message.name)
+        measured.see(message.name, message.position)
         if measured.known is None:
             return
         early, self._early = self._early, []
         try:
-            self._correct(self._stated.make(self._urdf, measured.known))
-            self._begin(self._stated.robot(self._urdf))
+            model = self._stated.model
+            if model is None:
+                model = self._stated.make(self._urdf, measured.known)
+                self._correct(model)
+            self._stated.model = model.of_measured(measured.known)
+            self._begin(self._stated.robot(self._urdf, measured.first))
         except SosmlFrictionError as error:
             self.end(error)
             return

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import RobotModelFile, read_model
@@ -15,31 +17,40 @@ from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.nodes.parameters import ParameterSpec
 from sosml_friction.share import share_directory
 
-#: For every node that takes a model.
-ARMATURE = ParameterSpec(
-    'armature',
-    'double_array',
-    [],
-    'inertia of the rotor at the joint, J N^2, where the model does not know it: one for all '
-    'joints, or one for each of the model; 0 where the bodies of the URDF have it. With it and '
-    'without a model, the robot is that of robot_description, with the joints that joint_states '
-    'names',
-    'kg m2 or kg',
+#: For every node that can do without a model.
+WITHOUT_MODEL = (
+    ParameterSpec(
+        'armature',
+        'double_array',
+        [],
+        'inertia of the rotor at the joint, J N^2, where the model does not know it: one for all '
+        'joints, or one for each of the model; 0 where the bodies of the URDF have it. With it '
+        'and without a model, the robot is that of robot_description',
+        'kg m2 or kg',
+    ),
+    ParameterSpec(
+        'joints',
+        'string_array',
+        [],
+        'with armature and without a model: the joints of the robot; the others are held still. '
+        'Empty: those that joint_states names',
+    ),
 )
 
 
 class StatedModel:
     """
-    Hold what parameters ``model`` and ``armature`` state.
+    Hold what parameters ``model``, ``armature`` and ``joints`` state.
 
-    ``model`` is None as long as it is to be made of robot_description and the joints that are
-    measured (:meth:`make`); ``label`` says where it comes from.
+    ``model`` is None as long as it is to be made of robot_description and ``joints``, or those
+    that are measured where they are empty (:meth:`make`); ``label`` says where it comes from.
 
     :raises ConfigurationError: if the model cannot be read or the armature does not fit.
     """
 
     def __init__(self, parameters: Mapping[str, Any]) -> None:
         self._armature: list[float] = list(parameters['armature'])
+        self.joints: tuple[str, ...] = tuple(parameters['joints'])
         self._is_default = not parameters['model']
         self.model: RobotModelFile | None = None
         self.label = 'robot_description'
@@ -47,27 +58,34 @@ class StatedModel:
             return
         self.label = parameters['model'] or str(share_directory() / 'config' / 'exoskeleton')
         self.model = self._with_armature(read_model(self.label))
+        if self.joints:
+            raise ConfigurationError(
+                'parameter joints is for a robot that is made of robot_description: leave it, or '
+                'set armature and no model'
+            )
 
-    def make(self, urdf: str, joints: Sequence[str]) -> RobotModelFile:
+    def make(self, urdf: str, joints: Sequence[str] = ()) -> RobotModelFile:
         """
         Make the model of a URDF.
 
-        :param joints: that are measured; the URDF's others are held still.
-        :raises ConfigurationError: if the URDF cannot be used.
+        :param joints: that are measured, where the parameter states none; the others are held.
+        :raises ConfigurationError: if the URDF cannot be used, or lacks a joint that was stated.
         """
-        self.model = self._with_armature(skeleton_model(urdf, joints))
+        made = skeleton_model(urdf, self.joints or joints, bool(self.joints))
+        self.model = self._with_armature(made)
         return self.model
 
-    def robot(self, urdf: str | None) -> Robot:
+    def robot(self, urdf: str, measured: Mapping[str, tuple[float, float]] | None = None) -> Robot:
         """
         Return the rigid body of the model.
 
-        :param urdf: robot_description; None: the model's own.
+        :param urdf: robot_description.
+        :param measured: where joints were first, to hold those there that are not in the model.
         :raises ConfigurationError: if the URDF cannot be used with the model.
         """
         assert self.model is not None
         try:
-            return self.model.make_robot(urdf)
+            return self.model.held_where_measured(measured or {}, urdf).make_robot(urdf)
         except ConfigurationError as error:
             if self._armature or not self._is_default:
                 raise
@@ -92,11 +110,12 @@ class StatedModel:
 
 class MeasuredJoints:
     """
-    Find out which joints of a URDF are measured, from the names in joint_states.
+    Find out which joints of a URDF are measured, and where they first are, from joint_states.
 
     Where an arm and a gripper publish on one topic by turns, they are those of the arm: of the
     message that names most. :attr:`known` is None until all are named, or until ``patience``
-    messages have come.
+    messages have come; ``first`` is what
+    :meth:`~sosml_friction.model.model_folder.RobotModelFile.held_where_measured` takes.
     """
 
     def __init__(self, urdf: str, patience: int) -> None:
@@ -106,11 +125,15 @@ class MeasuredJoints:
         self._left = patience
         self._best: tuple[str, ...] = ()
         self.known: tuple[str, ...] | None = None
+        self.first: dict[str, tuple[float, float]] = {}
 
-    def see(self, names: Iterable[str]) -> None:
-        """Take the names in one message."""
+    def see(self, names: Sequence[str], positions: Sequence[float]) -> None:
+        """Take the names and positions in one message."""
         found = tuple(name for name in names if name in self._movable)
         self._best = max(self._best, found, key=len)
         self._left -= 1
-        if self._moving <= set(self._best) or self._left <= 0:
+        for name, position in zip(names, positions, strict=False):
+            if np.isfinite(position):
+                self.first.setdefault(name, (float(position), 0.0))
+        if self._moving <= set(self.first) or self._left <= 0:
             self.known = self._best

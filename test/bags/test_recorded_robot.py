@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot in a bag that holds joint_states and robot_description alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gripper_arm import ARM, gripper_arm_log, gripper_arm_urdf
@@ -78,3 +80,29 @@ def test_a_recording_of_another_robot_is_refused(arm, tmp_path):
         read_recorded_robot(path, skeleton_model(urdf).with_armature({'*': 0.1}))
     with pytest.raises(ConfigurationError, match='no joint of type revolute'):
         stated_armature(Bag.open(path), path, None, None, {'*': 0.0})
+
+
+def test_a_joint_that_a_person_wrote_into_the_model_must_be_recorded(arm, tmp_path):
+    """Unlike one that the model has only because the URDF has it."""
+    urdf, log = arm
+    path = write_joint_log(log.select(ARM[:3]), tmp_path / 'part', urdf, None)
+    written = replace(skeleton_model(urdf).with_armature({'*': 0.1}), provenance={})
+    with pytest.raises(DataError, match='joint j4, j5, j6, j7, finger_a is not in the recording'):
+        read_recorded_robot(path, written)
+
+
+def test_a_joint_that_is_not_in_the_model_is_held_where_it_was_recorded(arm, tmp_path):
+    """Unless it is stated where; and if it moves, it is said by how much."""
+    urdf, log = arm
+    path = write_joint_log(log, tmp_path / 'bag', urdf, None)
+    model = skeleton_model(urdf, ARM[3:]).with_armature({'*': 0.1}).with_locked({'j2': 0.3})
+    found = read_recorded_robot(path, model).robot
+    q = dict(zip(log.names, log.q.T, strict=True))
+    where = {'j1': q['j1'][0], 'j2': 0.3, 'j3': q['j3'][0], 'finger_a': 0.0, 'finger_b': 0.0}
+    assert found.held == pytest.approx(where)
+    assert len(found.remarks) == 3
+    (told,) = (text for text in found.remarks if text.startswith('joint j1 '))
+    assert f'held at {q["j1"][0]:.4g} rad' in told
+    assert f'moves by {np.ptp(q["j1"]):.2g} rad all the same' in told
+    (still,) = (text for text in found.remarks if text.startswith('joint finger_a '))
+    assert 'moves by' not in still

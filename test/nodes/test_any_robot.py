@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Any arm from joint_states and robot_description alone: on line, from its bag, and fitted."""
 
+import time
+
 import numpy as np
 import pytest
 from gripper_arm import ARM, COULOMB, ROTOR, VISCOUS, gripper_arm_log, gripper_arm_urdf
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import stated_armature
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import serialize
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.model.simple_models import skeleton_model
 from sosml_friction.nodes.observer_node import PATIENCE
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import parse_configuration
@@ -118,7 +122,47 @@ def test_joints_that_joint_states_does_not_name_are_held_with_a_sentence(
     )
     assert configuration.joints == ARM
     assert list(estimates['friction_estimate/sosml'][-1].name) == list(ARM)
+    assert 'joint finger_a is not in the model and held at 0 m, where it was' in node.output
+
+
+def test_the_model_of_a_urdf_is_observed_without_the_gripper_that_nobody_measures(
+    ros, start_node, make_serial_arm, tmp_path
+):
+    urdf = gripper_arm_urdf(make_serial_arm)
+    skeleton_model(urdf).write(tmp_path / 'arm')
+    states = messages(gripper_arm_log(urdf, 1.0).select(ARM))
+    batches = [(states[:PATIENCE], None), (states[PATIENCE:], len(states) - PATIENCE)]
+    node, _, configuration = estimated(
+        ros, start_node, urdf, batches, f'model:={tmp_path / "arm"}'
+    )
+    assert configuration.joints == ARM
     assert 'joint finger_a of the URDF is not in the model and held at 0' in node.output
+
+
+def test_a_run_begins_with_the_joints_that_are_stated(ros, start_node, make_serial_arm, tmp_path):
+    """Of the arm alone: the gripper has no room for a speed ladder."""
+    urdf = gripper_arm_urdf(make_serial_arm)
+    states = messages(gripper_arm_log(urdf, 2.0))
+    stated = f'joints:=[{",".join(ARM)}]'
+    slow = ('speeds:=[0.05,0.1]', 'top_speed:=0.2', f'output:={tmp_path / "runs"}')
+    node = start_node('identifier_node', 'armature:=[0.1]', stated, *slow)
+    batches = [(states[:1], None), (states[1:50], 48)]
+    _, _, configuration = estimated(ros, start_node, urdf, batches, stated)
+    assert configuration.joints == ARM
+    output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+    ros.spin_until(lambda: output.get_subscription_count() == 2)
+    ros.spin_until(lambda: 'joints j1, j2' in node.output)
+    for state in states[51:]:
+        output.publish(state)
+        done = ros.call(Trigger, 'identifier_node/start', done=lambda: 'starting' in node.output)
+        # It may come before the state does, or before the nodes have found each other.
+        if done is None or done.success:
+            break
+        time.sleep(0.1)
+    else:
+        pytest.fail(done.message)
+    (bag,) = (tmp_path / 'runs').glob('*/bag')
+    assert bag.is_dir()
 
 
 def test_without_a_model_the_node_says_what_to_state(ros, start_node, make_serial_arm):
