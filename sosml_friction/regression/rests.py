@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -181,6 +181,7 @@ class WhitenedRests:
 
     :param rests: of each stretch; ``counts``: its rows of the band.
     :param whitening: filters of the joints, (order + 1,) each.
+    :param silent: joints of each stretch whose rows say nothing at all.
     """
 
     def __init__(
@@ -188,6 +189,7 @@ class WhitenedRests:
         rests: Sequence[Sequence[Rest]],
         counts: Sequence[int],
         whitening: Sequence[FloatArray],
+        silent: Sequence[Collection[int]] = (),
     ) -> None:
         order = len(whitening[0]) - 1
         rows = sum(count - order for count in counts)
@@ -195,8 +197,12 @@ class WhitenedRests:
         self.inside = np.zeros((rows, len(whitening)), dtype=np.bool_)
         self._bases: list[tuple[int, slice, FloatArray]] = []
         first = -order
-        for own, count in zip(rests, counts, strict=True):
+        silences = silent or [()] * len(counts)
+        for own, count, without in zip(rests, counts, silences, strict=True):
             for i, weights in enumerate(whitening):
+                if i in without:
+                    self.inside[first + order : first + count, i] = True
+                    continue
                 mine = [rest for rest in own if rest.joint == i]
                 inside = np.zeros(count, dtype=np.bool_)
                 for rest in mine:

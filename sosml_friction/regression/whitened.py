@@ -97,7 +97,6 @@ class WhitenedRegression:
         )
         standstill = whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
-        known = np.maximum(known - _silent(rows.signals).sum(axis=0), 0.0)
         return cls(settings, rows, whitening, known, y, system, columns, structure)
 
     @property
@@ -138,7 +137,7 @@ class WhitenedRegression:
     @property
     def without_rests(self) -> bool:
         """Tell whether standstill is left out."""
-        return self.whitening.standstill is not None
+        return any(signals.rests for signals in self.signals)
 
     @property
     def feigned(self) -> float:
@@ -180,11 +179,6 @@ class WhitenedRegression:
         measured[:, sorted(self.nominal.silent)] = np.nan
         return measured
 
-    @property
-    def silent(self) -> NDArray[np.bool_]:
-        """Return the whitened rows (rows, n) of joints whose effort is not known."""
-        return _silent(self.signals)
-
     def own_columns(self, effect: Term, joint: int, inner: Inner) -> FloatArray:
         """Return an effect's columns in the band (rows, n, k), in Nm or N."""
         parts = []
@@ -210,14 +204,6 @@ class WhitenedRegression:
         """Return the causes looked for that joint sensors cannot tell from an effect at all."""
         sought = {candidate.effect.identifier for candidate in self.candidates}
         return tuple(name for name in effect.inseparable if name in sought)
-
-
-def _silent(stretches: Sequence[Signals]) -> NDArray[np.bool_]:
-    """Return the rows that whitening keeps (rows, n) of joints whose effort is not known."""
-    parts = [np.zeros((s.band.count(len(s.q)), s.robot.n), dtype=np.bool_) for s in stretches]
-    for signals, part in zip(stretches, parts, strict=True):
-        part[:, sorted(signals.silent)] = True
-    return np.concatenate([part[ORDER:] for part in parts])
 
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:

@@ -33,7 +33,8 @@ class Whitening:
     """
     Hold the noise of each joint, and where whitened rows say nothing.
 
-    ``contacts``: contacts and impacts; ``standstill``: None where friction at standstill is known.
+    ``contacts``: contacts and impacts; ``standstill``: None where friction at standstill is known,
+    and the effort of every joint.
     """
 
     noise: tuple[NoiseModel, ...]
@@ -63,14 +64,17 @@ class Whitening:
                 if calm:
                     models[i] = fit_noise(calm, 1e-12)
         result = cls(tuple(models), contacts)
-        return replace(result, standstill=result.rests(rows.signals)) if leave_out else result
+        if leave_out or any(s.silent for s in rows.signals):
+            return replace(result, standstill=result.rests(rows.signals))
+        return result
 
     def rests(self, stretches: Sequence[Signals]) -> WhitenedRests:
-        """Return what joints at standstill may take, as whitened rows of stretches have it."""
+        """Return what joints at rest may take and silent ones say, in whitened rows."""
         return WhitenedRests(
             [s.rests for s in stretches],
             [s.band.count(len(s.q)) for s in stretches],
             [model.whitening for model in self.noise],
+            [s.silent for s in stretches],
         )
 
     def apply(

@@ -16,7 +16,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import SHORTEST_S, check_data
 from sosml_friction.identification.data_finding import NOTE
-from sosml_friction.identification.joint_relations import speed_limit
+from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.report.common.output import to_json
@@ -267,18 +267,25 @@ def test_a_position_that_is_off_by_its_zero_is_in_no_other_unit(good, robot):
         check_data(replace(good, q=good.q + 20.0), robot)
 
 
-def test_a_drive_at_the_limit_of_its_speed_is_told_and_its_effort_left_out():
-    """Plateaus at 0.5, 0.8 and 1 rad/s in both directions; at the last the effort collapses."""
-    v = np.repeat([0.5, -0.5, 0.85, -0.85, 1.0, -1.0], 2000)
+def test_a_drive_at_the_limit_of_its_speed_is_told_and_its_effort_left_out(robot):
+    """Moves at 0.5 to 1 rad/s in both directions; at the fastest the effort collapses."""
+    t = np.arange(0.0, 60.0, PERIOD)
+    w = np.repeat([0.5, -0.5, 0.7, -0.7, 0.8, -0.8, 0.9, -0.9, 1.0, -1.0] * 2, 3.0 / PERIOD)
+    v = np.column_stack([w, 0.2 * np.sin(2.0 * t)])
+    q = np.cumsum(v, axis=0) * PERIOD + [-1.5, 1.2]
     rng = np.random.default_rng(0)
-    tau = np.sign(v) * 0.5 + v * 0.2 + rng.normal(0.0, 0.02, len(v))
-    always = np.ones(len(v), dtype=bool)
-    assert speed_limit(tau, v, always) is None
-    fast = np.abs(v) > 0.9
-    tau[fast] -= np.sign(v[fast]) * rng.uniform(0.0, 0.3, fast.sum())
-    top, at = speed_limit(tau, v, always)
-    assert top == pytest.approx(1.0)
-    np.testing.assert_array_equal(at, fast)
+    log = JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, 0.0 * q)
+    a = np.nan_to_num(Slopes.of(log).a)
+    tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
+    tau += np.sign(v) * COULOMB + v * VISCOUS + rng.normal(0.0, 0.05, v.shape)
+    log, free = replace(log, tau=tau), unlimited(robot)
+    assert 'speed_limit' not in found(log, free)
+    fast = np.abs(w) > 0.95
+    tau[fast, 0] -= np.sign(w[fast]) * rng.uniform(0.0, 0.8, fast.sum())
+    left, checks = check_data(replace(log, tau=tau), free)
+    assert 'its drive is at the limit of its speed' in ''.join(checks.sentences)
+    assert np.isnan(left.tau[fast, 0]).mean() > 0.9
+    assert np.isfinite(left.tau[~fast, 0]).mean() > 0.95
 
 
 def test_without_any_velocity_nothing_is_said_of_it(good, robot):

@@ -48,7 +48,7 @@ def null_recordings(
         x[bounded] = rng.uniform(-_OFF, _OFF, len(bounded)) * bound[bounded]
         y = np.einsum('tip,p->ti', system.Z, x, optimize=True)
         y += _credible(laboratory, _friction_variant(laboratory, rng), beside)
-        noise = np.where(laboratory.silent, 0.0, rng.standard_normal(y.shape))
+        noise = rng.standard_normal(y.shape)
         yield y + (noise if standstill is None else standstill.take_out(noise, range(n)))
 
 
