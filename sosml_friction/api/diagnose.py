@@ -106,6 +106,7 @@ def diagnose(
     holdout: JointLog | None = None,
     *,
     without: Sequence[str] = (),
+    keep_all: bool = False,
 ) -> Diagnosis:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -115,6 +116,7 @@ def diagnose(
     :param holdout: another recording, on which the gain is measured; None for stretches of
         ``logs`` that are left out in turn.
     :param without: effects not to look for.
+    :param keep_all: keep causes in the model that ``holdout`` contradicts.
     :raises ConfigurationError: if an effect is unknown, a recording is given twice, or
         ``holdout`` is of no use.
     :raises DataError: if a joint of the model is not in a recording.
@@ -122,4 +124,4 @@ def diagnose(
     recordings = [(log_source(log, label), log) for label, log in labelled(logs).items()]
     refuse_copies({source.name: source.sha256 for source, _ in recordings})
     other = None if holdout is None else (log_source(holdout, 'holdout'), holdout)
-    return Diagnosis(diagnose_logs(recordings, model.content, other, without))
+    return Diagnosis(diagnose_logs(recordings, model.content, other, without, keep_all=keep_all))

@@ -155,22 +155,24 @@ def diagnose(
     selector = Selector(laboratory, step)
     selection = selector.run()
     step('measuring the gain')
-    forward = ForwardGain(laboratory, model, others)
-    before, after = forward_gate(forward, laboratory, selection)
+    folds = folds_left_out(laboratory)
+    held = folds if others is None else another_recording(laboratory, others)
+    forward = judge = ForwardGain(laboratory, model, others)
+    if others is not None and what_carries_over(laboratory, selection, held)[0] is not selection:
+        # What another recording contradicts may be right in these: it is judged by their folds.
+        judge = ForwardGain(laboratory, model)
+    before, after = forward_gate(judge, laboratory, selection)
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
         selector.judge_structure(selection)
         selection.leftovers = leftovers(laboratory, selection.accepted)
-    folds = folds_left_out(laboratory)
-    kept = selection
-    if others is None:
-        held, own_gains = folds, cause_gains(laboratory, selection, folds)
-    else:
-        held = another_recording(laboratory, others)
+    kept, own_gains = selection, cause_gains(laboratory, selection, held)
+    if others is not None:
         carried, own_gains = what_carries_over(laboratory, selection, held)
-        if len(carried.accepted) < len(selection.accepted) and not keep_all:
-            kept = carried
-            after = forward.squares(kept.accepted, kept.after.x, kept.after.fold_x)
+        kept = selection if keep_all else carried
+    if judge is not forward:
+        before = forward.squares((), selection.before.x, selection.before.fold_x)
+        after = forward.squares(kept.accepted, kept.after.x, kept.after.fold_x)
     gain = make_gain(
         held.error(selection.before, ()),
         held.error(kept.after, kept.accepted),

@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from known_robots import recording, slider_model
+from scipy.io import loadmat
 
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
@@ -76,13 +77,59 @@ def test_the_extended_model_can_be_written_and_read_back(emps, emps_nominal, tmp
     )
 
 
-def test_odrive_cogging_is_named_with_its_harmonics(data_directory):
+@pytest.fixture(scope='module')
+def pulses_record(data_directory):
+    return loadmat(data_directory / 'emps/DATA_EMPS_PULSES.mat', squeeze_me=True)
+
+
+def pulses_log(record, command):
+    """Return the record with pulses, its effort made of a command [V]."""
+    effort = float(record['gtau']) * np.asarray(command)
+    return recording(('slider',), record['t'], record['qm'], effort)
+
+
+def test_on_the_record_with_pulses_the_direction_carries_over_and_the_screw_does_not(
+    emps_log, emps_nominal, pulses_record
+):
+    holdout = pulses_log(pulses_record, pulses_record['vir'])
+    found = diagnose([emps_log], emps_nominal, holdout)
+    first, second = found.causes[:2]
+    assert (first.effect, second.effect) == ('asymmetric_friction', 'cogging')
+    assert first.in_model
+    assert not second.in_model
+    # data/README.md: 0.94 and 0.75 N, 106 and -149 degrees.
+    assert second.gain.size.value == pytest.approx(0.75 / 0.94, abs=0.1)
+    assert second.gain.phase == pytest.approx(106.0 + 149.0 - 360.0, abs=15.0)
+    # 5.62 % symmetric, 4.94 % by direction, 5.06 % with the screw's force, too.
+    assert found.gain.relative_after[0] < 5.0
+    assert 'Cogging (slider) does not carry over' in found.sentence
+
+
+def test_the_record_with_pulses_is_diagnosed_with_them(emps_nominal, pulses_record):
+    found = diagnose([pulses_log(pulses_record, pulses_record['vir'])], emps_nominal)
+    assert found.verdict == 'named'
+    assert [cause.effect for cause in found.causes] == ['asymmetric_friction']
+
+
+def test_pulses_that_the_effort_lacks_are_pushes_and_no_other_cause(emps_nominal, pulses_record):
+    command = pulses_record['vir'] - 1.014 * pulses_record['pulses_N']
+    found = diagnose([pulses_log(pulses_record, command)], emps_nominal)
+    (cause,) = found.causes
+    assert cause.effect == 'external_contact'
+    on = np.count_nonzero(np.diff((pulses_record['pulses_N'] > 0).astype(int)) > 0)
+    assert cause.parameters['episodes'].value == on
+    size = 1.014 * float(pulses_record['gtau']) * float(pulses_record['pulses_N'].max())
+    assert cause.parameters['level'].value == pytest.approx(size, rel=0.05)
+
+
+@pytest.mark.parametrize('armature', [3e-5, 2.5e-4])
+def test_odrive_cogging_is_named_with_its_harmonics_for_any_armature(data_directory, armature):
     time, counts, current = np.load(data_directory / 'odrive_cogging/slow2_nocomp_0.npy')
     q = counts[:, None] / 8192.0 * 2.0 * np.pi
     # data/README.md: 0.4 A is about 3 mNm.
     tau = 7.5e-3 * current[:, None]
     log = recording(('motor',), time, q, tau)
-    model = RobotModelFile('rotor', {'motor': JointModel(Parameter(3e-5, 'kg m2'))}, ROTOR)
+    model = RobotModelFile('rotor', {'motor': JointModel(Parameter(armature, 'kg m2'))}, ROTOR)
     found = diagnose([log], model)
     assert found.verdict == 'named'
     assert [cause.effect for cause in found.causes] == ['cogging']
@@ -94,3 +141,25 @@ def test_odrive_cogging_is_named_with_its_harmonics(data_directory):
     assert frequencies[0] == pytest.approx(7.0, abs=0.2)
     errors = [stage['relative_error_percent']['motor'] for stage in found.stages]
     assert errors[-1] < 0.45 * errors[0]
+    # The sentence has all of them.
+    assert all(f'{frequency:.4g}' in found.sentence for frequency in frequencies)
+    told = [check for check in found.checks if check.kind == 'inertia']
+    # data/README.md: this motion does not tell 2.5e-4 kg m2.
+    assert bool(told) == (armature > 1e-4)
+
+
+def test_the_ripple_of_a_servo_is_named_and_carries_over_to_its_second_run(data_directory):
+    """data/README.md: 10 periods per output turn."""
+    runs = []
+    for number in (1, 2):
+        record = np.load(data_directory / f'damiao/motor_05_run_{number:02d}.npz')
+        # The free range is a turn of the protocol, +-12.5 rad.
+        q = np.unwrap(record['position'], period=25.0)
+        runs.append(recording(('motor',), record['time'], q, record['torque_feedback']))
+    urdf = ROTOR.replace('lower="-10" upper="10"', 'lower="-1000" upper="1000"')
+    model = RobotModelFile('servo', {'motor': JointModel(Parameter(1.07e-3, 'kg m2'))}, urdf)
+    found = diagnose(runs[:1], model, runs[1])
+    (cogging,) = (cause for cause in found.causes if cause.effect == 'cogging')
+    assert cogging.parameters['frequency'].value == pytest.approx(10.0, abs=0.1)
+    assert cogging.gain.carries_over
+    assert found.gain.inverse_after[0] < 0.95 * found.gain.inverse_before[0]

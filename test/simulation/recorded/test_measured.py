@@ -6,8 +6,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from known_robots import slider_model
+from scipy.io import loadmat
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
@@ -66,3 +68,33 @@ def test_friction_by_direction_makes_the_simulation_better(recorded, symmetric):
     for what in ('effort', 'position'):
         before = symmetric.errors['slider'][what].rms
         assert after.errors['slider'][what].rms < 0.85 * before
+
+
+@pytest.fixture(scope='module')
+def pulses(data_directory, tmp_path_factory):
+    """Return log and loop of the record with pulses, and these [N]: data/README.md."""
+    path = data_directory / 'emps/DATA_EMPS_PULSES.mat'
+    mapping = share_directory() / 'config/import/emps.yaml'
+    opened = Bag.open(import_recording(path, mapping, tmp_path_factory.mktemp('pulses') / 'bag'))
+    log = opened.joint_log()
+    record = loadmat(path, squeeze_me=True)
+    added = 1.014 * float(record['gtau']) * np.asarray(record['pulses_N'], dtype=np.float64)
+    return log, recorded_controllers(opened, log), added
+
+
+def test_pulses_that_nobody_tells_of_are_found_in_the_law(pulses):
+    log, controlled, added = pulses
+    found = simulate_model(log, published((203.5034, 20.3935)), controlled)
+    assert found.mode == 'windows'
+    # 5 V, 25 times: the last one at the end of the record.
+    assert f'{added.max():.0f} N'.startswith('178')
+    assert '179 N in 25 pieces' in found.why_not
+
+
+def test_the_closed_loop_with_the_pulses_is_better_than_published(pulses):
+    log, controlled, added = pulses
+    known = {'slider': replace(controlled['slider'], injected=added)}
+    found = simulate_model(log, published((203.5034, 20.3935)), known)
+    assert found.mode == 'closed_loop'
+    # data/README.md: 8.94 %.
+    assert found.errors['slider']['effort'].relative < 8.94

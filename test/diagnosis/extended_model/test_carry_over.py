@@ -1,0 +1,105 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What one cause removes on another recording, and what does not carry over to it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.report.diagnosis.document import diagnosis_lines
+
+#: Periods of a screw of 20 mm [rad/m], and its size [N].
+FREQUENCY, SIZE = 2.0 * np.pi / 0.02, 8.0
+MODEL = slider_model(20.0, 200.0)
+#: Of the search: what the tests do not ask for takes time.
+WITHOUT = ('stribeck', 'thermal_drift', 'backlash', 'joint_elasticity', 'encoder_eccentricity',
+           'presliding_hysteresis', 'spring')  # fmt: skip
+
+
+def screw(seed, phase=0.0, drag=60.0, size=SIZE):
+    """Return the slider with a ripple of its screw, and a drag that differs by direction."""
+    t = np.arange(0.0, 24.0, 5e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1, 0.3 * seed)))
+    tau = SLIDER_MASS * a + 20.0 * smooth_sign(q, v) + 200.0 * v + drag * np.abs(v)
+    tau += size * np.cos(FREQUENCY * q + phase)
+    tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
+    return recording(('slider',), t, q, tau)
+
+
+@lru_cache
+def found(phase, size=SIZE, keep_all=False):
+    other = screw(1, phase, size=size)
+    return diagnose([screw(0)], MODEL, other, without=WITHOUT, keep_all=keep_all)
+
+
+def named(diagnosis):
+    return {cause.effect: cause for cause in diagnosis.causes}
+
+
+def test_a_cause_that_is_there_again_carries_over_and_removes_what_it_is():
+    diagnosis = found(0.0)
+    causes = named(diagnosis)
+    assert set(causes) == {'cogging', 'asymmetric_friction'}
+    gain = causes['cogging'].gain
+    assert all(cause.in_model and cause.gain.carries_over for cause in diagnosis.causes)
+    assert gain.recurs.value == pytest.approx(1.0, abs=4.0 * gain.recurs.std_error + 0.05)
+    # The energies of what is independent add up: without it, the ripple's is left as well.
+    ripple = np.sqrt(gain.without[0] ** 2 - gain.with_it[0] ** 2)
+    assert ripple == pytest.approx(SIZE / np.sqrt(2.0), rel=0.1)
+    assert gain.removed[0].value == pytest.approx(gain.without[0] - gain.with_it[0])
+    assert diagnosis.gain.inverse_after[0] == pytest.approx(gain.with_it[0])
+
+
+def test_a_ripple_with_another_zero_is_told_and_left_out_of_the_model():
+    """Its amplitude recurs, its phase is off by 150 degrees."""
+    diagnosis = found(np.radians(150.0))
+    causes = named(diagnosis)
+    gain = causes['cogging'].gain
+    assert not gain.carries_over
+    assert not causes['cogging'].in_model
+    assert causes['asymmetric_friction'].in_model
+    assert gain.removed[0].value < 0.0
+    assert gain.size.value == pytest.approx(1.0, abs=0.1)
+    assert gain.phase == pytest.approx(150.0, abs=5.0)
+    assert [t.effect for t in extended_model(MODEL, diagnosis, {}).effects] == [
+        'asymmetric_friction'
+    ]
+    text = '\n'.join(diagnosis_lines(diagnosis))
+    assert 'Cogging (slider) does not carry over' in text
+    assert 'its amplitude recurs' in text
+    assert 'its phase does not' in text
+    # Without it the other recording is predicted better than with it.
+    assert diagnosis.gain.inverse_after[0] == pytest.approx(gain.without[0])
+
+
+def test_all_is_kept_where_that_is_asked_for():
+    diagnosis = found(np.radians(150.0), keep_all=True)
+    cogging = named(diagnosis)['cogging']
+    assert cogging.in_model
+    assert not cogging.gain.carries_over
+    assert diagnosis.gain.inverse_after[0] == pytest.approx(cogging.gain.with_it[0])
+
+
+def test_what_is_gone_does_not_recur_in_any_phase():
+    diagnosis = found(0.0, size=0.0)
+    gain = named(diagnosis)['cogging'].gain
+    assert not gain.carries_over
+    assert gain.recurs.value == pytest.approx(0.0, abs=4.0 * gain.recurs.std_error)
+    assert not gain.size_recurs or gain.size.value < 0.1
+
+
+def test_the_values_of_the_model_are_those_fitted_without_what_was_left_out():
+    with_all, fewer = found(0.0), found(np.radians(150.0))
+    drag = [
+        named(x)['asymmetric_friction'].parameters['viscous_asymmetry'] for x in (with_all, fewer)
+    ]
+    assert drag[0].value != drag[1].value
+    assert all(x.value == pytest.approx(60.0, rel=0.25) for x in drag)
+    law = extended_model(MODEL, fewer, {}).joints['slider'].friction.parameters
+    assert law['viscous'].value == pytest.approx(200.0 + fewer.refit['slider viscous'])

@@ -1,0 +1,49 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""An inertia that the effort contradicts altogether is told, and fitted freely."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.untold_inertia import untold_inertia
+from sosml_friction.model.terms.inertia import Inertia
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
+
+MODEL = slider_model(20.0, 200.0)
+
+
+def regression(mass, **settings):
+    """Return the rows of a slider that moves as if it had this mass [kg]."""
+    t = np.arange(0.0, 24.0, 5e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    tau = mass * a + 20.0 * smooth_sign(q, v) + 200.0 * v
+    tau += np.random.default_rng(2).normal(0.0, 1.0, len(t))
+    asked = replace(DiagnosisSettings(), **settings)
+    signals = prepare([recording(('slider',), t, q, tau)], MODEL, MODEL.make_robot(), asked)
+    return WhitenedRegression.make(signals, {'inertia': Inertia()}, asked)
+
+
+def test_an_inertia_that_is_not_there_is_told_with_both_numbers():
+    (check,) = untold_inertia(regression(10.0)).values()
+    assert (check.kind, check.joint, check.severity) == ('inertia', 'slider', 'warning')
+    error = check.values['seen_std_error']
+    assert check.values['seen'] == pytest.approx(10.0, abs=5.0 * error + 0.5)
+    assert check.values['model'] == pytest.approx(SLIDER_MASS)
+
+
+@pytest.mark.parametrize('mass', [0.5 * SLIDER_MASS, SLIDER_MASS, 2.0 * SLIDER_MASS])
+def test_an_inertia_that_a_cause_can_correct_is_left_to_it(mass):
+    assert not untold_inertia(regression(mass))
+
+
+def test_a_free_inertia_may_be_off_by_all_but_the_tolerance():
+    nominal = regression(10.0, free_inertia=('slider',)).nominal
+    at = nominal.names.index('slider armature')
+    assert nominal.bound[at] == pytest.approx((1.0 - 0.035) * SLIDER_MASS)

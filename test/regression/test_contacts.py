@@ -1,0 +1,63 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is taken out as an impact or a push is told from what a motion is made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sosml_friction.regression.contacts import find_contacts, find_impacts
+
+STEP = 0.02
+
+
+@pytest.fixture
+def noise():
+    """Return times [s] and noise of 0.05 Nm of one joint."""
+    t = np.arange(0.0, 100.0, STEP)
+    return t, np.random.default_rng(7).normal(0.0, 0.05, (len(t), 1))
+
+
+def switched(t, period=2.0, share=0.5):
+    """Return 1 for ``share`` of each period, from the middle of the first on, else 0."""
+    return ((np.mod(t - 0.5 * period, period) < share * period) & (t > 0.5 * period)).astype(float)
+
+
+@pytest.mark.parametrize(('changes', 'found'), [(0.05, True), (1.5, False)])
+def test_what_would_spoil_most_of_a_motion_is_no_impact(noise, changes, found):
+    """Energy after each change of the load; at 1.5 Hz the 0.15 s around the changes are all."""
+    t, e = noise
+    load = np.sin(2.0 * np.pi * changes * t)[:, None]
+    since = np.mod(t, 0.5 / changes)
+    e[since < min(0.06, 0.2 / changes), 0] += 0.5
+    impacts, spoiled = find_impacts(e, load, STEP, np.ones(e.shape, dtype=bool))
+    assert bool(impacts) is found
+    assert spoiled.any() == found
+    assert spoiled.mean() < 0.5
+
+
+def test_a_push_that_is_on_as_often_as_off_is_found_by_its_levels(noise):
+    t, e = noise
+    on = switched(t)
+    push = 3.0 * on[:, None]
+    # The refit of a bias centres what is left; the nominal model still knows which level is off.
+    found = find_contacts(e + push - push.mean(), t, STEP, expected=e + push, reach=3)
+    assert {x.joint for x in found.contacts} == {0}
+    assert len(found.contacts) == np.count_nonzero(np.diff(on) > 0.0)
+    assert found.contacts[0].level == pytest.approx(3.0, rel=0.02)
+    assert found.contacts[0].start_s == pytest.approx(1.0, abs=2.0 * STEP)
+    # All of it, and what a filter spreads of its ends.
+    assert found.mask[on > 0.0, 0].all()
+    assert 0.5 < found.mask.mean() < 0.6
+
+
+def test_two_levels_that_change_with_every_other_sample_are_no_push(noise):
+    t, e = noise
+    fast = 3.0 * switched(t, period=4.0 * STEP)[:, None]
+    assert not find_contacts(e + fast, t, STEP).mask.any()
+
+
+def test_noise_has_no_two_levels(noise):
+    t, e = noise
+    assert not find_contacts(e, t, STEP).mask.any()
