@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Classes found by a name that they say themselves: terms, observers, actuators, trajectories."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import pkgutil

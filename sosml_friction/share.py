@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Find the package's installed data: config/, urdf/ and launch/."""
 
-from __future__ import annotations
-
 import os
 import sys
 from pathlib import Path

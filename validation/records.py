@@ -100,8 +100,10 @@ def ur10e(data: Path, tool: Tool) -> Iterator[Row]:
     for joint, inertia in zip(joints, rotors, strict=True):
         base += ('--armature', f'{joint}={inertia}')
     fit = tool.told('fit', bag, *base)
-    published = {'coulomb': (12.55, 13.27, 4.99, 2.00, 2.69, 2.30),
-                 'viscous': (21.26, 20.22, 10.38, 3.58, 2.49, 3.03)}  # fmt: skip
+    published = {
+        'coulomb': (12.55, 13.27, 4.99, 2.00, 2.69, 2.30),
+        'viscous': (21.26, 20.22, 10.38, 3.58, 2.49, 3.03),
+    }
     bars = {('coulomb', 0): 13.6, ('viscous', 0): 19.4}
     for i, joint in enumerate(joints):
         for name in ('coulomb', 'viscous'):
@@ -123,43 +125,70 @@ def ur10e(data: Path, tool: Tool) -> Iterator[Row]:
         left = found['gain'][joint]['inverse']['after']
         known = f'diagnose leaves {left:.3g} {own["unit"]}'
         yield Row(
-            record, f'{joint} effort left', known, f'{own["after"]:.3g} {own["unit"]} '
-            f'({100 * own["after"] / own["measured"]:.1f} %)', own['after'] <= left
-        )  # fmt: skip
+            record,
+            f'{joint} effort left',
+            known,
+            f'{own["after"]:.3g} {own["unit"]} ({100 * own["after"] / own["measured"]:.1f} %)',
+            own['after'] <= left,
+        )
     one = tool.imported(data / 'joint_2.csv', _MAPS / 'ur10e.yaml', 'joint_2')
     alone = tool.told('fit', one, *base)
     resting = [
         j for j in joints if j in alone['unavailable'] and 'rest' in alone['unavailable'][j]
     ]
     own = _model_values(alone, joints[1])['coulomb']
-    yield Row('UR10e joint_2', 'fit: joint 2, others', 'five rest',
-              f'coulomb {_text(own)}, {len(resting)} rest', len(resting) == 5)  # fmt: skip
+    yield Row(
+        'UR10e joint_2',
+        'fit: joint 2, others',
+        'five rest',
+        f'coulomb {_text(own)}, {len(resting)} rest',
+        len(resting) == 5,
+    )
     why = tool.told('diagnose', one, *base)
     rests = {c['joint'] for c in why['data_checks'] if 'rest' in c['sentence']}
-    yield Row('UR10e joint_2', 'diagnose', 'joint 2 answered, five rest',
-              f'{why["verdict"]}: {_named(why)}; {len(rests & set(joints))} rest',
-              why['verdict'] != 'bad_data' and len(rests & set(joints)) == 5)  # fmt: skip
+    yield Row(
+        'UR10e joint_2',
+        'diagnose',
+        'joint 2 answered, five rest',
+        f'{why["verdict"]}: {_named(why)}; {len(rests & set(joints))} rest',
+        why['verdict'] != 'bad_data' and len(rests & set(joints)) == 5,
+    )
 
 
 def damiao(data: Path, tool: Tool) -> Iterator[Row]:
     """Yield friction and ripple of a free shaft, and what a wrong velocity is accused of."""
-    columns = ('--position', 'position', '--velocity', 'velocity', '--effort', 'torque_feedback',
-               '--time', 'time')  # fmt: skip
+    columns = (
+        '--position',
+        'position',
+        '--velocity',
+        'velocity',
+        '--effort',
+        'torque_feedback',
+        '--time',
+        'time',
+    )
     shaft = (*columns, '--free', _SHAFT)
     runs = [data / f'motor_05_run_0{k}.npz' for k in (1, 2)]
     fit = tool.told('fit', runs[0], *shaft)
     own = _model_values(fit, 'joint')
     for name, bar, unit in (('coulomb', 0.096, 'Nm'), ('viscous', 0.0065, 'Nm s/rad')):
         known = f'{bar} by plateaus at the reported velocity'
-        yield Row('Damiao motor 5', f'{name} [{unit}]', known, _text(own[name]),
-                  _near(own[name], bar))  # fmt: skip
+        yield Row(
+            'Damiao motor 5', f'{name} [{unit}]', known, _text(own[name]), _near(own[name], bar)
+        )
     why = tool.told('diagnose', runs[0], *shaft, '--holdout', runs[1])
     ripple = [c for c in why['causes'] if c['effect'] == 'cogging']
     gain = why['gain']['joint']['inverse']
-    yield Row('Damiao motor 5', 'ripple', '10 periods a turn', _named(why),
-              _has_period(ripple, 10))  # fmt: skip
-    yield Row('Damiao motor 5', 'run 2 held out [Nm]', 'improved',
-              f'{gain["before"]:.4g} -> {gain["after"]:.4g}', gain['after'] < gain['before'])  # fmt: skip
+    yield Row(
+        'Damiao motor 5', 'ripple', '10 periods a turn', _named(why), _has_period(ripple, 10)
+    )
+    yield Row(
+        'Damiao motor 5',
+        'run 2 held out [Nm]',
+        'improved',
+        f'{gain["before"]:.4g} -> {gain["after"]:.4g}',
+        gain['after'] < gain['before'],
+    )
     slow = tool.run('fit', data / 'motor_03_run_01.npz', *columns, '--free', '0.0566')
     said = ' '.join((slow.stdout + slow.stderr).split())
     for what, word in (('velocity is half its slope', 'factor of 1.9'), ('it saturates', 'satur')):
@@ -181,8 +210,13 @@ def emps(data: Path, tool: Tool) -> Iterator[Row]:
     gain = why['gain']['slider']['inverse']
     size = _rms_effort(data / 'DATA_EMPS_PULSES.mat')
     left = 100.0 * gain['after'] / size
-    yield Row('EMPS -> PULSES', 'effort error [%]', '5.2 or less; by direction alone 5.16',
-              f'{100.0 * gain["before"] / size:.2f} -> {left:.2f}; {_named(why)}', left <= 5.2)  # fmt: skip
+    yield Row(
+        'EMPS -> PULSES',
+        'effort error [%]',
+        '5.2 or less; by direction alone 5.16',
+        f'{100.0 * gain["before"] / size:.2f} -> {left:.2f}; {_named(why)}',
+        left <= 5.2,
+    )
     alone = tool.told('diagnose', pulses)
     yield Row('EMPS PULSES', 'diagnosed', 'no crash', f'{alone["verdict"]}: {_named(alone)}', True)
 
@@ -199,13 +233,31 @@ def odrive(data: Path, tool: Tool) -> Iterator[Row]:
     named = []
     for inertia in ('2.5e-4', '2.5e-5'):
         why = tool.told(
-            'diagnose', data / 'slow2_nocomp_0.npy', '--time', '0', '--position', '1:counts',
-            '--counts-per-turn', '8192', '--current', '2', '--kt', '0.0083', '--free', inertia,
-            '--out', f'odrive_{inertia}',
-        )  # fmt: skip
+            'diagnose',
+            data / 'slow2_nocomp_0.npy',
+            '--time',
+            '0',
+            '--position',
+            '1:counts',
+            '--counts-per-turn',
+            '8192',
+            '--current',
+            '2',
+            '--kt',
+            '0.0083',
+            '--free',
+            inertia,
+            '--out',
+            f'odrive_{inertia}',
+        )
         named.append(f'{why["verdict"]}: {_named(why)}')
-    yield Row('ODrive nocomp_0', 'causes, armature 2.5e-4 and 2.5e-5', 'the same',
-              ' | '.join(dict.fromkeys(named)), len(set(named)) == 1)  # fmt: skip
+    yield Row(
+        'ODrive nocomp_0',
+        'causes, armature 2.5e-4 and 2.5e-5',
+        'the same',
+        ' | '.join(dict.fromkeys(named)),
+        len(set(named)) == 1,
+    )
 
 
 #: By the folder of the data.
@@ -221,9 +273,11 @@ def main() -> int:
     """Print the table as Markdown; return 1 if a bar is missed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        '--data', type=Path, default=Path(os.environ.get('SOSML_FRICTION_DATA', '../shared/data')),
+        '--data',
+        type=Path,
+        default=Path(os.environ.get('SOSML_FRICTION_DATA', '../shared/data')),
         help='folder of the records (SOSML_FRICTION_DATA, else ../shared/data)',
-    )  # fmt: skip
+    )
     parser.add_argument('--only', help=f'one of {", ".join(RECORDS)}')
     arguments = parser.parse_args()
     missed = 0

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Say what a model gets wrong about recordings, and why."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit the friction of every joint to one or several recordings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, interval_of, table_text
 from sosml_friction.api.term_fit import Terms, fit_terms_of
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -29,12 +28,7 @@ from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
 from sosml_friction.report.fit.findings import answers, caveats
 from sosml_friction.report.fit.joint_view import joint_views
-from sosml_friction.report.fit.results import (
-    fit_document,
-    write_results,
-)
-
-FloatArray = NDArray[np.float64]
+from sosml_friction.report.fit.results import fit_document, write_results
 
 
 class Fit(Result):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a recording, whatever it is stored in."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from sosml_friction.bags.bag import Bag

@@ -2,27 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings as the functions of the interface take them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.segments import centred_difference
-
-FloatArray = NDArray[np.float64]
 
 #: Time over which position is differenced where velocity was not measured [s]. Chosen, no
 #: measurement.
 _WINDOW_S = 0.05
 
 
-def labelled(
-    logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
-) -> dict[str, JointLog]:
+def labelled(logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog]) -> dict[str, JointLog]:
     """
     Return recordings by label: their own, else ``log``, or ``log 1``, ``log 2``, ...
 

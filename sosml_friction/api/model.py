@@ -8,16 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import read_nominal, stated_armature
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 
 class Model:

@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run momentum observers over a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sosml_friction.api.logs import velocity_of
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.log_analysis import effort_holds
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -22,8 +20,6 @@ from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.output import to_plain
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

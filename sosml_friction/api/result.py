@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What every result offers."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from io import StringIO
 from typing import Any

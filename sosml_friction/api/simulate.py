@@ -2,24 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Simulate a recording again from a model, and compare."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, table_text
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.report.simulation.document import simulation_document
 from sosml_friction.report.simulation.rows import error_table, simulation_sentences
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
-
-FloatArray = NDArray[np.float64]
 
 
 class Simulation(Result):

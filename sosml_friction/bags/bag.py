@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
-from sosml_friction.bags.joint_log import FloatArray, JointLog
+from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
 from sosml_friction.bags.serialization import deserialize
 from sosml_friction.bags.wrap import unwrapped
@@ -39,7 +39,7 @@ class FrictionEstimate(NamedTuple):
     observer had just started afresh or the joint is missing.
     """
 
-    t_ns: NDArray[np.int64]
+    t_ns: IndexArray
     names: tuple[str, ...]
     tau_f: FloatArray
 
@@ -65,10 +65,10 @@ class _Topic:
 
     type_name: str
     encoding: str
-    region: NDArray[np.int64]
-    offset: NDArray[np.int64]
-    length: NDArray[np.int64]
-    log_time_ns: NDArray[np.int64]
+    region: IndexArray
+    offset: IndexArray
+    length: IndexArray
+    log_time_ns: IndexArray
 
     def __len__(self) -> int:
         return len(self.log_time_ns)
@@ -241,7 +241,7 @@ class Bag:
             estimates[observer] = FrictionEstimate(t_ns, names, tau_f)
         return estimates
 
-    def reference(self) -> tuple[NDArray[np.int64], tuple[str, ...], FloatArray] | None:
+    def reference(self) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
         """
         Return stamps (N,), joints and wanted positions (N, n), None if none are recorded.
 
@@ -255,7 +255,7 @@ class Bag:
         t_ns, names, (q,) = self._joint_states(topic, ('position',))
         return t_ns, names, q
 
-    def injected(self) -> tuple[NDArray[np.int64], tuple[str, ...], FloatArray] | None:
+    def injected(self) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
         """
         Return stamps (N,), joints and efforts (N, n) [Nm or N] added to the controllers' command.
 
@@ -395,7 +395,7 @@ class Bag:
 
     def _joint_states(
         self, topic: str, quantities: Sequence[str]
-    ) -> tuple[NDArray[np.int64], tuple[str, ...], list[FloatArray]]:
+    ) -> tuple[IndexArray, tuple[str, ...], list[FloatArray]]:
         """Return stamps (N,), names of n joints, and (N, n) of each quantity, NaN if absent."""
         self._require_type(topic, JOINT_STATE)
         count = len(self._topics[topic])
@@ -444,7 +444,7 @@ class Bag:
         )
 
     def _temperatures(
-        self, joint_topic: str, explicit: bool, t_ns: NDArray[np.int64], names: tuple[str, ...]
+        self, joint_topic: str, explicit: bool, t_ns: IndexArray, names: tuple[str, ...]
     ) -> FloatArray | None:
         """Return (N, n) [degC], the value last measured at or before each sample, or None."""
         beside = joint_topic.rpartition('/')[0] + '/joint_temperatures'

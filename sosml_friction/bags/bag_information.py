@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a bag holds, for ``sosml info``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

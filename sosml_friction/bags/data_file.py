@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read the named series of numbers in a file of any kind that a recording may come in."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -13,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.joint_log import FloatArray
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 

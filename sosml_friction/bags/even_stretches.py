@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording cut where it has holes, at even steps in between."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Propose what the columns of a recording are, with reasons; what is not told is left open."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
-from sosml_friction.bags.joint_log import FloatArray
 from sosml_friction.bags.mapping import FILL_IN, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import DataError

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the name of a column says: quantity, unit, joint, and whether it was measured."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Turn a recording of any kind of file into a bag, as a mapping says."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -17,9 +15,10 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.controllers import CONTROLLER_TAG
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.joint_log import FloatArray, JointLog
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
@@ -122,9 +121,7 @@ def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent
     return _read_log(DataFile(source, plan.rows, plan.columns), plan, tell)[0]
 
 
-def _read_log(
-    data: DataFile, plan: ImportMapping, tell: Tell
-) -> tuple[JointLog, NDArray[np.int64]]:
+def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog, IndexArray]:
     """Return the log, and the stamps (N,) of all samples of the file [ns]."""
     names = tuple(plan.joints)
     first = plan.joints[names[0]]['position'].series
@@ -158,7 +155,7 @@ def _read_log(
     return log, t_ns
 
 
-def _kept(t_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _kept(t_ns: IndexArray) -> BoolArray:
     """Return which samples (N,) do not repeat the stamp before them."""
     return np.append(True, np.diff(t_ns) != 0)
 
@@ -168,7 +165,7 @@ def _table(
     plan: ImportMapping,
     what: str,
     signals: Mapping[str, Signal],
-    t_ns: NDArray[np.int64],
+    t_ns: IndexArray,
     tell: Tell,
 ) -> FloatArray | None:
     """
@@ -244,9 +241,7 @@ def _one_number(data: DataFile, value: float | str) -> float:
     return float(values.reshape(()))
 
 
-def _values(
-    data: DataFile, signal: Signal, t_ns: NDArray[np.int64], what: str, tell: Tell
-) -> FloatArray:
+def _values(data: DataFile, signal: Signal, t_ns: IndexArray, what: str, tell: Tell) -> FloatArray:
     """Return a signal in SI units, (N,), without the jumps of a wrap."""
     values: FloatArray = _series(data, signal.series).astype(np.float64)
     period = signal.wrap
@@ -277,7 +272,7 @@ def recognised_wrap(time: FloatArray, values: FloatArray, unit: str) -> float | 
     return register if abs(period / register - 1.0) < _REGISTER else period
 
 
-def _stamps(data: DataFile, plan: ImportMapping, count: int) -> NDArray[np.int64]:
+def _stamps(data: DataFile, plan: ImportMapping, count: int) -> IndexArray:
     """Return the stamps (N,) [ns], strictly increasing."""
     if plan.time is None:
         assert plan.sample_rate is not None

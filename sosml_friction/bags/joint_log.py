@@ -8,11 +8,9 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -29,7 +27,7 @@ class JointLog:
     """
 
     names: tuple[str, ...]
-    t_ns: NDArray[np.int64]
+    t_ns: IndexArray
     q: FloatArray
     v: FloatArray
     tau: FloatArray
@@ -90,7 +88,7 @@ class JointLog:
                 found[name] = (float(known[0]), float(np.ptp(known)))
         return found
 
-    def rows(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> JointLog:
+    def rows(self, rows: IndexArray | BoolArray) -> JointLog:
         """
         Return the log of the samples ``rows``, all joints.
 

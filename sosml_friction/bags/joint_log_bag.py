@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Write a JointLog as a bag, the inverse of :meth:`Bag.joint_log`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from sosml_friction.bags.joint_log import FloatArray, JointLog
+from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError

@@ -9,8 +9,6 @@ default: an effort in A, mA, V, mV or counts needs its ``scale`` (Nm or N per un
 counts its ``counts_per_unit`` or ``counts_per_turn``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

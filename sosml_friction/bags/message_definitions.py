@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Schema text and type hash of a message type, gathered from the installed interface files."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

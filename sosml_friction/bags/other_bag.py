@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bags that are not MCAP: rosbag2 in SQLite, and ROS 1, by the library rosbags."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.bag import JOINT_STATE, STRING
-from sosml_friction.bags.joint_log import FloatArray, JointLog
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.exceptions import BagError
 
@@ -81,7 +79,7 @@ def _read(source: Path) -> tuple[JointLog, str | None]:
         raise BagError(f'{source} has no messages on {named[0]}: record it again')
     names = tuple(dict.fromkeys(name for message in messages for name in message.name))
     arrays = {quantity: np.full((len(messages), len(names)), np.nan) for quantity in _QUANTITIES}
-    t_ns: NDArray[np.int64] = np.empty(len(messages), dtype=np.int64)
+    t_ns: IndexArray = np.empty(len(messages), dtype=np.int64)
     for k, message in enumerate(messages):
         t_ns[k] = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         columns = [names.index(name) for name in message.name]

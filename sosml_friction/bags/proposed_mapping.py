@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A proposed mapping: its content, the reason of each entry, and the file that it makes."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from typing import Any

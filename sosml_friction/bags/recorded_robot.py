@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The robot in a bag: its motion, and the model that it was recorded with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -64,11 +62,7 @@ def read_recorded_robot(
 
 
 def read_nominal(
-    bag: Bag,
-    path: str | Path,
-    model: ModelSource,
-    urdf: str | Path | None,
-    own_urdf: bool = False,
+    bag: Bag, path: str | Path, model: ModelSource, urdf: str | Path | None, own_urdf: bool = False
 ) -> RobotModelFile:
     """
     Return the robot in a bag, with its URDF; parameters as for :func:`read_recorded_robot`.

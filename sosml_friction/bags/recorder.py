@@ -18,11 +18,7 @@ import yaml
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.message_definitions import (
-    message_definition,
-    split_type_name,
-    type_hash,
-)
+from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
 from sosml_friction.exceptions import BagError
 
 # Version of rosbag2's metadata that ROS 2 Jazzy writes; since 9 the QoS policies are words.

@@ -2,12 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How evenly a recording was sampled: lost samples told from stamps that are off."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: A step of fewer periods than this holds no other sample.
 _LONG = 1.5

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """CDR bytes to messages and back: the one place of ``bags/`` that imports rclpy."""
 
-from __future__ import annotations
-
 import importlib
 import struct
 from collections.abc import Sequence

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What series of numbers say of themselves: which is time, which is the slope of which."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -11,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.header_words import read_header
-from sosml_friction.bags.joint_log import FloatArray
 from sosml_friction.bags.mapping import TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 

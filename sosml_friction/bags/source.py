@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which recording a result rests on: its name and its hash."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path

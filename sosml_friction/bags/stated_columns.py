@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mapping of columns whose quantities are stated, as on a command line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

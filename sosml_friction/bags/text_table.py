@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a table of numbers written as text, with or without names of its columns."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

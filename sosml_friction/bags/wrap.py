@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from sosml_friction.arrays import FloatArray
 
 if TYPE_CHECKING:
     from sosml_friction.bags.joint_log import JointLog
-
-FloatArray = NDArray[np.float64]
 
 #: A register wraps by its whole range: a step of less than half of it is told from none by nobody.
 _HALF = 0.5

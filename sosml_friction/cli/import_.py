@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml import``."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

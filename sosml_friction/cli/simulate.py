@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml simulate``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -67,8 +67,7 @@ _TABLE_OPTIONS: dict[str, Any] = {
         float | None, typer.Option(metavar='KG', help='The robot is this mass on a level slide.')
     ],
     'free': Annotated[
-        float | None,
-        typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.'),
+        float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
     ],
 }
 _COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'counts_per_turn', 'kt')

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From bags to a diagnosis: what the tool and the node both do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone

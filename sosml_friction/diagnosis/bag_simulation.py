@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a bag to a simulation of what it holds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The catalogue of causes: the terms that a diagnosis looks for."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 from collections.abc import Mapping

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording simulated again from a model folder, the effects in its list included."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from sosml_friction.bags.joint_log import JointLog

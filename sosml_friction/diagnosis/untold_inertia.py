@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joints whose effort has nothing of the inertia that the model gives them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check

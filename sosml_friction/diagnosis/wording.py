@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis in words, for a person."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

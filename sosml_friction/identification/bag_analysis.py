@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a bag to friction parameters and the model folder: what the tool and the node both do."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From bags to the values of a list of terms: what ``sosml fit --terms`` does."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One thing that is said about a recording before anything is fitted to it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 #: What a finding means: nothing is against the data; they are used, and something is to be known

@@ -2,23 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which plateau speeds a ladder needs for a wanted standard error, by the Cramer-Rao bound."""
 
-from __future__ import annotations
-
 import inspect
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import SegmentSettings
 from sosml_friction.model.laws import FRICTION_LAWS
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
-FloatArray = NDArray[np.float64]
 #: From information (..., 5, 5) to what is minimised (...).
 Score = Callable[[FloatArray], FloatArray]
 
@@ -151,7 +148,7 @@ def plan_experiment(
         others = np.minimum(np.sqrt(_variances(total)) / size, 1e3).mean(axis=-1)
         return np.asarray(worst(total) * (1.0 + 1e-3 * others))
 
-    def ratio_of(counts: NDArray[np.int64]) -> float:
+    def ratio_of(counts: IndexArray) -> float:
         return float(worst(np.tensordot(counts, of_each, axes=1)))
 
     counts = _best_four(of_each, score)
@@ -251,14 +248,14 @@ def _variances(total: FloatArray) -> FloatArray:
     return np.where(good[..., None], variances, np.inf)
 
 
-def _best_four(of_each: FloatArray, score: Score) -> NDArray[np.int64]:
+def _best_four(of_each: FloatArray, score: Score) -> IndexArray:
     sets = np.array(list(itertools.combinations(range(len(of_each)), FEWEST_SPEEDS)))
     counts = np.zeros(len(of_each), dtype=np.int64)
     counts[sets[int(np.argmin(score(of_each[sets].sum(axis=1))))]] = 1
     return counts
 
 
-def _exchange(counts: NDArray[np.int64], of_each: FloatArray, score: Score) -> NDArray[np.int64]:
+def _exchange(counts: IndexArray, of_each: FloatArray, score: Score) -> IndexArray:
     """Swap one chosen speed for another, the best swap each time, until none improves."""
     while True:
         total = np.tensordot(counts, of_each, axes=1)
@@ -272,5 +269,5 @@ def _exchange(counts: NDArray[np.int64], of_each: FloatArray, score: Score) -> N
         counts[into] += 1
 
 
-def _listed(speeds: FloatArray, counts: NDArray[np.int64]) -> list[float]:
+def _listed(speeds: FloatArray, counts: IndexArray) -> list[float]:
     return np.repeat(speeds, counts).tolist()

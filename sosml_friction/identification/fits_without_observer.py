@@ -2,22 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fits that need no observer, beside those of the observers: weak form and output error."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.friction_fit import (
-    REGRESSION,
-    WEAK_FORM,
-    FrictionFit,
-    JointFit,
-)
+from sosml_friction.identification.friction_fit import REGRESSION, WEAK_FORM, FrictionFit, JointFit
 from sosml_friction.identification.inverse_model import InverseFits
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.output_error.controlled import OutputErrorFit
@@ -33,8 +26,6 @@ from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
-
-FloatArray = NDArray[np.float64]
 
 
 def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, FloatArray]:

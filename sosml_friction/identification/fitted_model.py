@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model that a fit makes: whose law it has, and what it keeps of the nominal one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace

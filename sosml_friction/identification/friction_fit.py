@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a recording and its friction estimates to the parameters of every joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.law.law_fit import LawFit
@@ -31,7 +29,6 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
 from sosml_friction.regression.body_width import check_tolerance
 
-FloatArray = NDArray[np.float64]
 METHODS = ('auto', 'segments', 'samples', 'weak', 'output_error')
 #: What stands for the observer in a fit that uses none.
 WEAK_FORM = 'weak_form'

@@ -15,8 +15,6 @@ The rule is stated on the 95 % interval of half width h that the data leave:
 S and v_s are identifiable together or not at all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

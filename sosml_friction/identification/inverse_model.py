@@ -2,25 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inertia and friction by the inverse model: filter, differentiate, decimate, least squares."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import butter, decimate, sosfiltfilt
 from scipy.stats import t as t_distribution
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 FORMS = ('symmetric', 'asymmetric')
 #: Of the Butterworth filter, and of the Chebyshev filter before decimation.
@@ -174,7 +170,7 @@ class _InverseTask:
         blocks = [block for block in blocks if len(block)]
         self.rows = np.concatenate(blocks) if blocks else np.empty((0, 9))
 
-    def _runs(self, time: FloatArray) -> list[NDArray[np.int64]]:
+    def _runs(self, time: FloatArray) -> list[IndexArray]:
         """Return the rows of each stretch without holes in time, position or effort."""
         known = np.isfinite(self.log.q).all(axis=1) & np.isfinite(self.log.tau[:, self.i])
         rows = np.flatnonzero(known)
@@ -237,7 +233,7 @@ class _InverseTask:
             return 'it did not move: record motion in both directions'
         return ''
 
-    def _groups(self) -> NDArray[np.int64]:
+    def _groups(self) -> IndexArray:
         return (self.rows[:, 0] / self.settings.cluster_s).astype(np.int64)
 
     def fit(self, form: str) -> InverseFit:
@@ -281,10 +277,7 @@ class _InverseTask:
             low, high = value - half, value + half
             if name in _POSITIVE and low <= 0.0:
                 parameters[name] = Parameter(
-                    np.nan,
-                    unit,
-                    interval=(0.0, max(high, 0.0)),
-                    flags=(NOT_IDENTIFIABLE,),
+                    np.nan, unit, interval=(0.0, max(high, 0.0)), flags=(NOT_IDENTIFIABLE,)
                 )
             else:
                 parameters[name] = Parameter(value, unit, float(errors[k]), (low, high))

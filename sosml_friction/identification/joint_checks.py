@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with the recording of one joint, before anything is fitted to it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import (
     LEFT_OUT,
@@ -29,8 +27,6 @@ from sosml_friction.identification.joint_relations import (
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
-
-FloatArray = NDArray[np.float64]
 
 #: Motion in one direction for less than this says nothing [s], and so does less than this share of
 #: that in the other direction. Chosen, no measurement.
@@ -392,7 +388,7 @@ def _percent(share: float) -> str:
     return f'{100.0 * share:.2g} %' if share < 1.0 else f'{100.0 * share:.0f} %'
 
 
-def _fewest_runs(v: FloatArray, usable: NDArray[np.bool_]) -> int:
+def _fewest_runs(v: FloatArray, usable: BoolArray) -> int:
     """Return how many separate motions there are in the direction that has fewer."""
     way = np.where(usable, np.sign(np.nan_to_num(v)), 0.0)
     way = way[way != 0.0]
@@ -402,7 +398,7 @@ def _fewest_runs(v: FloatArray, usable: NDArray[np.bool_]) -> int:
     return int(min(np.sum(firsts > 0.0), np.sum(firsts < 0.0)))
 
 
-def _saturated(tau: FloatArray, limit: float) -> NDArray[np.bool_]:
+def _saturated(tau: FloatArray, limit: float) -> BoolArray:
     """
     Return where effort is limited, (N,): runs of equal samples at an extreme.
 

@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a joint moved in a recording, and what a law says of that motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.segments import Segment, centred_difference
 from sosml_friction.observers.signal_noise import signal_noise
-
-FloatArray = NDArray[np.float64]
 
 #: Over what a position difference gives the velocity [s], as in the fit.
 WINDOW_S = 0.05

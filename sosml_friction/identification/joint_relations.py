@@ -14,15 +14,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.law_fit import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 #: Time over which position is differenced to a speed [s]. Chosen, no measurement.
 WINDOW_S = 0.1
@@ -116,7 +114,7 @@ class VelocityRelation:
 
 
 def velocity_relation(
-    reported: FloatArray, slopes: Slopes, i: int, moving: NDArray[np.bool_]
+    reported: FloatArray, slopes: Slopes, i: int, moving: BoolArray
 ) -> VelocityRelation | None:
     """
     Return how a reported velocity (N,) follows from position; None if too little moves.
@@ -148,8 +146,8 @@ def velocity_relation(
 
 
 def speed_limit(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: NDArray[np.bool_]
-) -> tuple[float, NDArray[np.bool_]] | None:
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: BoolArray
+) -> tuple[float, BoolArray] | None:
     """
     Return the speed that a drive does not exceed, and the samples at it (N,); None without one.
 
@@ -175,7 +173,7 @@ def speed_limit(
     ):
         return None
 
-    def friction(where: NDArray[np.bool_]) -> FloatArray:
+    def friction(where: BoolArray) -> FloatArray:
         rows = np.flatnonzero(where)
         rows = rows[:: max(1, len(rows) // _ROWS)]
         states = zip(log.q[rows], slopes.v[rows], slopes.a[rows], strict=True)
@@ -228,7 +226,7 @@ class EffortRelation:
 
 
 def effort_relation(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: NDArray[np.bool_]
+    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: BoolArray
 ) -> EffortRelation | None:
     """Return how the effort of joint i follows from the motion; None if too little is known."""
     # What is differenced over a window twice is a mean over it twice: so is the other side.
@@ -294,7 +292,7 @@ def effort_relation(
 
 
 def _delay(
-    tau: FloatArray, rows: NDArray[np.int64], slopes: Slopes, *columns: FloatArray
+    tau: FloatArray, rows: IndexArray, slopes: Slopes, *columns: FloatArray
 ) -> tuple[float, float]:
     """
     Return by how much later efforts fit better [s], 0 if none does, and the misfit there.
@@ -319,7 +317,7 @@ def _delay(
     return best * slopes.period, misfits[best]
 
 
-def _known_around(x: FloatArray, most: int) -> NDArray[np.bool_]:
+def _known_around(x: FloatArray, most: int) -> BoolArray:
     """Return where x is known from ``most`` samples before to as many after, (N,)."""
     unknown = (~np.isfinite(x)).astype(np.int8)
     return np.asarray(maximum_filter1d(unknown, 2 * most + 1, mode='constant', cval=1) == 0)

@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fitted law leaves of an estimate of friction, and whether that is noise."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.law.law_curve import fitted_law
-
-FloatArray = NDArray[np.float64]
 
 _BINS = 40
 #: A mean of fewer samples is not given.
@@ -30,11 +26,11 @@ class Residual(NamedTuple):
     ``value`` (M,) [Nm or N] is estimate - law. ``runs`` (M,) numbers the windows.
     """
 
-    samples: NDArray[np.int64]
+    samples: IndexArray
     value: FloatArray
-    runs: NDArray[np.int64]
+    runs: IndexArray
 
-    def windows(self) -> list[NDArray[np.int64]]:
+    def windows(self) -> list[IndexArray]:
         """Return the places of each window's samples in ``samples``, in the order of time."""
         ends = np.flatnonzero(np.diff(self.runs)) + 1
         return np.split(np.arange(len(self.samples)), ends)
@@ -92,7 +88,7 @@ def lags_of(residual: Residual, step: float) -> int:
     return int(min(_LONGEST_LAG_S / step, _LAG_SHARE * sizes.max())) if step > 0.0 else 0
 
 
-def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, NDArray[np.int64]]:
+def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, IndexArray]:
     """
     Return the autocorrelation of a residual within its windows, lags 0 to ``lags``, and its pairs.
 
@@ -118,6 +114,6 @@ def autocorrelation(residual: Residual, lags: int) -> tuple[FloatArray, NDArray[
     return result, pairs
 
 
-def white_band(pairs: NDArray[np.int64]) -> FloatArray:
+def white_band(pairs: IndexArray) -> FloatArray:
     """Return what the autocorrelation of white noise stays below at 95 % of the lags."""
     return np.asarray(1.96 / np.sqrt(np.maximum(pairs, 1)))

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """From the motion of a robot and its model to friction parameters, without a file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import DataError
@@ -44,8 +42,6 @@ from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the 95 % intervals of parameters allow, and which of them exclude each other."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -2,20 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of steady motion, and what each says of friction."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.signal_noise import signal_noise
-
-FloatArray = NDArray[np.float64]
-
 
 #: Windows of the second difference, in multiples of ``window_s``: see find_segments.
 _WINDOWS = (1, 2, 4)
@@ -148,11 +143,7 @@ def _half_cycle(time: FloatArray, direction: FloatArray, k: int) -> float:
 
 
 def _trimmed(
-    time: FloatArray,
-    q: FloatArray,
-    run: NDArray[np.int64],
-    settings: SegmentSettings,
-    resolution: float,
+    time: FloatArray, q: FloatArray, run: IndexArray, settings: SegmentSettings, resolution: float
 ) -> Segment:
     # Observers lag, so that they still settle at the beginning of a window. The end is trimmed,
     # too, because the difference over a window sees a change of speed late.
@@ -218,7 +209,7 @@ def centred_difference(time: FloatArray, x: FloatArray, half: int) -> FloatArray
     return result
 
 
-def unsure_sign(v: FloatArray, zero_band: float, half: int) -> NDArray[np.bool_]:
+def unsure_sign(v: FloatArray, zero_band: float, half: int) -> BoolArray:
     """
     Return where the sign of velocity is not known, (N,): within ``half`` samples of another sign.
 

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values of a given list of terms, by the regression that a diagnosis searches with."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition, law_of
@@ -36,8 +34,6 @@ from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')

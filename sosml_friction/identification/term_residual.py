@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fitted term along its own axis: what it says beside what the data say of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.regression.noise_model import ORDER
-
-FloatArray = NDArray[np.float64]
 
 #: Bins along the axis, of equal numbers of samples.
 _BINS = 30

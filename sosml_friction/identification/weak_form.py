@@ -2,17 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction straight from position and effort: no observer, and nothing differentiated twice."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.sparse import csr_array
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.law.law_fit import LawFit
@@ -22,8 +20,6 @@ from sosml_friction.identification.segments import Segment, unsure_sign
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler, Stretch
-
-FloatArray = NDArray[np.float64]
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
@@ -155,9 +151,7 @@ class WeakForm:
         v = np.full(log.q.shape, np.nan)
         steps = np.diff(self.time)
         known = np.asarray(np.isfinite(log.q).all(axis=1))
-        joined: NDArray[np.bool_] = (
-            known[1:] & known[:-1] & (steps >= 0.0) & (steps <= maximum_gap_s)
-        )
+        joined: BoolArray = known[1:] & known[:-1] & (steps >= 0.0) & (steps <= maximum_gap_s)
         width = 2 * self._half + 1
         for run in np.split(np.arange(len(log)), np.flatnonzero(~joined) + 1):
             # A repeated stamp is no sample of its own.
@@ -319,7 +313,7 @@ class _Piece:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""
         return -(self._momentum[:, i] + self._coriolis[:, i])
 
-    def covers(self, time: FloatArray) -> NDArray[np.bool_]:
+    def covers(self, time: FloatArray) -> BoolArray:
         return (time >= self.middle[0]) & (time <= self.middle[-1])
 
 

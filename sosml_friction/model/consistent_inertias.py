@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inertias that bodies can have, for parameters that data only know in combinations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-
-FloatArray = NDArray[np.float64]
 
 #: Least eigenvalue that a repaired pseudo-inertia gets, in units of the body itself; for a thinner
 #: nominal body, as a share of its own.

@@ -7,15 +7,12 @@ dz/dx = (1 - z sgn(dx)) / displacement, integrated exactly over each displacemen
 stiff, and it does not creep under a constant load as a smooth sign does.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -> FloatArray:

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The torque behind a reported effort, where a model knows how the two differ."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import read_term
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
-
-FloatArray = NDArray[np.float64]
 
 
 def is_corrected(term: EffectTerm) -> bool:

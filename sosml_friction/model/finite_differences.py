@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Derivatives of even samples, and convolution that goes on beyond the ends."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import convolve1d
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 def first_derivative(x: FloatArray, step: float) -> FloatArray:

@@ -2,13 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The terms that a model lists beside its friction laws, with their numbers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.joint_friction import JointFriction
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
@@ -23,8 +19,6 @@ from sosml_friction.model.terms.kinds.term import (
     Inner,
     Term,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction laws: lists of terms with a name, as functions of velocity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
@@ -138,10 +137,7 @@ class FrictionLaw:
     """
 
     def __init__(
-        self,
-        definition: LawDefinition,
-        parameters: Mapping[str, float],
-        smoothing_velocity: float,
+        self, definition: LawDefinition, parameters: Mapping[str, float], smoothing_velocity: float
     ) -> None:
         names = definition.parameter_names
         self.identifier, self.definition, self.parameter_names = (
@@ -172,7 +168,7 @@ class FrictionLaw:
         self.parameters = {name: float(parameters[name]) for name in names}
         self.smoothing_velocity = float(smoothing_velocity)
 
-    def torque(self, v: ArrayLike) -> NDArray[np.float64]:
+    def torque(self, v: ArrayLike) -> FloatArray:
         """Return tau_f at velocity ``v`` [rad/s or m/s], same shape."""
         v = np.asarray(v, dtype=float)
         flat = v.reshape(-1, 1)

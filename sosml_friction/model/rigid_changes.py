@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a diagnosis changes in the rigid body, as a URDF and rotors."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.consistent_inertias import consistent_inertias
 from sosml_friction.model.known_terms import KnownTerm
@@ -19,8 +17,6 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.urdf_bodies import with_bodies, with_turned_base
-
-FloatArray = NDArray[np.float64]
 
 #: What the refit of base parameters is called among the changes.
 REFIT = 'refit'

@@ -9,14 +9,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pinocchio
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.urdf_joints import JointLimits, Mimic, UrdfJoints, read_joints
 
 __all__ = ['JointLimits', 'Robot']
 
-FloatArray = NDArray[np.float64]
 _NOTHING = pinocchio.Inertia.Zero()
 
 

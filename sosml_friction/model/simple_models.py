@@ -7,8 +7,6 @@ What nobody stated is unknown in them: its value is absent and its reason is the
 (:class:`~sosml_friction.model.parameter.Parameter`), in ``model.yaml`` as well.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from xml.sax.saxutils import quoteattr

@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The one sign function: regressors, predictions and simulation all use it."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from sosml_friction.arrays import FloatArray
 
 
-def smooth_sign(v: ArrayLike, smoothing_velocity: float) -> NDArray[np.float64]:
+def smooth_sign(v: ArrayLike, smoothing_velocity: float) -> FloatArray:
     """
     Return tanh(v / v0), or sgn(v) with sgn(0) = 0 where v0 = 0.
 

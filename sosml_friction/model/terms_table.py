@@ -6,8 +6,6 @@ Write ``docs/terms.md`` from what the terms say of themselves.
 ``python -m sosml_friction.model.terms_table > docs/terms.md``
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Sequence
 

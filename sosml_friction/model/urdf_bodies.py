@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Another mass distribution, or another stand of the base, written into a URDF."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
-
-FloatArray = NDArray[np.float64]
 
 #: Name of the link and the joint that turn a base; a number is added where it is taken.
 _TURNED = 'turned_base'

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The joints that a URDF states, and the part of it that moves."""
 
-from __future__ import annotations
-
 import copy
 import math
 import xml.etree.ElementTree as ElementTree

@@ -18,8 +18,6 @@ The bag says in its tags (rosbag2's custom data) which trajectory it is: ``traje
 ``controller_configuration``, which controllers ran: ``controller.<joint>`` as JSON.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 import sys
@@ -41,28 +39,16 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from sosml_friction.bags.controllers import (
-    CONTROLLER_TOPIC,
-    controller_tags,
-    parse_controllers,
-)
+from sosml_friction.bags.controllers import CONTROLLER_TOPIC, controller_tags, parse_controllers
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import deserialize, serialize
-from sosml_friction.exceptions import (
-    ConfigurationError,
-    SosmlFrictionError,
-)
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
-from sosml_friction.motion.trajectories import (
-    COMMON,
-    TRAJECTORIES,
-    build_trajectory,
-    find_kind,
-)
+from sosml_friction.motion.trajectories import COMMON, TRAJECTORIES, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_option import TrajectoryOption
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status

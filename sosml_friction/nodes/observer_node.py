@@ -12,8 +12,6 @@ the observers (:class:`~sosml_friction.model.effort_correction.EffortCorrection`
 what the joint spends beside its rigid body, and so part of tau_f.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Sequence
@@ -23,7 +21,6 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from numpy.typing import NDArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
@@ -32,6 +29,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -192,7 +190,7 @@ class ObserverNode(ProgramNode):
                 f'from {", ".join(on_line_names())} and select one that runs'
             )
         self._estimator: Any = None
-        self._columns: dict[tuple[str, ...], NDArray[np.int64] | None] = {}
+        self._columns: dict[tuple[str, ...], IndexArray | None] = {}
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
         self._has_estimated = False
         self._lost = 0

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The model that a node was started with, or that robot_description makes with an armature."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

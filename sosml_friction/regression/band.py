@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """One low-pass for both sides of the model, and smooth derivatives of position."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
-from numpy.typing import NDArray
 from scipy.signal import firwin
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import convolved
-
-FloatArray = NDArray[np.float64]
 
 #: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
 _OVERSAMPLING = 10.0 / 3.0

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.candidate import Candidate, make_candidates
 from sosml_friction.regression.kernels import acts
@@ -19,9 +19,8 @@ from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, silent_throughout
 from sosml_friction.regression.structure import Structure
 
-FloatArray = NDArray[np.float64]
 #: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
-JointColumns = tuple[NDArray[np.int64], list[FloatArray]]
+JointColumns = tuple[IndexArray, list[FloatArray]]
 
 #: Points of a grid that are low-passed at a time. Chosen, no measurement: it bounds the memory of
 #: the unfiltered columns, N rows each.
@@ -104,9 +103,7 @@ def columns_in_band(signals: Sequence[Signals], candidate: Candidate) -> JointCo
     return joints, parts
 
 
-def _own_joint(
-    signals: Signals, candidate: Candidate
-) -> tuple[NDArray[np.int64], FloatArray] | None:
+def _own_joint(signals: Signals, candidate: Candidate) -> tuple[IndexArray, FloatArray] | None:
     """Return joint and columns (K, 1, g, k), if the effect gives many grid points at once."""
     joint, grid = candidate.joint, candidate.grid
     part: FloatArray | None = None
@@ -121,7 +118,7 @@ def _own_joint(
     return None if part is None else (np.array([joint]), part)
 
 
-def _all_joints(signals: Signals, candidate: Candidate) -> tuple[NDArray[np.int64], FloatArray]:
+def _all_joints(signals: Signals, candidate: Candidate) -> tuple[IndexArray, FloatArray]:
     """Return joints and columns (K, m, g, k), one grid point after the other."""
     joint, grid = candidate.joint, candidate.grid
     columns = candidate.effect.columns(signals, joint, grid[0])

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far the rigid body of a model may be off, told or chosen from the data."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Tolerances that are tried beside the usual one, as shares of the model's own numbers: half a
 #: decade apart, over which the evidence changes little, up to bodies that say nothing.
@@ -114,7 +110,7 @@ def _log_evidence(G: FloatArray, r: FloatArray, prior: FloatArray) -> float:
     return 0.5 * (explained - float(size) + float(np.log(prior * scale**2).sum()))
 
 
-def body_precision(system: System, rigid: NDArray[np.int64]) -> FloatArray:
+def body_precision(system: System, rigid: IndexArray) -> FloatArray:
     """Return the inverse covariance of the rigid body (p, p), all else fitted beside it."""
     A = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
     others = np.setdiff1d(np.arange(len(A)), rigid)
@@ -124,7 +120,7 @@ def body_precision(system: System, rigid: NDArray[np.int64]) -> FloatArray:
     )
 
 
-def body_variance(system: System, rigid: NDArray[np.int64], index: int) -> float:
+def body_variance(system: System, rigid: IndexArray, index: int) -> float:
     """
     Return the variance that not knowing the rigid body adds to a parameter.
 

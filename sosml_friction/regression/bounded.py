@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Least squares within bounds, from the normal equations."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: A guess within this share of a bound is at the bound: rounding of double precision, and more.
 _AT = 1e-12

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cause to try, in one joint or in the whole robot."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -2,18 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Short stretches that nothing explains: a touch of the robot, or teeth that change flanks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import label, maximum_filter1d, uniform_filter1d
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.kernels import runs
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 #: A contact is looked for in the mean of the residual over this time [s]. Chosen, no measurement.
 _WINDOW_S = 0.24
@@ -148,7 +143,7 @@ def _is_minority(rows: BoolArray, moving: BoolArray) -> bool:
 def _impacts(
     joint: int,
     energy: FloatArray,
-    changes: NDArray[np.int64],
+    changes: IndexArray,
     step: float,
     moving: BoolArray,
     spoiled: BoolArray,
@@ -183,7 +178,7 @@ def _mean(x: FloatArray) -> float:
     return max(float(x.mean()), 1e-300)
 
 
-def _sign_changes(load: FloatArray) -> NDArray[np.int64]:
+def _sign_changes(load: FloatArray) -> IndexArray:
     """Return the rows at which a load has come to the other side of zero."""
     least = _SIDE * float(np.sqrt(np.mean(load**2)))
     sided = np.flatnonzero(np.abs(load) > least)

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
 from sosml_friction.regression.kernels import convolve_rows, squares
 from sosml_friction.regression.noise_model import NoiseModel
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+IntArray = IndexArray
 
 #: Ridge of a free parameter as a share of its column's whitened square norm. It keeps the
 #: equations regular and moves an estimate by 1e-10 of itself.
@@ -109,10 +108,7 @@ class System:
         Z = np.concatenate(wide, axis=2)
         free = np.full(Z.shape[2] - len(self.bound), np.inf)
         return System.make(
-            Z,
-            np.concatenate([self.bound, free]),
-            np.concatenate([self.prior, free]),
-            self.blocks,
+            Z, np.concatenate([self.bound, free]), np.concatenate([self.prior, free]), self.blocks
         )
 
     def penalty(self) -> FloatArray:
@@ -330,7 +326,7 @@ class Fit:
         )
 
     def _equations(
-        self, candidate: CandidateColumns, d: FloatArray, inside: NDArray[np.bool_] | slice
+        self, candidate: CandidateColumns, d: FloatArray, inside: BoolArray | slice
     ) -> tuple[FloatArray, ...]:
         """Return Z'Z, Z'y, C'C, Z'C and C'y summed over the joints and some of the blocks."""
         return (

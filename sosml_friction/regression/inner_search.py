@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Inner parameters where the cost is least: what a fit and a diagnosis do alike."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: First step of the search: of a frequency in units of 2.5 cycles over the joint's range, of any
 #: other parameter as a logarithm. About the distance of two grid points; no measurement.

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loops over columns, compiled: whitening, sums of squares, lines in position, hats."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import BoolArray, FloatArray
 
 
 @njit(cache=True)
@@ -84,7 +81,7 @@ def acts(columns: FloatArray) -> bool:
     return bool(columns[:: max(1, len(columns) // 64)].any()) or bool(columns.any())
 
 
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs(mask: BoolArray) -> list[tuple[int, int]]:
     """Return where a mask (N,) is true, as half-open intervals [from, to)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]))).tolist()
     return list(zip(edges[::2], edges[1::2], strict=True))

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a model has beyond its rigid body and the nominal columns of friction, as effort."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.kernels import squares
 from sosml_friction.regression.signals import Signals
-
-FloatArray = NDArray[np.float64]
 
 #: Largest grid [points] that is fitted jointly with all others; points of a larger one are fitted
 #: one after the other. Chosen, no measurement.
@@ -116,7 +112,7 @@ def standstill_is_unknown(
     return False
 
 
-def in_motion(signals: Signals, rows: int) -> NDArray[np.bool_]:
+def in_motion(signals: Signals, rows: int) -> BoolArray:
     """Return where no rest of a joint is seen, (rows, n) of the band."""
     result = np.ones((rows, signals.robot.n), dtype=np.bool_)
     for rest in signals.rests:

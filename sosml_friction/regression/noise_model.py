@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Noise that is not white, as an autoregression, and the filter that whitens it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: Order of the autoregression. Chosen, no measurement.
 ORDER = 6

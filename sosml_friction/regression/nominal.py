@@ -2,13 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nominal model as columns: how far each of its parameters may be off without a cause."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
@@ -16,8 +14,6 @@ from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump
-
-FloatArray = NDArray[np.float64]
 
 #: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
 _BOUND_SIGMAS = 3.0
@@ -54,8 +50,8 @@ class Nominal:
     names: tuple[str, ...]
     bound: FloatArray
     prior: FloatArray
-    rigid: NDArray[np.int64]
-    rigid_columns: NDArray[np.int64]
+    rigid: IndexArray
+    rigid_columns: IndexArray
     silent: frozenset[int] = frozenset()
 
     def columns(self, signals: Signals) -> FloatArray:
@@ -169,7 +165,7 @@ def make_nominal(
     return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent)
 
 
-def _base(robot: Robot, tolerance: float) -> tuple[NDArray[np.int64], FloatArray]:
+def _base(robot: Robot, tolerance: float) -> tuple[IndexArray, FloatArray]:
     """
     Return which of the 10 n body parameters and n rotors are base parameters, and their bounds.
 

@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much of a residual noise of position would make look like a function of acceleration."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import second_derivative
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.noise_model import fit_noise
-
-FloatArray = NDArray[np.float64]
 
 #: Knots of the curve in acceleration: those of one axis of ``structure.Structure``.
 _HATS = 9

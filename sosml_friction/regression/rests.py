@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """What friction does while a joint rests: unknown, and so taken out of both sides."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import runs
-
-FloatArray = NDArray[np.float64]
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the
 #: band. Chosen, no measurement.
@@ -236,7 +232,7 @@ class WhitenedRests:
 
 
 def _clusters(
-    rests: Sequence[Rest], weights: FloatArray, inside: NDArray[np.bool_]
+    rests: Sequence[Rest], weights: FloatArray, inside: BoolArray
 ) -> list[tuple[int, FloatArray]]:
     """Return whitened nuisances of one joint, those that overlap as one: first row, columns."""
     order = len(weights) - 1

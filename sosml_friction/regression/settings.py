@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a diagnosis looks at data, and what it takes to name a cause."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """One recording as the diagnosis sees it: even samples, smooth derivatives, nominal torque."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
@@ -25,8 +23,6 @@ from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
-
-FloatArray = NDArray[np.float64]
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
 #: of a share of its range of motion and a number of quanta of position. Chosen, no measurement.

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is left along any one axis: not a cause, but the sign that one is missing."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.recording import Recording
-from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals

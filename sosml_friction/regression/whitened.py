@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -23,8 +23,6 @@ from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, with_rests
 from sosml_friction.regression.whitening import Whitening
-
-FloatArray = NDArray[np.float64]
 
 #: Fewest whitened rows of a block. Chosen, no measurement.
 _BLOCK_ROWS = 20

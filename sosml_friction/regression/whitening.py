@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
 from sosml_friction.regression.evidence import whiten_all
@@ -18,8 +18,6 @@ from sosml_friction.regression.library_residual import in_motion
 from sosml_friction.regression.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.regression.rests import WhitenedRests
 from sosml_friction.regression.signals import Signals
-
-FloatArray = NDArray[np.float64]
 
 #: Noise is fitted to pieces of more rows than this many times its order: a piece gives ORDER rows
 #: less than it has. Chosen, no measurement.
@@ -77,9 +75,7 @@ class Whitening:
             [s.silent for s in stretches],
         )
 
-    def apply(
-        self, parts: Sequence[FloatArray], joints: NDArray[np.int64] | None = None
-    ) -> FloatArray:
+    def apply(self, parts: Sequence[FloatArray], joints: IndexArray | None = None) -> FloatArray:
         """
         Return rows of all stretches whitened and joined, zero where they say nothing.
 
@@ -99,7 +95,7 @@ def _calm(
     signals: Sequence[Signals],
     joint: int,
     stretches: Sequence[FloatArray],
-    contact: NDArray[np.bool_] | None = None,
+    contact: BoolArray | None = None,
 ) -> list[FloatArray]:
     """
     Return the pieces of a residual in which a joint moves and no contact is.

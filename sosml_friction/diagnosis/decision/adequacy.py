@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a named cause is the whole of what acts along its own axis."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import (
     NEIGHBOUR_FRICTION,
@@ -30,8 +28,6 @@ from sosml_friction.regression.curves.speed_curve import SpeedCurve
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import Fit, Score
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Axes of free curves that could stand for causes (``Term.free_axis``); of the curve of position,
 #: the largest share of what it and the causes explain with which these are the whole. Chosen, no

@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cause as it is reported: effect, joint, parameters, evidence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

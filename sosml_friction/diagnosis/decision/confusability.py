@@ -2,22 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which causes look alike along this motion: known from the columns alone, before any answer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Directions of a cause with less than this share of its largest energy are rounding.
 _DIRECTION = 1e-6
@@ -128,12 +124,12 @@ class _Nuisance:
         self.bound = bound / self.scale
         self._inverses: dict[bytes, FloatArray] = {}
 
-    def fit(self, r: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    def fit(self, r: FloatArray) -> tuple[FloatArray, BoolArray]:
         """Return the deviations (p,) for products r (p,) with a target, and which are free."""
         x = bounded_least_squares(self.normal, r * self.scale, -self.bound, self.bound)
         return np.asarray(x * self.scale), np.abs(x) < self.bound
 
-    def inverse(self, free: NDArray[np.bool_]) -> FloatArray:
+    def inverse(self, free: BoolArray) -> FloatArray:
         """Return the inverse of the equations of the free ones, zero elsewhere, (p, p)."""
         key = free.tobytes()
         if key not in self._inverses:
@@ -197,7 +193,7 @@ def _cross(columns: CandidateColumns, E: FloatArray) -> FloatArray:
 
 
 def _explained(
-    columns: CandidateColumns, d: FloatArray, nuisance: _Nuisance, free: NDArray[np.bool_]
+    columns: CandidateColumns, d: FloatArray, nuisance: _Nuisance, free: BoolArray
 ) -> FloatArray:
     """Return the energy (g, a) explained of efforts of which d (g, k, a) are the products."""
     A, B = columns.A.sum(axis=0), columns.B.sum(axis=0)

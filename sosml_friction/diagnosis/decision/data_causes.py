@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Causes that the data show by themselves: faults of data, impacts of teeth, contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,16 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """How far the simulation of data left out of the fit goes astray, refitted and with causes."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
@@ -29,9 +27,6 @@ from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.resimulation import simulate_windows
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 #: Length of a simulated window [s], from the measured state. Chosen, no measurement.
 HORIZON_S = 0.3

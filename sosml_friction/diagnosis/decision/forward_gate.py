@@ -2,20 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The last gate: no cause makes the simulation of data left out worse."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Why a cause is taken back.
 FORWARD_WORSE = 'the forward simulation of data left out gets worse'

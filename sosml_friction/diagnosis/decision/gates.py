@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a candidate has to exceed to be named, and its floor from null simulations."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
 from sosml_friction.regression.evidence import CandidateColumns, Fit, System
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 
 def candidate_floor(

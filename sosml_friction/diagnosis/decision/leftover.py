@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a free curve still explains beside the causes along its axis."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 #: Axes of curves that no cause has.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Causes that candidates of the library show: accepted findings, with their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType

@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings simulated along the measured motion, with no cause beyond those that are known."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.regression.evidence import System
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 #: Nominal parameters of null simulations are off by up to this share of their bound: one at its
 #: bound would be seen as wrong. Chosen, no measurement.

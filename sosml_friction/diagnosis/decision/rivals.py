@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which candidates of one round of the search explain the same."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

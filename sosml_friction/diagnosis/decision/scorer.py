@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The evidence for every candidate, at the point of its grid that explains most."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

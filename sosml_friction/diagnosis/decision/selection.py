@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the search for causes ends with."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import Leftover
 from sosml_friction.regression.evidence import Baseline, Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass

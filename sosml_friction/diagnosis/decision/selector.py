@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forward selection of causes, with backward elimination."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial

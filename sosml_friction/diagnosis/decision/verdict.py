@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict: what the causes, and what is left beside them, amount to."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -15,20 +15,17 @@ so that b, how much of what was predicted recurs, says it all: 1 where the cause
 where nothing of it is there. It makes the error larger where b < 1/2, half-way between the two.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain, Uncertain
 from sosml_friction.diagnosis.extended_model.effort_error import HeldOut
 from sosml_friction.regression.whitened import WhitenedRegression
 
-FloatArray = NDArray[np.float64]
 Key = tuple[str, int]
 
 #: Stretches of the data left out over which a standard error is taken: as many as a diagnosis has
@@ -122,7 +119,7 @@ def _on_these(
     held: HeldOut,
     selection: Selection,
     own: Sequence[Finding],
-    rows: NDArray[np.int64],
+    rows: IndexArray,
     target: FloatArray,
     scale: FloatArray,
 ) -> tuple[Uncertain, float]:

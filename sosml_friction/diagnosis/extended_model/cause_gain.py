@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What one cause by itself removes of the effort error on data left out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,23 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much effort is not explained on data left out of the fit, with any of the causes."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.regression.evidence import Baseline, Fit
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class HeldOut:
     nominal: FloatArray
     columns: Callable[[Finding], FloatArray]
     measured: FloatArray
-    fold: NDArray[np.int64] | None
+    fold: IndexArray | None
     on: str
 
     def error(self, baseline: Baseline, findings: Sequence[Finding]) -> FloatArray:

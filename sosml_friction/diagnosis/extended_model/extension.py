@@ -8,8 +8,6 @@ base parameters are the rigid body: ``robot.urdf`` and ``armature``. Coulomb and
 are parameters of the joint's law. The rest are terms in ``effects``. Nothing is in two places.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What an extended model is worth on data it was not fitted to: inverse and forward."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-
+from sosml_friction.arrays import BoolArray, FloatArray
 
 #: A change of more standard errors than this is beyond chance: one-sided p = 0.01 of a normal
 #: distribution, as for the F test. A right cause that is too fast to show in 0.3 s stays below it.
@@ -47,7 +43,7 @@ class Gain:
         return np.divide(self.forward_after, self.forward_before, out=ratio, where=known)
 
     @property
-    def forward_by_chance(self) -> NDArray[np.bool_]:
+    def forward_by_chance(self) -> BoolArray:
         """Tell where the error of position changes by no more than chance (n,)."""
         change = np.abs(self.forward_ratio - 1.0)
         return np.asarray((change > 0.0) & (change <= BEYOND_CHANCE * self.forward_error))

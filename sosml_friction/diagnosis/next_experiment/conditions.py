@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to change besides the motion: it tells causes apart that no trajectory does."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -55,7 +53,7 @@ def conditions(signals: tuple[Signals, ...]) -> Mapping[str, Condition]:
             'repeat the recording without person or cable (not worn): a spring goes, '
             'the rest stays',
             tuple(Stretch(replace(s, cache={}), absent=_worn()) for s in signals),
-        ),
+        )
     }
     hold = _hold(signals[0])
     if hold:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The experiment that would separate causes that these data cannot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pairs of causes that the joint sensors hardly tell apart, and what else does."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from sosml_friction.model.terms.kinds.term import TERMS

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What to do next where data leave causes open, with what was weighed."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 

@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """By how much more data would separate two causes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.diagnosis.next_experiment.supposed import Supposed
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.evidence import falls, whiten_all
 from sosml_friction.regression.whitened import WhitenedRegression
-
-FloatArray = NDArray[np.float64]
 
 
 def separation(

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Data that are not recorded yet."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.model.terms.kinds.term import Term

@@ -2,18 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cause that is supposed to be there."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import CandidateColumns
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

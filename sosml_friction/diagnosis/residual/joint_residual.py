@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What two models leave of one joint's effort, beside what it may depend on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-
-FloatArray = NDArray[np.float64]
 
 _BINS = 24
 #: Narrowest bin, as a share of the range: in a narrower one the noise of a plateau is drawn as a
@@ -127,7 +123,7 @@ def bins_of(x: FloatArray, over_decades: bool) -> tuple[FloatArray, FloatArray]:
 
 
 def means_in_bins(
-    x: FloatArray, values: FloatArray, inside: NDArray[np.bool_], edges: FloatArray
+    x: FloatArray, values: FloatArray, inside: BoolArray, edges: FloatArray
 ) -> tuple[list[float], list[float]]:
     """Return the means of x and of the values in each bin that has enough of the rows inside."""
     place = np.clip(np.searchsorted(edges, x, side='right') - 1, 0, len(edges) - 2)

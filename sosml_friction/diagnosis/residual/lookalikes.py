@@ -2,11 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which causes a diagnosis leaves open, and which candidates look most alike."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import IndexArray
 from sosml_friction.diagnosis.decision.confusability import Confusability
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
@@ -24,7 +22,7 @@ def ambiguous_pairs(diagnosis: Diagnosis) -> list[tuple[Key, Key]]:
     return pairs
 
 
-def most_alike(found: Confusability, kept: set[Key], most: int) -> NDArray[np.int64]:
+def most_alike(found: Confusability, kept: set[Key], most: int) -> IndexArray:
     """Return up to ``most`` candidates, joint by joint: those of ``kept``, then the most alike."""
     keys = list(zip(found.effects, found.joints, strict=True))
     off = found.share - np.diag(np.diag(found.share))

@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What repeats with position in what a model leaves."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.model.terms.cogging import lines
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.kernels import squares
-
-FloatArray = NDArray[np.float64]
 
 _TURN = 2.0 * np.pi
 #: Lines per 2 pi / range of motion, most lines in all, and lines that are computed at a time,
@@ -87,7 +83,7 @@ def _speed(joint: JointResidual) -> float:
     return float(np.quantile(np.abs(joint.axes['v']), 0.99))
 
 
-def _ways(joint: JointResidual) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _ways(joint: JointResidual) -> tuple[BoolArray, BoolArray]:
     v, least = joint.axes['v'], 0.05 * _speed(joint)
     return v > least, v < -least
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nominal parameters of a diagnosis, before and after the refit."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -2,15 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether the rest is noise, and whether effort is measured too early or too late."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
-
-FloatArray = NDArray[np.float64]
 
 #: Longest lag of the autocorrelation [s].
 _LONGEST_S = 1.5

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the unexplained variance goes: to the causes, to noise, or nowhere."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 import numpy as np

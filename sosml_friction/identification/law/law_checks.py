@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Is what was fitted friction at all: checks of a fitted law."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'

@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fitted law as a curve: what it says at a velocity, and how sure that is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as t_distribution
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import FrictionLaw, law_definition, make_friction_law
-
-FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.95
 #: Step of the differences that make the gradient of the law, as a share of a parameter.

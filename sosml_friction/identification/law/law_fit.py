@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.identifiability import (
     SPREAD,
@@ -31,8 +31,6 @@ from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 #: What a fit says beside the parameters of the law, by name in ``LawFit.derived``.
 STRIBECK_AT_SLOWEST = 'stribeck_at_slowest'
@@ -126,10 +124,10 @@ class LawFit:
 def fit_law(
     v: FloatArray,
     y: FloatArray,
-    clusters: NDArray[np.int64],
+    clusters: IndexArray,
     effort_unit: str,
     lag: Callable[[FloatArray], FloatArray] = lambda column: column,
-    keep: NDArray[np.bool_] | None = None,
+    keep: BoolArray | None = None,
     smoothing_velocity: float = 0.0,
     mean_v: FloatArray | None = None,
     find_smoothing: bool = False,
@@ -175,9 +173,9 @@ def fit_law(
 def find_smoothing_velocity(
     v: FloatArray,
     y: FloatArray,
-    clusters: NDArray[np.int64],
+    clusters: IndexArray,
     lag: Callable[[FloatArray], FloatArray] = lambda column: column,
-    keep: NDArray[np.bool_] | None = None,
+    keep: BoolArray | None = None,
     mean_v: FloatArray | None = None,
     form: LawForm | None = None,
     extra: FloatArray | None = None,
@@ -190,9 +188,9 @@ def find_smoothing_velocity(
 def _search(
     v: FloatArray,
     y: FloatArray,
-    clusters: NDArray[np.int64],
+    clusters: IndexArray,
     lag: Callable[[FloatArray], FloatArray],
-    keep: NDArray[np.bool_] | None,
+    keep: BoolArray | None,
     mean_v: FloatArray | None,
     form: LawForm | None,
     extra: FloatArray | None,
@@ -213,7 +211,7 @@ def _search(
     return _Search(problem, np.abs(mean_v[keep]), v0)
 
 
-def _check(clusters: NDArray[np.int64], v: FloatArray) -> None:
+def _check(clusters: IndexArray, v: FloatArray) -> None:
     speeds, count = np.abs(v), len(np.unique(clusters))
     if count < 6:
         raise DataError(
@@ -230,10 +228,7 @@ def _check(clusters: NDArray[np.int64], v: FloatArray) -> None:
 
 
 def jackknife_errors(
-    X: FloatArray,
-    residual: FloatArray,
-    groups: NDArray[np.int64],
-    weights: FloatArray | None = None,
+    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
 ) -> FloatArray:
     """
     Return the delete-one-cluster jackknife standard errors of a linear least-squares fit, (P,).
@@ -247,10 +242,7 @@ def jackknife_errors(
 
 
 def jackknife_covariance(
-    X: FloatArray,
-    residual: FloatArray,
-    groups: NDArray[np.int64],
-    weights: FloatArray | None = None,
+    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
 ) -> FloatArray:
     """Return the covariance (P, P) whose roots :func:`jackknife_errors` returns."""
     w = np.ones(len(residual)) if weights is None else weights
@@ -285,9 +277,9 @@ class _Problem:
         self,
         v: FloatArray,
         y: FloatArray,
-        groups: NDArray[np.int64],
+        groups: IndexArray,
         lag: Callable[[FloatArray], FloatArray],
-        keep: NDArray[np.bool_],
+        keep: BoolArray,
         form: LawForm,
         extra: FloatArray,
     ) -> None:
@@ -476,10 +468,7 @@ class _Search:
         self.freedom = problem.count - len(problem.base) - 2
 
     def _signs(self) -> list[float]:
-        return [
-            0.0,
-            *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest,
-        ]
+        return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
 
     def _solve(self, v_s: float | None, v0: float) -> _Solution:
         return self.problem.solve(v_s, v0, self.weights)
@@ -777,12 +766,7 @@ class _Search:
         return Parameter(value, unit, error, interval)
 
     def _along(
-        self,
-        name: str,
-        found: Parameter,
-        profile: LawProfile,
-        quantile: float,
-        reach: DataReach,
+        self, name: str, found: Parameter, profile: LawProfile, quantile: float, reach: DataReach
     ) -> Parameter:
         """
         Return a parameter with what it may be at every v_s that the data leave open.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which friction law is fitted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from sosml_friction.exceptions import ConfigurationError

@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The profile of the cost over the Stribeck velocity, and what it leaves open."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rows of a regression of friction: what a fit is made of, and what several share."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.identification.law.law_fit import LawFit, find_smoothing_velocity, fit_law
 from sosml_friction.identification.law.law_form import LawForm
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -30,8 +24,8 @@ class LawRows:
 
     v: FloatArray
     y: FloatArray
-    clusters: NDArray[np.int64]
-    keep: NDArray[np.bool_]
+    clusters: IndexArray
+    keep: BoolArray
     mean_v: FloatArray
     lag: Callable[[FloatArray], FloatArray]
     smoothing_velocity: float = 0.0

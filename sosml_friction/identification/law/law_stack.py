@@ -8,15 +8,13 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 #: Rows are joined to means if as many neighbours or more share their noise. Chosen, no
 #: measurement.
@@ -142,7 +140,7 @@ class LawStack:
     """Hold one regression of all bags: ``bag`` (K,) says of which each row is."""
 
     rows: LawRows
-    bag: NDArray[np.int64]
+    bag: IndexArray
 
     def own(self, names: Collection[str]) -> LawStack:
         """
@@ -219,5 +217,5 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
     return LawStack(stacked, np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts]))
 
 
-def _known(rows: LawRows) -> NDArray[np.bool_]:
+def _known(rows: LawRows) -> BoolArray:
     return np.asarray(rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v))

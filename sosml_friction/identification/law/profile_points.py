@@ -2,16 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The profile likelihood with the best fit among its points."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_profile import LawProfile
-
-FloatArray = NDArray[np.float64]
 
 
 def with_best(

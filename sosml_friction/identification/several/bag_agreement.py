@@ -2,18 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Do several recordings obey one law, and if not, which differs in what."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_stack import OWN, LawStack
 from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
@@ -21,8 +19,6 @@ from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
-
-FloatArray = NDArray[np.float64]
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
 _ALARM = 0.01

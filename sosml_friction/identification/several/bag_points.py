@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """What each of several recordings says of friction, and the law that they say together."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.friction_fit import FrictionFit
 from sosml_friction.identification.several.consolidation import Consolidated
 from sosml_friction.model.laws import FrictionLaw, law_definition, make_friction_law
-
-FloatArray = NDArray[np.float64]
 
 #: Bins per direction of what is not windows, equal in the logarithm of speed.
 _BINS = 24

@@ -2,14 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Which of the paper's trajectories a recording is: stated, recorded with it, or by its motion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import (
@@ -19,8 +17,6 @@ from sosml_friction.identification.segments import (
 )
 from sosml_friction.model.laws import unit_of
 from sosml_friction.motion.trajectories import TRAJECTORIES
-
-FloatArray = NDArray[np.float64]
 
 #: Roles of the paper's trajectories: speed ladder, symmetric reversals, slow ladder.
 ROLES = tuple(kind.role for kind in TRAJECTORIES.values() if kind.role)

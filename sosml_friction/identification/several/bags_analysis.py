@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From several bags of one robot to one model of its friction."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timezone
@@ -11,11 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import (
-    ModelSource,
-    read_nominal,
-    read_recorded_robot,
-)
+from sosml_friction.bags.recorded_robot import ModelSource, read_nominal, read_recorded_robot
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What several recordings of one robot say of its friction together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

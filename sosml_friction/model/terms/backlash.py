@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A gap in the gear."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
@@ -34,7 +32,7 @@ class Backlash(TransmissionTerm):
             '',
             'lock the motor and move the link by hand, or measure the link: with position at the '
             'motor alone a gap and a spring look alike',
-        ),
+        )
     }
 
     def gear(self, joint: int, inner: Inner) -> Gear:

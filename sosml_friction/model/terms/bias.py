@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """An offset that a friction law has."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
 
 
 class Bias(EffortTerm):

@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Coulomb friction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
 
 
 class Coulomb(EffortTerm):
@@ -35,7 +31,7 @@ class Coulomb(EffortTerm):
         'thermal_drift': (
             'warm_up_repeat',
             'repeat the same speeds cold and warm: a wrong Coulomb friction is the same in both',
-        ),
+        )
     }
 
     def effort(

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A constant in the measured effort."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -2,23 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort that is late, or early, beside position."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-FloatArray = NDArray[np.float64]
-
 
 #: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
 _SMOOTHER = 0.5

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A torque constant that drops at high current."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 

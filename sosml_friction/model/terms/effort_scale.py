@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort in another scale than the torque: a wrong torque constant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

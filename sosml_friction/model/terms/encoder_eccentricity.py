@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """An encoder that is off its centre."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.encoder_term import EncoderTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
 
 
 class EncoderEccentricity(EncoderTerm):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A first moment that is not the nominal one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -32,7 +30,7 @@ class Gravity(BodyTerm):
             'not_worn',
             'record without the person or the cable (not worn) and compare: gravity stays, a '
             'spring goes',
-        ),
+        )
     }
 
     def changes(self, robot: Robot, joint: int, inner: Inner) -> tuple[Body, ...]:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A base that does not stand as the model says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """An inertia about the joint that is not the nominal one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

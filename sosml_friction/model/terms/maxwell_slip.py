@@ -2,21 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Presliding friction with a memory of all reversals: generalised Maxwell slip."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
-
 
 #: Displacements at which the elements begin to slide, as shares of the largest one. Four in equal
 #: ratios draw the curve from first motion to sliding to within 2 % of its level.

@@ -2,22 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """A mass on the last body."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
 
 
 class Payload(BodyTerm):

@@ -2,23 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction that builds up with displacement: Dahl."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.dahl import dahl_path, dahl_step
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
-
 
 #: F as a share of Coulomb friction; it is more only where friction still grows as the joint moves
 #: on after a reversal, (C - F) / x_0 + F / x_s > 0.

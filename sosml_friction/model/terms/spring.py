@@ -2,21 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cable, a strap or a limb."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
-
 
 #: Least stiffness that counts as seen, in standard errors.
 _CLEAR = 4.0

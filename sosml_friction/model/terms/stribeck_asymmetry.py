@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Stribeck term that differs between the directions, in a law."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.stribeck import Stribeck, fade
-
-FloatArray = NDArray[np.float64]
 
 
 class StribeckAsymmetry(EffortTerm):

@@ -2,22 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction that changes as the joint warms up."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-
-FloatArray = NDArray[np.float64]
-
 
 #: No gear warms up faster than this [s]; a shorter time would be a start, not a drift.
 _FASTEST = 60.0

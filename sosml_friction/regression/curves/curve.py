@@ -2,11 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The abstract base of free curves: what any term along an axis could explain at most."""
 
-from __future__ import annotations
-
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
@@ -20,7 +16,7 @@ class Curve(Term, registered=False):
         super().__init_subclass__(registered=False)
 
     def simulated(
-        self, robot: Robot, joint: int, inner: Inner, amplitude: NDArray[np.float64]
+        self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
     ) -> SimulatedTerm:
         """
         Refuse: a curve is no model of anything.

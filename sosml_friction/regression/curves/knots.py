@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Knots of free curves, and their hat functions side by side."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.signals import Signals
-
-FloatArray = NDArray[np.float64]
 
 
 def knots_of(

@@ -2,13 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction that follows the position of the next joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.recording import Recording
-from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.neighbour_curve import neighbours
 

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ways in which friction may turn around at a reversal."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.terms.kinds.recording import Recording
-from sosml_friction.model.terms.kinds.term import FloatArray, Inner
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.nominal import turn_columns
 

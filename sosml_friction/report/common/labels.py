@@ -18,11 +18,7 @@ SYMBOLS = {
 #: Those that only laws have that differ with direction.
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Estimates that no observer makes.
-_METHODS = {
-    'weak_form': 'Weak form',
-    'regression': 'Regression',
-    'output_error': 'Output error',
-}
+_METHODS = {'weak_form': 'Weak form', 'regression': 'Regression', 'output_error': 'Output error'}
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis as files: ``diagnosis.json``, the extended model, the report."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a diagnosis."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from html import escape
 from itertools import groupby

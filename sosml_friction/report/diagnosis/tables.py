@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The tables of a diagnosis, as HTML; empty where there is nothing to say."""
 
-from __future__ import annotations
-
 import math
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis

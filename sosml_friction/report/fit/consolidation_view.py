@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What several recordings say together, as sentences, rows and tables."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from html import escape

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``sosml can`` found, as tables and documents."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``sosml model`` says of a model that it made."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A picture of a trajectory: position, velocity and effort of each joint, with the limits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,13 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.motion.plan import PlannedTrajectory
 from sosml_friction.report.common.drawing import FONT, GREY, draw_line, label_axes, new_figure
 from sosml_friction.report.common.labels import motion_units
-
-FloatArray = NDArray[np.float64]
 
 _LINE, _LIMIT = '#0072B2', '#D55E00'
 #: Farthest that a limit may be from the line to be drawn, as a share of the line's height.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``sosml trajectory`` prints and writes of a planned trajectory."""
 
-from __future__ import annotations
-
 import csv
 from io import StringIO
 from typing import Any

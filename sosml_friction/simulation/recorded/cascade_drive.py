@@ -2,18 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The controllers of a recording, driving a simulation in their loop."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 from sosml_friction.simulation.recorded.loop_drive import LoopDrive
-
-FloatArray = NDArray[np.float64]
 
 
 class CascadeDrive(LoopDrive):

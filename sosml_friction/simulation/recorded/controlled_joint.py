@@ -2,19 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A joint whose controller and wanted position a recording holds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import CASCADE, read_controllers
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.simulation.cascade_loop import CascadeController
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
 
 
 def _on_stamps(
-    log: JointLog, recorded: tuple[NDArray[np.int64], tuple[str, ...], FloatArray]
+    log: JointLog, recorded: tuple[IndexArray, tuple[str, ...], FloatArray]
 ) -> dict[str, FloatArray]:
     """Return a signal of each joint on the stamps of a log (N,), NaN where it has none."""
     t_ns, names, values = recorded

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording of the project's own driver, simulated under the driver's controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -24,8 +22,6 @@ from sosml_friction.simulation.recorded.recorded_run import (
     refuse_runaway,
 )
 from sosml_friction.simulation.recorded.stretch import Stretch, measured_start, smooth_velocity
-
-FloatArray = NDArray[np.float64]
 
 #: Hole that divides a recording [s]: the driver counts one of its own as a fault.
 _LONGEST_S = 0.1

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether a recorded control law makes the recorded effort, and what it leaves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 #: Largest share of the feedback effort that a control law may leave unexplained; above, the law is
 #: not the recorded one. In two recordings with cycles of 1 to 24 ms the true law left 7 and 8 %,

@@ -2,17 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Controllers in the loop of a simulation: each command holds until the next."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel
-
-FloatArray = NDArray[np.float64]
 
 
 class LoopDrive(Drive):

@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """When a recorded trajectory began: where the controller's law makes the recorded effort of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.motion.reference import BLEND, blend
@@ -18,8 +16,6 @@ from sosml_friction.motion.reference_motion import ReferenceMotion
 from sosml_friction.motion.velocity import WindowedSlope
 from sosml_friction.simulation.recorded.law_check import LawCheck
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop
-
-FloatArray = NDArray[np.float64]
 
 #: Times before and after the message of the trajectory between which its beginning is searched,
 #: and the step of the coarse search [s]. Chosen, no measurement.
@@ -170,9 +166,7 @@ class _Law:
         return float(found.x), held(float(found.x))[0]
 
 
-def driver_velocity(
-    t_ns: NDArray[np.int64], q: FloatArray, rate: float, window: int
-) -> FloatArray:
+def driver_velocity(t_ns: IndexArray, q: FloatArray, rate: float, window: int) -> FloatArray:
     """Return the velocity (N,) that the driver used: the last one known, 0 before the first."""
     slope = WindowedSlope(window, velocity_gap_ns(rate, window))
     result = np.zeros(len(q))

@@ -2,21 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The driver's own controller in the loop of a simulation, cycle by recorded cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.motion.velocity import WindowedSlope
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.loop_drive import LoopDrive
 from sosml_friction.simulation.recorded.loop_start import LoopReference, velocity_gap_ns
 from sosml_friction.simulation.recorded.recorded_loop import PdGains
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 
 class PdDrive(LoopDrive):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The driver's loop as a bag tells of it: gains, trajectory, and the driver's own model."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

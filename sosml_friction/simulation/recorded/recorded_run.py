@@ -8,11 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.exceptions import DataError
-
-FloatArray = NDArray[np.float64]
 
 QUANTITIES = ('position', 'velocity', 'effort')
 
@@ -30,7 +28,7 @@ class RecordedRun:
     time: FloatArray
     measured: tuple[FloatArray, FloatArray, FloatArray]
     simulated: tuple[FloatArray, FloatArray, FloatArray]
-    begins: NDArray[np.bool_]
+    begins: BoolArray
 
     @classmethod
     def joined(cls, runs: Sequence[RecordedRun]) -> RecordedRun:
@@ -47,7 +45,7 @@ class RecordedRun:
         )
 
 
-def begins_every(length: int, count: int) -> NDArray[np.bool_]:
+def begins_every(length: int, count: int) -> BoolArray:
     """Return (count,) that is true at every sample that a piece of ``length`` begins at."""
     return np.arange(count) % length == 0
 

@@ -2,15 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A whole recording and its simulation: what the model gets wrong, by joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import BoolArray, FloatArray
 
 CLOSED_LOOP, WINDOWS = 'closed_loop', 'windows'
 
@@ -53,7 +50,7 @@ class RecordedSimulation:
     time: FloatArray
     measured: Mapping[str, FloatArray]
     simulated: Mapping[str, FloatArray]
-    begins: NDArray[np.bool_]
+    begins: BoolArray
     errors: Mapping[str, Mapping[str, SimulationError]]
     followed: tuple[str, ...]
     displacement: FloatArray

@@ -2,21 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Windows of a recording simulated forward, from the measured state and by the measured effort."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
 from sosml_friction.simulation.recorded.stretch import Stretch, measured_start, undriven
 from sosml_friction.simulation.simulated import Simulated
-
-FloatArray = NDArray[np.float64]
-IndexArray = NDArray[np.int64]
 
 
 def recorded_torque(model: ForwardModel, stretch: Stretch) -> FloatArray:

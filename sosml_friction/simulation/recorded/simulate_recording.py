@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording simulated again from its beginning: in its own closed loop, or in windows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.model_folder import RobotModelFile
@@ -43,8 +41,6 @@ from sosml_friction.simulation.recorded.stretch import (
     smooth_velocity,
     undriven,
 )
-
-FloatArray = NDArray[np.float64]
 
 
 class Step(Protocol):

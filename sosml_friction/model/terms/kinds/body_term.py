@@ -2,21 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Terms that change the rigid body: inertias, rotors or gravity."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.moved_body import between, coarse_rows
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Body, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 
 class BodyTerm(Term):

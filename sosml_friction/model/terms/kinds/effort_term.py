@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Terms that are an effort of one joint: a function of its motion, linear in the amplitudes."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 #: Postures at which the steepest slopes are looked for, and the step of position [rad or m].
 _POSTURES, _STEP = 720, 1e-6
@@ -63,7 +59,7 @@ class _SimulatedEffort(SimulatedTerm):
         self._term, self._joint, self._inner = term, joint, dict(inner)
         self._amplitude = [float(x) for x in amplitude]
 
-    def start(self, path: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+    def start(self, path: FloatArray, at: IndexArray) -> FloatArray:
         own = np.ascontiguousarray(path[:, self._joint])
         return self._term.path_state(own, self._inner)[at]
 

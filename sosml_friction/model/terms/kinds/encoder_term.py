@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Terms of the encoder: the position is another than it says."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.moved_body import moved_body
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 
 class EncoderTerm(Term):

@@ -2,17 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a fit found of one term, as the term itself is asked about it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,11 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import ROBOT, Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 #: Newton's rule doubles the number of right digits in each round: 8 are more than enough where
 #: what is added is at most as steep as the torque itself.

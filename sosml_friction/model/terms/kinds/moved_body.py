@@ -2,27 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the rigid body does where its position is not quite the measured one."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.finite_differences import second_derivative
 from sosml_friction.model.terms.kinds.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 #: Step of position for the slope of gravity [rad or m].
 _STEP = 1e-4
 
 
-def coarse_rows(signals: Recording) -> NDArray[np.int64]:
+def coarse_rows(signals: Recording) -> IndexArray:
     """Return samples close enough for what changes as slowly as posture does."""
     rows = np.arange(0, len(signals.q), max(1, signals.band.factor))
     return np.unique(np.append(rows, len(signals.q) - 1))
 
 
-def between(signals: Recording, rows: NDArray[np.int64], coarse: FloatArray) -> FloatArray:
+def between(signals: Recording, rows: IndexArray, coarse: FloatArray) -> FloatArray:
     """Return ``coarse`` (len(rows), ...) at every sample, by lines."""
     flat = coarse.reshape(len(rows), -1)
     samples = np.arange(len(signals.q))

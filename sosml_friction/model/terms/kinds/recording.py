@@ -2,18 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a term may ask of a recording: an interface, so that terms stand below the regression."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
-
-FloatArray = NDArray[np.float64]
 
 
 class LowPass(Protocol):

@@ -2,14 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is characteristic of a robot and its data: what sizes of terms are measured against."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from sosml_friction.arrays import FloatArray
 
 
 @dataclass(frozen=True)

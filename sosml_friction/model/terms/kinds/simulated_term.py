@@ -8,11 +8,9 @@ from abc import ABC
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.motion import Motion
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass
@@ -74,7 +72,7 @@ class SimulatedTerm(ABC):  # noqa: B024 - a kind of term overrides what it has, 
         """Return the gear that gives, or None."""
         return None
 
-    def start(self, path: FloatArray, at: NDArray[np.int64]) -> FloatArray:
+    def start(self, path: FloatArray, at: IndexArray) -> FloatArray:
         """
         Return the term's own states, (W, k), at the samples ``at`` of a measured path (N, n).
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
@@ -19,7 +19,6 @@ from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.registry import Registry
 
-FloatArray = NDArray[np.float64]
 Inner = Mapping[str, float]
 
 #: The joint of a term that acts in all joints together, in files.

@@ -2,24 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Terms of a gear that gives: the body is not where its motor is."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.moved_body import moved_body
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Gear, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-FloatArray = NDArray[np.float64]
 
 #: Share of critical damping in the gear.
 _DAMPING = 0.05
@@ -89,13 +85,8 @@ def gear_of(joint: int, stiffness: float, gap: float) -> Gear:
 
 @njit(cache=True)
 def deflection(
-    load: NDArray[np.float64],
-    inertia: NDArray[np.float64],
-    stiffness: float,
-    gap: float,
-    step: float,
-    substeps: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    load: FloatArray, inertia: FloatArray, stiffness: float, gap: float, step: float, substeps: int
+) -> tuple[FloatArray, FloatArray]:
     """
     Return d = q_body - q_motor and d'', (N,), of a body driven through a spring with a gap.
 
