@@ -51,6 +51,8 @@ TEST_REQUIREMENTS = [
     'setuptools>=70.1,<80',
     'types-PyYAML>=6.0,<7',
 ]
+# What some files need to be imported: MAT 7.3, Parquet, bags in SQLite and of ROS 1.
+IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -104,7 +106,11 @@ setup(
     data_files=data_files(),
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
-    extras_require={'test': TEST_REQUIREMENTS, 'mutants': MUTANT_REQUIREMENTS},
+    extras_require={
+        'import': IMPORT_REQUIREMENTS,
+        'mutants': MUTANT_REQUIREMENTS,
+        'test': TEST_REQUIREMENTS,
+    },
     entry_points={
         'console_scripts': [
             f'driver_node = {PACKAGE}.nodes.driver_node:main',
