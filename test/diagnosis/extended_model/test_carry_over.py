@@ -100,6 +100,7 @@ def test_the_values_of_the_model_are_those_fitted_without_what_was_left_out():
         named(x)['asymmetric_friction'].parameters['viscous_asymmetry'] for x in (with_all, fewer)
     ]
     assert drag[0].value != drag[1].value
-    assert all(x.value == pytest.approx(60.0, rel=0.25) for x in drag)
+    # Beside its ripple; without, the ripple takes part of the drag in this motion.
+    assert drag[0].value == pytest.approx(60.0, abs=3.0 * drag[0].std_error)
     law = extended_model(MODEL, fewer, {}).joints['slider'].friction.parameters
     assert law['viscous'].value == pytest.approx(200.0 + fewer.refit['slider viscous'])
