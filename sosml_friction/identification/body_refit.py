@@ -17,15 +17,17 @@ from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_term
 from sosml_friction.model.consistent_inertias import nearest_bodies
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
-from sosml_friction.regression.body_width import body_precision, body_variance
+from sosml_friction.regression.body_width import VERY_STRONG, body_precision, body_variance
 from sosml_friction.regression.nominal import Nominal
+from sosml_friction.regression.settings import DiagnosisSettings
 
 #: The friction that stands beside the bodies: what can be taken for weight or inertia.
 _LOAD = 'load_dependent_friction'
-_FRICTION = ('coulomb', 'viscous', _LOAD)
+_NOMINAL, _STRIBECK = ('coulomb', 'viscous'), 'stribeck'
+_FRICTION = (*_NOMINAL, _STRIBECK, _LOAD)
 #: Speeds of the data are told without the slowest of this share, which are turning points.
 _TURNING = 0.02
 #: The ten numbers of a body, in the joint's frame and about its origin.
@@ -40,11 +42,12 @@ class BodyRefit:
     Hold a refitted rigid body.
 
     ``model``: the model with the bodies that fit. ``laws``: by joint, the friction that was fitted
-    beside them; ``loads``: friction by load, where the data show it. ``tolerance``: how far each
-    number was allowed to be off, as a share of itself; ``log_evidence``: of tolerances against the
-    usual one, empty where it was told. ``deviations``: by name, refitted minus the model's.
-    ``variance``: by joint and parameter, what not knowing the bodies adds to its variance.
-    ``refused``: why the bodies are not in the model, '' if they are.
+    beside them, of those that show no Stribeck term; ``loads``: friction by load, where the data
+    show it. ``tolerance``: how far each number was allowed to be off, as a share of itself;
+    ``log_evidence``: of tolerances against the usual one, empty where it was told.
+    ``deviations``: by name, refitted minus the model's. ``variance``: by joint and parameter, what
+    not knowing the bodies adds to its variance. ``refused``: why the bodies are not in the model,
+    '' if they are.
     """
 
     model: RobotModelFile
@@ -77,6 +80,8 @@ class BodyRefit:
         changed = with_changes(model, [change])
         # A joint whose effort nobody knows has no friction.
         told = [n for n in robot.names if f'{n} coulomb' in nominal.names]
+        curved = {term.joint for term in fit.terms if term.term == _STRIBECK}
+        plain = [n for n in told if n not in curved]
         variance = {
             joint: {
                 name: body_variance(
@@ -90,11 +95,11 @@ class BodyRefit:
         }
         return cls(
             changed.model,
-            {joint: _law(fit, i) for i, joint in enumerate(robot.names) if joint in told},
+            {joint: _law(fit, i) for i, joint in enumerate(robot.names) if joint in plain},
             tuple(
                 EffectTerm(term.term, term.joint, term.parameters)
                 for term in fit.terms
-                if term.term == _LOAD and not (term.objection or _is_flagged(term))
+                if term.term == _LOAD
             ),
             fit.body.tolerance,
             fit.body.log_evidence,
@@ -146,8 +151,9 @@ def refit_body(
     """
     Return the rigid body that fits, None where the model's does within the usual tolerance.
 
-    Beside Coulomb, viscous and load-dependent friction, so that a weight that is off is not taken
-    for friction, nor friction by load for a weight.
+    Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off is
+    not taken for friction, nor friction by load for a weight. A recording that begins with
+    breakaway tests stands there: the friction of a stop at an end is judged as that of any other.
 
     :param logs: the motion; its joints include the model's.
     :param tolerance: how far each number may be off, as a share of itself; None for what the data
@@ -157,19 +163,29 @@ def refit_body(
     if tolerance == 0.0:
         return None
     bare = replace(model, effects=())
+    settings = DiagnosisSettings(end_stops=True)
     try:
-        fit = fit_terms(logs, bare, _FRICTION, None, step, tolerance)
+        fit = fit_terms(logs, bare, _FRICTION, settings, step, tolerance, settled=False)
     except DataError:
         if tolerance is None:
             return None
         raise
     if tolerance is None and not fit.body.is_wider:
         return None
+    shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]
+    step('fitting beside the friction that the data show')
+    again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
+    fit = replace(again, body=fit.body)
     return BodyRefit.of(fit, model)
 
 
-def _is_flagged(term: FittedTerm) -> bool:
-    return any(p.flags for p in term.parameters.values())
+def _is_shown(term: FittedTerm) -> bool:
+    """Tell whether the data show very strongly that a term is there, z^2 of its likelihood."""
+    p = term.parameters['load_coefficient' if term.term == _LOAD else 'stribeck']
+    sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+    return sure and not (
+        term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
+    )
 
 
 def _law(fit: TermFit, i: int) -> LawFit:

@@ -243,6 +243,7 @@ def fit_terms(
     settings: DiagnosisSettings | None = None,
     step: Callable[[str], None] = lambda text: None,
     body_tolerance: float | None = None,
+    settled: bool = True,
 ) -> TermFit:
     """
     Estimate the values of terms, with one covariance of all that is fitted.
@@ -255,6 +256,7 @@ def fit_terms(
 
     :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
+    :param settled: whether inner parameters are searched beside one another once more.
 
     :param logs: recordings; their joints include the model's.
     :param terms: as for :func:`parse_terms`.
@@ -272,7 +274,9 @@ def fit_terms(
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
-    placed = settle(laboratory, place(laboratory, keys, step), step)
+    placed = place(laboratory, keys, step)
+    if settled:
+        placed = settle(laboratory, placed, step)
     # The order of the list, not that of the search.
     placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
     found = estimate(laboratory, placed)

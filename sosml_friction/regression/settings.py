@@ -24,6 +24,7 @@ class DiagnosisSettings:
     ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
     share of folds that must gain. ``most_causes``: largest number of named causes, and
     ``most_terms`` with their harmonics.
+    ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely.
     """
 
@@ -44,5 +45,6 @@ class DiagnosisSettings:
     folds_improved: float = 4 / 7
     most_causes: int = 4
     most_terms: int = 10
+    end_stops: bool = False
     seed: int = 0
     free_inertia: tuple[str, ...] = ()

@@ -134,16 +134,19 @@ class Signals:
 
 
 def with_rests(
-    stretches: Sequence[Signals], like: Sequence[Signals] | None = None
+    stretches: Sequence[Signals],
+    like: Sequence[Signals] | None = None,
+    end_stops: bool = False,
 ) -> tuple[Signals, ...]:
     """
     Return the same with the rests of the joints, in which their effort says nothing.
 
     :param like: stretches that say which joints stop; None: these.
+    :param end_stops: whether a stop at an end of a stretch shows it, too.
     """
     scales = stretches[0].scales
     sizes = scales.sign_limit, scales.speed
-    joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes)
+    joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes, end_stops)
     return tuple(replace(s, rests=find_rests(s.q, s.band, *sizes, joints)) for s in stretches)
 
 

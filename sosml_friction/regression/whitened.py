@@ -69,7 +69,7 @@ class WhitenedRegression:
         rows = BandRows.make(signals, library, settings)
         step('whitening')
         left = library_residual(rows)
-        resting = with_rests(signals)
+        resting = with_rests(signals, end_stops=settings.end_stops)
         leave_out = standstill_is_unknown(left, resting)
         if leave_out:
             rows = rows.without_standstill(resting)
