@@ -45,6 +45,8 @@ PIP = {
     'typer': 'typer',
     'zstandard': 'zstandard',
 }
+# Optional extras, of setup.py's IMPORT_REQUIREMENTS: without one, a sentence says what to install.
+OPTIONAL = ('h5py', 'pyarrow', 'rosbags')
 # Import -> what brings it into a plain environment, where the name differs.
 PYPI = {
     'can': 'python-can',
@@ -79,7 +81,7 @@ def third_party_imports(folder):
                 if function in ('import_module', '__import__') and isinstance(name, str):
                     names.add(name)
         for name in {name.split('.')[0] for name in names}:
-            if name not in sys.stdlib_module_names and name != 'sosml_friction':
+            if name not in (*sys.stdlib_module_names, *OPTIONAL, 'sosml_friction'):
                 found.setdefault(name, []).append(path.relative_to(folder.parent).as_posix())
     return found
 

@@ -191,9 +191,13 @@ def damiao(data: Path, tool: Tool) -> Iterator[Row]:
     )
     slow = tool.run('fit', data / 'motor_03_run_01.npz', *columns, '--free', '0.0566')
     said = ' '.join((slow.stdout + slow.stderr).split())
-    for what, word in (('velocity is half its slope', 'factor of 1.9'), ('it saturates', 'satur')):
-        clause = next((s for s in said.split(': ') if word in s), 'not said')
-        yield Row('Damiao motor 3', what, 'told', clause[:80], word in said)
+    for what, word in (
+        ('velocity is half its slope', 'factor of 1.9'),
+        ('it saturates', 'at the limit of its speed'),
+    ):
+        at = said.find(word)
+        clause = said[max(0, at - 60) : at + len(word)] if at >= 0 else 'not said'
+        yield Row('Damiao motor 3', what, 'told', clause, word in said)
 
 
 def _has_period(causes: list[dict[str, Any]], periods: int) -> bool:

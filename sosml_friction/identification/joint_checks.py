@@ -355,7 +355,8 @@ def _velocity(
             f'the velocity of joint {name} is {1e3 * abs(velocity.late_s):.3g} ms {when} beside '
             'the slope of its position'
         )
-        return own, [DataFinding('velocity_lag', name, WARNING, what)]
+        # A slope over a window is late by half of it; what is fitted uses positions.
+        return own, [DataFinding('velocity_lag', name, NOTE, what)]
     unit = velocity.unit(VELOCITY_UNITS[robot.effort_units[i]])
     what = (
         f'the velocity of joint {name} is {_scale(velocity.factor, velocity.error)} times the '

@@ -17,7 +17,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: decade apart, over which the evidence changes little, up to bodies that say nothing.
 WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 #: Twice the logarithm of the ratio of the evidences from which it is very strong (Kass and
-#: Raftery, J. Am. Stat. Assoc. 90, 1995).
+#: Raftery, J. Am. Stat. Assoc. 90, 1995); more by 2 ln(number of tolerances), as the best of
+#: several is taken.
 VERY_STRONG = 10.0
 
 
@@ -71,7 +72,7 @@ def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     evidence = {w: _log_evidence(G / s, r / s, _prior(laboratory, system, w)) for w in widths}
     evidence = {w: value - evidence[usual] for w, value in evidence.items()}
     best = max(evidence, key=lambda w: evidence[w])
-    wider = 2.0 * evidence[best] > VERY_STRONG
+    wider = 2.0 * evidence[best] > VERY_STRONG + 2.0 * math.log(len(widths) - 1)
     return BodyWidth(best if wider else usual, evidence)
 
 

@@ -18,6 +18,8 @@ _OVER, _CLEAR = 7.0, 14.0
 #: Contacts over more than this share of the time, or more contacts than this, are none, but a
 #: model that is wrong throughout. Chosen, no measurement.
 _MOST, _MANY = 0.15, 12
+#: Largest share of the rows of a motion that pushes may spoil. Chosen, no measurement.
+_MOST_PUSHED = 0.75
 #: Most rounds in which the two levels of a push are found: they settle in a few.
 _ROUNDS = 100
 #: Recordings of fewer windows than this have no usual size of a mean. Chosen, no measurement.
@@ -272,8 +274,8 @@ def _pushes(
     within = _usual(np.concatenate([np.abs(low - centres[0]), np.abs(high - centres[1])]))
     apart = centres[1] - centres[0]
     upper = residual > edge
-    # Ends of shorter pushes would spoil more than three quarters of the rows.
-    least = max(least, 4 * reach)
+    # Ends of shorter pushes would spoil more than that share of the rows.
+    least = max(least, round(reach / (1.0 - _MOST_PUSHED)))
     if apart < _OVER * within or np.count_nonzero(np.diff(upper)) * least > len(residual):
         return nothing
     sizes = [abs(float(np.median(expected[moving & side]))) for side in (~upper, upper)]
@@ -289,7 +291,9 @@ def _pushes(
         for a, b in runs(pushed)
         if b - a > reach
     ]
-    return found, maximum_filter1d(pushed.astype(np.int8), 2 * reach + 1) > 0
+    spoiled = maximum_filter1d(pushed.astype(np.int8), 2 * reach + 1) > 0
+    # As many rows as that must say something of the rest.
+    return (found, spoiled) if float(spoiled[moving].mean()) <= _MOST_PUSHED else nothing
 
 
 def _usual(sizes: FloatArray) -> float:

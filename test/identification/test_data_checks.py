@@ -177,7 +177,7 @@ def test_a_late_velocity_and_a_late_effort_are_told_with_their_delay(good, robot
     rows = np.maximum(np.arange(len(good)) - 6, 0)
     late = check_data(replace(good, v=good.v[rows]), robot)[1]
     assert {f.check for f in late.findings} == {'velocity_lag'}
-    assert '24 ms late' in late.sentences[0]
+    assert '24 ms late' in late.findings[0].sentence
     late = check_data(replace(good, tau=good.tau[rows]), robot)[1]
     assert {f.check for f in late.findings} == {'effort_lag'}
 

@@ -149,6 +149,8 @@ def _shares(
     """Return C (m, m) and what is absorbed (m,) of causes, each (columns, (rows, joints, r))."""
     Z = laboratory.system.Z
     rows, n, _ = Z.shape
+    # A cause without any effort in these data has one that is 0.
+    efforts = [(c, e if e.shape[2] else np.zeros((*e.shape[:2], 1))) for c, e in efforts]
     ends = np.cumsum([0, *(effort.shape[2] for _, effort in efforts)])
     E = np.zeros((n, int(ends[-1]), rows))
     for k, (columns, effort) in enumerate(efforts):

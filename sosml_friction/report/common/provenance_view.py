@@ -89,4 +89,5 @@ def _pairs(values: Mapping[str, Any], separator: str = ', ') -> str:
     return separator.join(
         f'{key} ({_pairs(value)})' if isinstance(value, Mapping) else f'{key} {value}'
         for key, value in values.items()
+        if value is not None
     )
