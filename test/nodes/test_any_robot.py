@@ -49,7 +49,7 @@ def record(folder, states, texts):
     return folder
 
 
-def estimated(ros, start_node, urdf, batches, *parameters):
+def estimated(ros, start_node, urdf, batches, *parameters, listeners=1):
     """Return what observer_node says of states, with its configuration."""
     description = ros.node.create_publisher(String, 'robot_description', LATCHED)
     description.publish(String(data=urdf))
@@ -58,7 +58,7 @@ def estimated(ros, start_node, urdf, batches, *parameters):
     estimates = {topic: ros.collect(JointState, topic, JOINT_STATES) for topic in topics}
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
     node = start_node('observer_node', 'armature:=[0.1]', *parameters)
-    ros.spin_until(output.get_subscription_count)
+    ros.spin_until(lambda: output.get_subscription_count() >= listeners)
     for states, known in batches:
         for state in states:
             output.publish(state)
@@ -147,7 +147,7 @@ def test_a_run_begins_with_the_joints_that_are_stated(ros, start_node, make_seri
     slow = ('speeds:=[0.05,0.1]', 'top_speed:=0.2', f'output:={tmp_path / "runs"}')
     node = start_node('identifier_node', 'armature:=[0.1]', stated, *slow)
     batches = [(states[:1], None), (states[1:50], 48)]
-    _, _, configuration = estimated(ros, start_node, urdf, batches, stated)
+    _, _, configuration = estimated(ros, start_node, urdf, batches, stated, listeners=2)
     assert configuration.joints == ARM
     output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
     ros.spin_until(lambda: output.get_subscription_count() == 2)
