@@ -222,7 +222,9 @@ def emps(data: Path, tool: Tool) -> Iterator[Row]:
         left <= 5.2,
     )
     alone = tool.told('diagnose', pulses)
-    yield Row('EMPS PULSES', 'diagnosed', 'no crash', f'{alone["verdict"]}: {_named(alone)}', True)
+    told = f'{alone["verdict"]}: {_named(alone)}'
+    direction = any(c['effect'] == 'asymmetric_friction' for c in alone['causes'])
+    yield Row('EMPS PULSES', 'diagnosed', 'friction by direction', told, direction)
 
 
 def _rms_effort(path: Path) -> float:

@@ -249,11 +249,7 @@ class Bag:
 
         :raises BagError: if several topics end so, or a message contradicts itself.
         """
-        topic = self._find('controller_reference')
-        if topic is None:
-            return None
-        t_ns, names, (q,) = self._joint_states(topic, ('position',))
-        return t_ns, names, q
+        return self._series('controller_reference', 'position')
 
     def injected(self) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
         """
@@ -264,11 +260,17 @@ class Bag:
 
         :raises BagError: if several topics end so, or a message contradicts itself.
         """
-        topic = self._find('injected_effort')
+        return self._series('injected_effort', 'effort')
+
+    def _series(
+        self, ending: str, field: str
+    ) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
+        """Return one field of the JointState messages of a topic, None if it is not there."""
+        topic = self._find(ending)
         if topic is None:
             return None
-        t_ns, names, (effort,) = self._joint_states(topic, ('effort',))
-        return t_ns, names, effort
+        t_ns, names, (values,) = self._joint_states(topic, (field,))
+        return t_ns, names, values
 
     def trajectories(self) -> list[WantedMotion]:
         """

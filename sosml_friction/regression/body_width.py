@@ -21,7 +21,7 @@ WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 #: Raftery, J. Am. Stat. Assoc. 90, 1995); more by 2 ln(number of tolerances), as the best of
 #: several is taken.
 VERY_STRONG = 10.0
-#: Probability with which wider bodies have to predict better than by chance.
+#: Probability with which wider bodies have to predict better than by chance: the usual 5 %.
 _SURE = 0.95
 
 
@@ -58,6 +58,8 @@ def check_tolerance(tolerance: float) -> None:
 def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     """
     Return the tolerance with the largest evidence, the usual one unless another is far better.
+
+    Far better: very strongly by evidence, and on stretches that are left out of the fit.
 
     With Gaussian priors N(0, (tolerance / 3 times its number)^2) of the rigid body, evidence of
     the whitened rows y = Z x + e is Gaussian in closed form:
