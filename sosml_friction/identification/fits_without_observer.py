@@ -3,6 +3,7 @@
 """The fits that need no observer, beside those of the observers: weak form and output error."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from sosml_friction.identification.output_error.fits import (
     is_alone,
 )
 from sosml_friction.identification.output_error.windows import fit_windows
-from sosml_friction.identification.weak_form import WeakForm
+from sosml_friction.identification.weak_form import WeakFit, WeakForm
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 
@@ -40,16 +41,20 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     unavailable = dict(fit.unavailable)
     names = form.robot.names
     tau_f = np.full((len(form.time), len(names)), np.nan)
-    for i, name in enumerate(names):
-        if name not in rows:
-            continue
-        try:
+    wanted = [i for i, name in enumerate(names) if name in rows]
+    first, _ = _weak_fits(form, wanted)
+    # The laws of the first fits are those of the velocities of the second.
+    form = form.with_laws([first.get(i) for i in range(len(names))])
+    found, failed = _weak_fits(form, wanted)
+    for i in wanted:
+        name = names[i]
+        with suppress(DataError):
             rows[name][WEAK_FORM] = form.rows(i)
-            weak = form.fit(i)
-        except DataError as error:
+        if i in failed:
             before = '' if name in joints else f'{unavailable[name]}; '
-            unavailable[name] = f'{before}the weak form has no fit: {error}'
+            unavailable[name] = f'{before}the weak form has no fit: {failed[i]}'
             continue
+        weak = found[i]
         if name not in joints:
             unavailable[name] = f'no observer could be fitted: {unavailable[name]}'
         segments = next((each.segments for each in joints.get(name, {}).values()), ())
@@ -65,6 +70,19 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
             weak.inertia,
         )
     return FrictionFit(joints, fit.alternatives, unavailable, rows), tau_f
+
+
+def _weak_fits(
+    form: WeakForm, joints: Sequence[int]
+) -> tuple[dict[int, WeakFit], dict[int, DataError]]:
+    """Return the fits by joint, and why others have none."""
+    found, failed = {}, {}
+    for i in joints:
+        try:
+            found[i] = form.fit(i)
+        except DataError as error:
+            failed[i] = error
+    return found, failed
 
 
 def with_regression(fit: FrictionFit, laws: Mapping[str, LawFit]) -> FrictionFit:

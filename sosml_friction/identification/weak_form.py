@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction straight from position and effort: no observer, and nothing differentiated twice."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,13 +16,16 @@ from scipy.sparse import csr_array
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
+from sosml_friction.identification.velocity_smoother import JointNoise, VelocitySmoother
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler, Stretch
+from sosml_friction.observers.momentum_samples import MomentumSamples
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
@@ -34,6 +40,8 @@ _DEGREE = 3
 _NOISES, _STRAIGHT = 5.0, 40.0
 #: Largest share of the slowest speed that is left out as standstill.
 _STANDSTILL = 0.8
+#: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
+_SMOOTHED = 5
 #: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
 #: measurement.
 _GROSS = 3.0
@@ -136,15 +144,62 @@ class WeakForm:
         # A cubic needs more than four samples.
         self._half = max(2, round(0.5 * self.settings.window_s / self._step))
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
-        self._v_noise = [float(gain) * _position_noise(q) for q in log.q.T]
-        log = replace(log, v=self._velocity(log, maximum_gap_s))
-        sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
+        self._q_noise = [_white_noise(q) for q in log.q.T]
+        self._v_noise = [float(gain) * noise for noise in self._q_noise]
+        self._sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
         self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
-        twisted = robot if self.settings.refit_inertia else None
+        # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
+        self._variance = np.full_like(log.q, np.nan)
+        self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
+
+    def _take(self, log: JointLog) -> None:
+        """Pose the regression with the velocities of ``log``."""
+        twisted = self.robot if self.settings.refit_inertia else None
+        self._log, self._stretches = log, self._sampler.stretches(log)
         self._pieces = [
-            _Piece(self.time, log, stretch, self._support, twisted)
-            for stretch in sampler.stretches(log)
+            _Piece(self.time, log, stretch, self._support, twisted) for stretch in self._stretches
         ]
+
+    def with_laws(self, fits: Sequence[WeakFit | None]) -> WeakForm:
+        """
+        Return the weak form with velocities smoothed by the torque that drove the joints.
+
+        :class:`~sosml_friction.identification.velocity_smoother.VelocitySmoother` sees ripple
+        that the slope of a position does not. Exact positions stay as they are.
+
+        :param fits: of each joint, for its law; None where it has none.
+        """
+        if not all(noise > 0.0 for noise in self._q_noise):
+            return self
+        noise, factor = [], np.ones(self.robot.n)
+        for i, fit in enumerate(fits):
+            forcing = np.concatenate([each.samples.forcing[:, i] for each in self._stretches])
+            noise.append(
+                JointNoise(
+                    self._q_noise[i],
+                    _white_noise(forcing),
+                    fit.fit.residual_std if fit else 0.0,
+                    self._v_noise[i],
+                    self.settings.zero_band,
+                    self._support,
+                )
+            )
+            if fit and fit.fit.extra and fit.fit.extra[0].value > 0.0:
+                factor[i] = fit.fit.extra[0].value
+        laws = [fitted_law(fit.fit) if fit else None for fit in fits]
+        v = self._log.v.copy()
+        variance = np.full_like(v, np.nan)
+        for stretch in self._stretches:
+            rows = stretch.rows
+            if len(rows) > _FEWEST_SAMPLES:
+                samples = MomentumSamples(*(column[1:] for column in stretch.samples.columns))
+                v[rows], variance[rows] = VelocitySmoother(
+                    samples, self._log.q[rows], v[rows], laws, noise, factor
+                ).run()
+        form = copy(self)
+        form._variance = variance
+        form._take(replace(self._log, v=v))
+        return form
 
     def _velocity(self, log: JointLog, maximum_gap_s: float) -> FloatArray:
         """Return the slope of a cubic through a window about each sample, (N, n)."""
@@ -218,21 +273,30 @@ class WeakForm:
         if self.settings.refit_inertia:
             extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
             y = y + extra[:, 0]
-        # The mean of f(v + noise) is f + variance f'' / 2: the second difference takes that off.
-        # Faster than this the law is next to straight over the noise.
-        off = np.sqrt(3.0) * self._v_noise[i]
-        slow = np.flatnonzero(np.abs(v) < _STRAIGHT * self._v_noise[i])
+        # The mean of f(v + noise) is f + variance f'' / 2, which the second difference takes off
+        # where v has a noise of its own. A smoothed v is without what is not known of the true
+        # one: the mean of friction is then that of f about it. Faster than this the law is next
+        # to straight over the noise.
+        rows = np.concatenate([piece.rows for piece in pieces])
+        before = np.concatenate([piece.before for piece in pieces])
+        variance = 0.5 * (self._variance[before, i] + self._variance[rows, i])
+        smoothed = np.isfinite(variance)
+        half = _SMOOTHED if smoothed.all() else self._half
+        sign = np.where(smoothed, 1.0, -1.0)
+        noise = np.where(smoothed, np.sqrt(variance), self._v_noise[i])
+        slow = np.flatnonzero(np.abs(v) < _STRAIGHT * noise)
+        off = np.sqrt(3.0) * noise[slow]
         around = np.concatenate([v, v[slow] - off, v[slow] + off])
 
         def unbiased(column: FloatArray) -> FloatArray:
             at = column[: len(v)].copy()
             below, above = np.split(column[len(v) :], 2)
-            at[slow] += (2.0 * at[slow] - below - above) / 6.0
+            at[slow] += sign[slow] * (below + above - 2.0 * at[slow]) / 6.0
             return means(at)
 
         def beyond(zero_band: float) -> LawRows:
-            still = np.abs(v) <= zero_band
-            unsure = [unsure_sign(x, zero_band, self._half) for x in np.split(v, ends)]
+            still = np.abs(v) <= np.maximum(zero_band, _NOISES * noise)
+            unsure = [unsure_sign(x, zero_band, half) for x in np.split(v, ends)]
             keep = means((still | np.concatenate(unsure)).astype(float)) == 0.0
             known = keep & np.isfinite(y)
             if extra is not None and not float(np.sum(extra[known] ** 2)) > 0.0:
@@ -250,7 +314,7 @@ class WeakForm:
                 extra,
             )
 
-        zero_band = max(self.settings.zero_band, _NOISES * self._v_noise[i])
+        zero_band = self.settings.zero_band
         v0 = smoothing_velocity
         if v0 is None:
             first = beyond(zero_band)
@@ -288,8 +352,9 @@ class _Piece:
         rows, samples = stretch.rows, stretch.samples
         end = time[rows]
         middle = end - 0.5 * samples.h
-        before = np.append(rows[0], rows[:-1])
-        self.v = 0.5 * (log.v[before] + log.v[rows])
+        # Of the first interval, the sample that begins it may be no neighbour.
+        self.rows, self.before = rows, np.append(rows[0], rows[:-1])
+        self.v = 0.5 * (log.v[self.before] + log.v[rows])
         self._forcing = samples.forcing
         begin = float(end[0] - samples.h[0])
         step = support / _PIECES
@@ -317,9 +382,9 @@ class _Piece:
         return (time >= self.middle[0]) & (time <= self.middle[-1])
 
 
-def _position_noise(q: FloatArray) -> float:
+def _white_noise(q: FloatArray) -> float:
     """
-    Return the standard deviation of the white noise of a position, rounding included.
+    Return the standard deviation of the white noise of a signal, rounding included.
 
     From its third difference, without gross errors. A mean of squares, because the median of a
     rounded position's differences is a multiple of the quantum.

@@ -1,0 +1,277 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Velocity from position and effort together: what a differentiated position cannot show."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.ndimage import minimum_filter1d
+from scipy.optimize import minimize_scalar
+
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.model.laws import FrictionLaw
+from sosml_friction.observers.momentum_samples import MomentumSamples
+
+#: How often friction is linearised about the velocities found before. Each joint is driven by the
+#: friction of the others, so that one pass is not enough; the third changes velocities by less
+#: than a tenth of their errors (docs/identification.md).
+_PASSES = 4
+#: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
+#: a torque that explains the motion wholly to one that says nothing of it.
+_FACTORS = (-9.0, 9.0)
+#: A torque whose noise has this many times the variance that its own differences show does not
+#: explain the motion. Chosen: the emulated exoskeleton has 0.05 to 2, the EMPS axis 250.
+_UNEXPLAINED = 10.0
+#: Samples in one go, which bounds the memory.
+_LONGEST = 4000
+
+
+@dataclass(frozen=True)
+class JointNoise:
+    """
+    Hold how unsure position and torque of a joint are.
+
+    ``position`` [rad or m]: standard deviation of the encoder, rounding included. ``effort``
+    [Nm or N]: of white noise of the torque, from sample to sample. ``friction`` [Nm or N]: of what
+    the law leaves, which lasts ``lasting_s`` [s]. ``velocity`` [rad/s or m/s]: of the velocity to
+    begin with. ``zero_band`` [rad/s or m/s]: slower, the law's sign is not known.
+    """
+
+    position: float
+    effort: float
+    friction: float
+    velocity: float
+    zero_band: float
+    lasting_s: float
+
+
+class VelocitySmoother:
+    """
+    Smooth the velocities of one stretch of a recording by its motor torque and a friction law.
+
+    M v' = u - f(v) - d, q' = v, u = tau + C^T v - g, is linear but for the law f, which is
+    linearised about the velocities found before. d is friction that the law leaves: a process of
+    Ornstein and Uhlenbeck. A Kalman filter over (q, v, d) of each joint and its way back (Rauch,
+    Tung and Striebel) give v and its variance, given every position and torque of the stretch.
+    The friction of the other joints is that of their own velocities.
+
+    The torque shows ripple that a position rounded to a quantum does not, and the position keeps
+    the integral of the torque from drifting. A torque that does not explain the motion (a wrong
+    inertia, a gear that gives) is noise: the likelihood of the positions says how much of it.
+
+    :param q: position at the beginning of the stretch and at the end of each interval,
+        (N + 1, n) [rad or m].
+    :param v: velocity to begin with, (N + 1, n) [rad/s or m/s].
+    :param laws: of each joint, None where it is not known.
+    :param inertia_factor: on all inertial torque of each joint, (n,).
+    """
+
+    def __init__(
+        self,
+        samples: MomentumSamples,
+        q: FloatArray,
+        v: FloatArray,
+        laws: Sequence[FrictionLaw | None],
+        noise: Sequence[JointNoise],
+        inertia_factor: FloatArray,
+    ) -> None:
+        self.samples, self.q, self.v, self.laws, self.noise = samples, q, v.copy(), laws, noise
+        self.variance = np.square([x.velocity for x in noise]) * np.ones_like(v)
+        self._mobility = samples.mobility / inertia_factor
+        # A torque that is not known is any that the recording has, for as long as one lasts.
+        known = np.isfinite(samples.forcing)
+        self._forcing = np.where(known, samples.forcing, 0.0)
+        lasting = np.array([x.lasting_s for x in noise])
+        self._unsure = 2.0 * np.mean(self._forcing**2, axis=0) * lasting / samples.h[:, None]
+        self._white = np.square([x.effort for x in noise]) + np.where(known, 0.0, self._unsure)
+        # The velocities about which friction is linearised, and how far they went last.
+        self._about, self._moved = v.copy(), np.zeros_like(v)
+        self._factor = np.ones(len(noise))
+        step = float(np.median(samples.h))
+        self._first = v
+        self._still = (np.abs(v) <= [x.zero_band for x in noise]) | [law is None for law in laws]
+        # After a standstill the filter has to find its way again.
+        moving, lost = ~self._still.any(axis=1), round(lasting[0] / step)
+        self._counted = minimum_filter1d(moving, 2 * lost + 1)
+        self._overlap = int(5.0 * lasting[0] / step)
+
+    def run(self) -> tuple[FloatArray, FloatArray]:
+        """
+        Return velocities and their variances, (N + 1, n) each.
+
+        A joint whose torque does not explain its motion keeps its velocity; its variance is NaN.
+        """
+        for number in range(_PASSES):
+            problem = self._linearised()
+            if number == 2:
+                self._weigh(problem)
+            for part, kept in self._parts():
+                v, variance, _ = self._smoothed(problem, part, True)
+                own = kept - part.start
+                # Half way: a step that goes too far would come back and never settle.
+                self._moved[kept] = 0.5 * (v[own] - self._about[kept])
+                self._about[kept] += self._moved[kept]
+                self.v[kept], self.variance[kept] = v[own], variance[own]
+        for i, noise in enumerate(self.noise):
+            less = np.median(self.variance[:, i]) > noise.velocity**2
+            if self._factor[i] > _UNEXPLAINED and less:
+                self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
+        return self.v, self.variance
+
+    def _parts(self) -> Iterator[tuple[slice, IndexArray]]:
+        """Yield pieces of bounded length, and which samples of each are kept."""
+        count, overlap = len(self.q), self._overlap
+        for first in range(0, count, _LONGEST):
+            last = min(first + _LONGEST, count)
+            yield (
+                slice(max(first - overlap, 0), min(last + overlap, count)),
+                np.arange(first, last),
+            )
+
+    def _linearised(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return torque without slope times v, slope of friction, variance; (N, n) each."""
+        middle = 0.5 * (self._about[1:] + self._about[:-1])
+        # Where the velocities still move, friction is linearised over as much.
+        moved = 0.5 * (self._moved[1:] + self._moved[:-1])
+        drive, slope = self._forcing.copy(), np.zeros_like(middle)
+        white = self._white.copy()
+        for i, law in enumerate(self.laws):
+            v = middle[:, i]
+            still = self._still[1:, i]
+            if law is not None:
+                step = np.sqrt(self.variance[1:, i] + moved[:, i] ** 2)
+                above, below = law.torque(v + step), law.torque(v - step)
+                slope[:, i] = np.where(still, 0.0, (above - below) / (2.0 * step))
+                friction = 0.5 * (above + below) - slope[:, i] * v
+                drive[:, i] -= np.where(still, 0.0, friction)
+            # Where the sign is not known, friction is anything up to the torque.
+            white[:, i] += np.where(still, self._unsure[:, i], 0.0)
+        return drive, slope, white
+
+    def _smoothed(
+        self, problem: tuple[FloatArray, FloatArray, FloatArray], part: slice, back: bool
+    ) -> tuple[FloatArray, FloatArray, float]:
+        drive, slope, white = (x[part.start : part.stop - 1] for x in problem)
+        h = self.samples.h[part.start : part.stop - 1]
+        v, variance, likelihood = _smooth(
+            h,
+            self.q[part],
+            np.ascontiguousarray(self._mobility[part.start : part.stop - 1]),
+            drive,
+            slope,
+            white * self._factor,
+            np.array([x.friction**2 for x in self.noise]) * self._factor,
+            np.exp(-h / self.noise[0].lasting_s),
+            np.array([x.position**2 for x in self.noise]),
+            self._first[part],
+            self._still[part],
+            self._counted[part],
+            np.array([x.velocity**2 for x in self.noise]),
+            back,
+        )
+        return v, variance, float(likelihood)
+
+    def _weigh(self, problem: tuple[FloatArray, FloatArray, FloatArray]) -> None:
+        """Find the factors on the variances of torque at which the positions are likeliest."""
+        part = max(
+            (part for part, _ in self._parts()), key=lambda part: int(self._counted[part].sum())
+        )
+        for i in range(len(self.noise)):
+
+            def unlikely(x: float, i: int = i) -> float:
+                self._factor[i] = np.exp(x)
+                return -self._smoothed(problem, part, False)[2]
+
+            found = minimize_scalar(
+                unlikely, bounds=_FACTORS, method='bounded', options={'xatol': 0.5}
+            )
+            self._factor[i] = np.exp(found.x)
+
+
+@njit(cache=True)
+def _smooth(
+    h: FloatArray,
+    q: FloatArray,
+    mobility: FloatArray,
+    drive: FloatArray,
+    slope: FloatArray,
+    white: FloatArray,
+    friction: FloatArray,
+    kept: FloatArray,
+    position: FloatArray,
+    slow: FloatArray,
+    still: BoolArray,
+    counted: BoolArray,
+    velocity: FloatArray,
+    back: bool,
+) -> tuple[FloatArray, FloatArray, float]:
+    """
+    Filter (q, v, d) forwards and, if ``back``, go back; return v, its variance, log likelihood.
+
+    At a standstill the velocity is measured: the ``slow`` one, which is that of the position.
+    M v' = drive - slope v - d, with drive and d as they are over an interval; q by the trapezoid.
+    """
+    count, n = q.shape
+    m = 3 * n
+    x, P = np.zeros(m), np.zeros((m, m))
+    x[:n], x[n : 2 * n] = q[0], slow[0]
+    for i in range(n):
+        P[i, i], P[n + i, n + i], P[2 * n + i, 2 * n + i] = position[i], velocity[i], friction[i]
+    A, Q, b, one = np.eye(m), np.zeros((m, m)), np.zeros(m), np.eye(n)
+    stored = count if back else 1
+    after, spreads = np.zeros((stored, m)), np.zeros((stored, m, m))
+    before, predicted = np.zeros((stored, m)), np.zeros((stored, m, m))
+    steps = np.zeros((stored, m, m))
+    after[0], spreads[0] = x, P
+    likelihood = 0.0
+    for k in range(1, count):
+        half = 0.5 * h[k - 1]
+        # exp(-X) and its mean over the step: Pade's (0, 2), which does not ring where X is large.
+        X = h[k - 1] * mobility[k - 1] * slope[k - 1]
+        inverse = np.linalg.inv(one + X + 0.5 * (X @ X))
+        gain = h[k - 1] * (inverse @ ((one + 0.5 * X) @ mobility[k - 1]))
+        A[n : 2 * n, n : 2 * n] = inverse
+        A[n : 2 * n, 2 * n :] = -gain
+        A[:n, n:] = half * A[n : 2 * n, n:]
+        b[n : 2 * n] = gain @ drive[k - 1]
+        b[:n] = half * b[n : 2 * n]
+        noise = (gain * white[k - 1]) @ gain.T
+        Q[n : 2 * n, n : 2 * n] = noise
+        Q[:n, n : 2 * n] = Q[n : 2 * n, :n] = half * noise
+        Q[:n, :n] = half * half * noise
+        for i in range(n):
+            A[i, n + i] += half
+            A[2 * n + i, 2 * n + i] = kept[k - 1]
+            Q[2 * n + i, 2 * n + i] = friction[i] * (1.0 - kept[k - 1] ** 2)
+        x = A @ x + b
+        P = A @ P @ A.T + Q
+        if back:
+            before[k], predicted[k], steps[k] = x, P, A
+        for i in range(n):
+            variance = P[i, i] + position[i]
+            error = q[k, i] - x[i]
+            K = P[:, i].copy() / variance
+            x = x + K * error
+            P = P - np.outer(K, P[i].copy())
+            if counted[k]:
+                likelihood -= 0.5 * (error * error / variance + np.log(variance))
+        for i in range(n):
+            if still[k, i]:
+                j = n + i
+                K = P[:, j].copy() / (P[j, j] + velocity[i])
+                x = x + K * (slow[k, i] - x[j])
+                P = P - np.outer(K, P[j].copy())
+        P = 0.5 * (P + P.T)
+        if back:
+            after[k], spreads[k] = x, P
+    v, spread = np.zeros((stored, n)), np.zeros((stored, n))
+    for k in range(stored - 1, -1, -1):
+        if k < stored - 1:
+            C = np.linalg.solve(predicted[k + 1], steps[k + 1] @ spreads[k]).T
+            after[k] += C @ (after[k + 1] - before[k + 1])
+            spreads[k] += C @ (spreads[k + 1] - predicted[k + 1]) @ C.T
+        for i in range(n):
+            v[k, i], spread[k, i] = after[k, n + i], spreads[k, n + i, n + i]
+    return v, spread, likelihood
