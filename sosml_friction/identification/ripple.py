@@ -14,17 +14,17 @@ from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
-from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.segments import Segment, SegmentSettings, find_segments
-from sosml_friction.model.laws import make_friction_law, unit_of
+from sosml_friction.model.laws import FrictionLaw, make_friction_law, unit_of
 from sosml_friction.observers.signal_noise import signal_noise
 
 #: Thomson's multitaper: half of the bandwidth in units of 1 / length, and the tapers whose leakage
 #: is small at it.
 _HALF_BAND, _TAPERS = 2.5, 4
-#: Windows over which plateaus are looked for [s]: ripple slower than the first hides them from it.
-_WINDOWS_S = (0.05, 0.2, 0.8)
+#: Over what the position is smoothed to find plateaus that slower ripple hides [s].
+_WINDOWS_S = (0.2, 0.8)
 #: An encoder's noise is taken to be white within this factor: less than that is no ripple.
 _WHITE = 2.0
 #: Probability of an error of the first kind, of a joint.
@@ -97,21 +97,26 @@ def measure_ripple(time: FloatArray, q: FloatArray) -> tuple[PlateauRipple, ...]
 
 
 def _plateaus(time: FloatArray, q: FloatArray) -> list[Segment]:
-    """Return the plateaus by the shortest window that sees them, in order of time."""
+    """Return the plateaus by the least smoothing that shows them, in order of time."""
     found: list[Segment] = []
-    for window in _WINDOWS_S:
+    step = float(np.median(np.diff(time)))
+    for window in (0.0, *_WINDOWS_S):
+        # A mean over a Hann window of twice that length; NaN at the ends.
+        half = round(window / step)
+        smooth = np.full(len(q), np.nan)
+        if len(q) <= 2 * half + 1:
+            break
+        kernel = np.hanning(2 * half + 3)[1:-1]
+        smooth[half : len(q) - half] = np.convolve(q - q[0], kernel / kernel.sum(), 'valid')
         settings = SegmentSettings(
-            window_s=window,
-            minimum_s=window,
-            trim_s=max(window, SegmentSettings.trim_s),
-            largest_ripple=math.inf,
+            trim_s=max(window, SegmentSettings.trim_s), largest_ripple=math.inf
         )
         found += [
             own
-            for own in find_segments(time, q, settings)
+            for own in find_segments(time, smooth, settings)
             if not own.rejected
             and own.last - own.first > 8 * _TAPERS
-            and own.end_s - own.start_s > 4.0 * _HALF_BAND * window
+            and own.end_s - own.start_s > _HALF_BAND * window
             and all(own.first > k.last or own.last < k.first for k in found)
         ]
     return sorted(found, key=lambda own: own.first)
@@ -202,7 +207,9 @@ class _Spectrum:
         variance = self.overlap * np.sum((weight * power * df) ** 2)
         variance += 2.0 * noise**2 / self.noise_dof
         size = math.sqrt(scale * max(float(np.sum(excess)), 0.0))
-        peak = float(self.f[inside][np.argmax(excess)])
+        near = np.abs(self.f - self.f[inside][np.argmax(excess)]) <= self.half
+        above = np.maximum(self.power - self.noise, 0.0) * near * inside
+        peak = float(np.sum(above * self.f) / max(np.sum(above), 1e-300))
         kind = ''
         if p_value < _CHANCE / plateaus:
             kind = 'limit cycle' if self._is_line(peak) else 'ripple'
@@ -227,51 +234,25 @@ class _Spectrum:
         return bool(narrow and 2.0 * np.sum(excess[line]) > np.sum(excess))
 
 
-def with_bias(found: Sequence[PlateauRipple], fit: LawFit) -> tuple[PlateauRipple, ...]:
-    """Return the ripple with what the law's bend makes of it, s^2 f'' / 2 as a difference."""
-    law = fitted_law(fit)
-    if law is None:
-        return tuple(found)
-    v, r = np.array([own.velocity for own in found]), np.array([own.ripple for own in found])
-    bias = 0.5 * (law.torque(v + r) + law.torque(v - r)) - law.torque(v)
-    return tuple(replace(own, bias=float(b)) for own, b in zip(found, bias, strict=True))
-
-
-def shift_by_ripple(found: Sequence[PlateauRipple], fit: LawFit) -> dict[str, float]:
+def joint_ripple(
+    joint: str, effort_unit: str, time: FloatArray, q: FloatArray, fit: LawFit | None
+) -> tuple[tuple[PlateauRipple, ...], DataFinding | None]:
     """
-    Return by how much a fit by mean speeds moves each parameter of the law [its unit].
+    Return the ripple of a joint with its bias, and what is said of it; None where none is seen.
 
-    The least-squares answer to the biases of the plateaus, by their length; empty without a law.
+    A warning where the joint stops, or where the mean of the law over the ripple differs from the
+    law at the mean speed by more than its standard error; else a note.
     """
-    law = fitted_law(fit)
-    biased = [own for own in found if math.isfinite(own.bias)]
-    if law is None or len(biased) < len(law.parameters):
-        return {}
-    v = np.array([own.velocity for own in biased])
-    weight = np.sqrt([own.end_s - own.start_s for own in biased])
-    bias = weight * np.array([own.bias if own.kind else 0.0 for own in biased])
-    columns = []
-    for name, value in law.parameters.items():
-        step = _STEP * (abs(value) or 1.0)
-        changed = {**law.parameters, name: value + step}
-        other = make_friction_law(law.identifier, changed, law.smoothing_velocity)
-        columns.append(weight * (other.torque(v) - law.torque(v)) / step)
-    shift = np.linalg.lstsq(np.column_stack(columns), bias, rcond=1e-9)[0]
-    return dict(zip(law.parameters, shift.tolist(), strict=True))
-
-
-def ripple_finding(
-    joint: str, effort_unit: str, found: Sequence[PlateauRipple], fit: LawFit | None
-) -> DataFinding | None:
-    """
-    Return what is said of a joint's ripple, None where none is seen.
-
-    A warning where the joint stops, or where a fit by mean speeds is moved by more than a
-    parameter's standard error; else a note.
-    """
+    found = measure_ripple(time, q)
+    law = None if fit is None else fitted_law(fit)
+    if law is not None:
+        v, r = np.array([(own.velocity, own.ripple) for own in found]).reshape(-1, 2).T
+        # s^2 f'' / 2, as a difference: the ripple may be as large as the bend.
+        bias = 0.5 * (law.torque(v + r) + law.torque(v - r)) - law.torque(v)
+        found = tuple(replace(own, bias=float(b)) for own, b in zip(found, bias, strict=True))
     seen = [own for own in found if own.kind]
     if not seen:
-        return None
+        return found, None
     worst = max(seen, key=lambda own: own.ripple / abs(own.velocity))
     speed = unit_of('velocity', effort_unit)
     text = (
@@ -280,21 +261,38 @@ def ripple_finding(
         f'({100.0 * worst.ripple / abs(worst.velocity):.0f} % of it, {worst.kind}, '
         f'{worst.frequency:.3g} Hz; noise of the encoder there {worst.noise:.2g})'
     )
-    shift = {} if fit is None else shift_by_ripple(found, fit)
-    moved = {
-        name: own
-        for name, own in shift.items()
-        if fit is not None and name in fit.parameters and abs(own) > fit.parameters[name].std_error
-    }
-    if moved:
-        most = max(abs(own.bias) for own in seen)
-        words = ', '.join(
-            f'{name} by {own:+.2g} {unit_of(name, effort_unit)}' for name, own in moved.items()
+    spread = None if fit is None else band(fit, np.array([own.velocity for own in found]))
+    # Half of a 95 % band is about two standard errors.
+    biased = spread is not None and any(
+        own.kind and abs(own.bias) > 0.5 * width for own, width in zip(found, spread, strict=True)
+    )
+    if law is not None and biased:
+        moved = ' and '.join(
+            f'{name} by about {shift:+.2g} {unit_of(name, effort_unit)}'
+            for name, shift in _shift(found, law).items()
         )
         text += (
-            f'. The mean of friction over that is up to {most:.2g} {effort_unit} off friction at '
-            f'the mean speed, which moves {words}: they are uncertain by as much. Mend the loop '
-            '(a faster filter of its velocity, other gains) and record anew'
+            f'. The mean of friction over that is up to {max(abs(own.bias) for own in seen):.2g} '
+            f'{effort_unit} off friction at the mean speed, more than the standard error there'
+            + (f'; a fit by mean speeds moves {moved}' if moved else '')
+            + ': mend the loop (a faster filter of its velocity, other gains) and record anew'
         )
     stops = any(own.kind == 'stick-slip' for own in seen)
-    return DataFinding('ripple', joint, WARNING if moved or stops else NOTE, text)
+    return found, DataFinding('ripple', joint, WARNING if biased or stops else NOTE, text)
+
+
+def _shift(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
+    """Return by how much the biases move S and v_s, C and B being known from faster plateaus."""
+    names = [name for name in ('stribeck', 'stribeck_velocity') if name in law.parameters]
+    biased = [own for own in found if math.isfinite(own.bias)]
+    v, bias = np.array([(own.velocity, own.bias) for own in biased]).reshape(-1, 2).T
+    columns = []
+    for name in names:
+        step = _STEP * (abs(law.parameters[name]) or 1.0)
+        changed = {**law.parameters, name: law.parameters[name] + step}
+        other = make_friction_law(law.identifier, changed, law.smoothing_velocity)
+        columns.append((other.torque(v) - law.torque(v)) / step)
+    if not names:
+        return {}
+    shift = np.linalg.lstsq(np.column_stack(columns), bias, rcond=None)[0]
+    return dict(zip(names, shift.tolist(), strict=True))
