@@ -3,7 +3,7 @@
 """From the motion of a robot and its model to friction parameters, without a file."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,9 +35,11 @@ from sosml_friction.identification.friction_fit import (
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
+from sosml_friction.identification.ripple import PlateauRipple, joint_ripple
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
@@ -52,6 +54,7 @@ class BagAnalysis:
     ``estimates`` per observer (N, n) on the stamps of ``log``, whose joints are those of
     ``model``; ``inverse`` is None where inertia was not to be fitted. ``model`` has the inertia
     that friction was computed with: its own, or that of ``body`` where the data contradict it.
+    ``ripple`` by joint is how evenly it moved on each plateau.
     """
 
     log: JointLog
@@ -63,6 +66,7 @@ class BagAnalysis:
     data_checks: DataChecks | None = None
     output_error: OutputErrorFits | None = None
     body: BodyRefit | None = None
+    ripple: Mapping[str, tuple[PlateauRipple, ...]] = field(default_factory=dict)
 
     @property
     def unmodelled(self) -> dict[str, str]:
@@ -173,13 +177,27 @@ def analyse_log(
     )
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
+    ripple, checks = _with_ripple(log, robot, fit, checks)
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
     if body is not None:
         provenance['rigid_body'] = body.to_dict()
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
     return BagAnalysis(
-        log, estimates, configuration, fit, fitted, inverse, checks, output_error, body
+        log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
+
+
+def _with_ripple(
+    log: JointLog, robot: Robot, fit: FrictionFit, checks: DataChecks
+) -> tuple[dict[str, tuple[PlateauRipple, ...]], DataChecks]:
+    """Return how evenly each joint moved, and the checks with what that does to its law."""
+    found, told = {}, []
+    for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
+        fits = fit.joints.get(name, {})
+        law = fits[preferred_observer(fits) or ''].fit if fits else None
+        found[name], finding = joint_ripple(name, unit, log.time, log.q[:, i], law)
+        told += [] if finding is None else [finding]
+    return found, replace(checks, findings=(*checks.findings, *told))
 
 
 def effort_holds(

@@ -21,6 +21,14 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.share import share_directory
 
+#: A servo whose slow filter and single readings let the elbow ripple at slow plateaus.
+RIPPLING = {
+    'servo_velocity_filter': 5e-3,
+    'servo_readings': 1,
+    'servo_kp': 240.0,
+    'servo_kd': 6.0,
+}
+
 
 def default_configuration() -> DriverConfiguration:
     """Return the driver's configuration in ``config/exoskeleton.yaml``."""
@@ -33,8 +41,16 @@ def emulated_exoskeleton(
     *,
     options: EmulatorOptions | None = None,
     configuration: DriverConfiguration | None = None,
+    rippling: bool = False,
 ) -> ExoskeletonEmulator:
-    """Return the emulated exoskeleton of the package's config/, hanging at rest."""
+    """
+    Return the emulated exoskeleton of the package's config/, hanging at rest.
+
+    :param rippling: with the gains that rippled at 24 Hz: 2 mrad/s at the shoulder, 8 at the
+        elbow.
+    """
+    if rippling:
+        options = (options or EmulatorOptions()).changed(**RIPPLING)
     configuration = configuration or default_configuration()
     return ExoskeletonEmulator(
         read_model(share_directory() / 'config' / 'emulated_exoskeleton'),

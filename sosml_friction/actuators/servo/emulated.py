@@ -15,8 +15,6 @@ from sosml_friction.actuators.servo.dbc import Mode, ServoDbc, ServoFlag, ServoS
 from sosml_friction.exceptions import CanProtocolError
 
 LOOP_PERIOD_NS = 1_000_000
-# The filter of the servo's own velocity [s].
-VELOCITY_FILTER = 5e-3
 
 
 @dataclass(frozen=True)
@@ -29,11 +27,20 @@ class ServoOptions:
     )
     servo_current_limit: float = parameter("the servo's own current limit", 5.0, unit='A')
     servo_current_available: bool = parameter('whether the servo measures its current', True)
+    servo_readings: int = parameter(
+        "readings of its position sensor that a step of the servo's loop averages", 16
+    )
     servo_kp: float = parameter(
-        "proportional gain of the servo's position loop", 240.0, unit='A/rad'
+        "proportional gain of the servo's position loop", 320.0, unit='A/rad'
     )
     servo_kd: float = parameter(
-        "derivative gain of the servo's position loop", 6.0, unit='A s/rad'
+        "derivative gain of the servo's position loop", 8.0, unit='A s/rad'
+    )
+    servo_velocity_filter: float = parameter(
+        "time constant of the filter of the servo's own velocity; a slow one lets slow motion "
+        'ripple, where friction falls with speed',
+        2e-3,
+        unit='s',
     )
     servo_watchdog: float = parameter(
         'time without a command after which the bridge turns the servo off', 0.05, unit='s'
@@ -44,12 +51,12 @@ class EmulatedServo(EmulatedActuator):
     """
     Follow position targets with a 1 kHz proportional-derivative loop that gives a current.
 
-    The loop reads its own noisy sensor; the state reports position, velocity and current with the
-    DBC's resolution, the current with sensor noise or as "not available". The current is the mean
-    since the last state, as the ADC of a bridge averages: a single sample would always meet the
-    same phase of the target's staircase, an error proportional to speed that looks like viscous
-    friction. Without a command for ``servo_watchdog`` the output goes off, which the status says
-    until the next command.
+    The loop averages ``servo_readings`` of its noisy sensor; the state reports position, of one
+    reading, velocity and current with the DBC's resolution, the current with sensor noise or as
+    "not available". The current is the mean since the last state, as the ADC of a bridge averages:
+    a single sample would always meet the same phase of the target's staircase, an error
+    proportional to speed that looks like viscous friction. Without a command for
+    ``servo_watchdog`` the output goes off, which the status says until the next command.
 
     While a bit of ``status`` is set from outside the output stays off.
 
@@ -131,7 +138,7 @@ class EmulatedServo(EmulatedActuator):
             status |= ServoFlag.WATCHDOG
         current = self._measured_current(t_ns)
         state = ServoState(
-            position=self._sensed_position(q),
+            position=self._sensed_position(q, 1),
             velocity=self._velocity,
             current=current,
             status=status,
@@ -139,8 +146,9 @@ class EmulatedServo(EmulatedActuator):
         )
         return self._dbc.encode_state(state)
 
-    def _sensed_position(self, q: float) -> float:
-        return self._position(q) + self._encoder_noise_of(self._options.servo_encoder_noise)
+    def _sensed_position(self, q: float, readings: int) -> float:
+        noise = self._options.servo_encoder_noise / math.sqrt(readings)
+        return self._position(q) + self._encoder_noise_of(noise)
 
     def _measured_current(self, t_ns: int) -> float:
         """Return the mean since the last state, with noise; NaN where it is not measured."""
@@ -167,11 +175,12 @@ class EmulatedServo(EmulatedActuator):
             return
         self._loop_due_ns = t_ns + LOOP_PERIOD_NS
         before = self._sensor
-        self._sensor = self._sensed_position(q)
+        self._sensor = self._sensed_position(q, self._options.servo_readings)
         if not math.isnan(before):
-            h = LOOP_PERIOD_NS * 1e-9
+            h, filter_s = LOOP_PERIOD_NS * 1e-9, self._options.servo_velocity_filter
             rate = (self._sensor - before) / h
-            self._velocity += -math.expm1(-h / VELOCITY_FILTER) * (rate - self._velocity)
+            share = -math.expm1(-h / filter_s) if filter_s > 0.0 else 1.0
+            self._velocity += share * (rate - self._velocity)
         if self.mode is not Mode.OFF and t_ns - self._last_frame_ns > self._watchdog_ns:
             self.trip(t_ns)
         if self.mode is not Mode.OFF and (self.status or self._fault_bits()):

@@ -12,6 +12,7 @@ from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.joint_motion import position_difference
 from sosml_friction.identification.law_residual import Residual, law_residual
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.identification.segments import Segment, SegmentSettings
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
@@ -31,7 +32,7 @@ class JointView:
     ``speed`` (N,) position difference, NaN at the ends; ``estimates`` tau_f (N,) per observer;
     ``truth`` the friction that is known to be there, None if it is not; ``preferred`` the observer
     whose fit became the model, None if there is no fit; ``zero_band`` what is standstill to the
-    fits [rad/s or m/s].
+    fits [rad/s or m/s]; ``ripple`` how evenly it moved on each plateau.
     """
 
     name: str
@@ -49,6 +50,7 @@ class JointView:
     preferred: str | None = None
     zero_band: float = SegmentSettings.zero_band
     load: Parameter | None = None
+    ripple: tuple[PlateauRipple, ...] = ()
 
     @property
     def position_unit(self) -> str:
@@ -129,6 +131,7 @@ def joint_views(analysis: BagAnalysis, truth: RobotModelFile | None = None) -> l
                 preferred_observer(fits),
                 zero_band,
                 loads.get(name),
+                analysis.ripple.get(name, ()),
             )
         )
     return views

@@ -121,6 +121,11 @@ def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, An
         entry['output_error'] = analysis.output_error.to_dict()
     if analysis.body is not None:
         entry['rigid_body'] = analysis.body.to_dict()
+    if analysis.ripple:
+        entry['ripple'] = {
+            name: [plateau.to_dict() for plateau in found]
+            for name, found in analysis.ripple.items()
+        }
     if analysis.data_checks is not None:
         entry['data_checks'] = analysis.data_checks.to_dict()
     return entry
