@@ -28,7 +28,7 @@ class Ripple(Figure[JointView]):
         return any(np.isfinite(own.ripple) for own in view.ripple)
 
     def draw(self, view: JointView) -> Drawing:
-        figure = drawing.new_figure(6.0, 3.2)
+        figure = drawing.new_figure(10.0, 3.2)
         axes = figure.subplots()
         plateaus = [own for own in view.ripple if np.isfinite(own.ripple)]
         speeds = np.abs([own.velocity for own in plateaus])
@@ -39,8 +39,8 @@ class Ripple(Figure[JointView]):
                           markersize=5, markerfacecolor=drawing.AFTER if own.kind else 'none',
                           linewidth=1.0)  # fmt: skip
         top = axes.get_ylim()[1]
-        line = np.array([speeds.min(), speeds.max()])
-        axes.plot(line, line / np.sqrt(2.0), color=drawing.BEFORE, linestyle=':')
+        axes.plot(np.sort(speeds), np.sort(speeds) / np.sqrt(2.0), color=drawing.BEFORE,
+                  linestyle=':')  # fmt: skip
         axes.set_ylim(0.0, top)
         drawing.log_axis(axes)
         unit = view.velocity_unit
