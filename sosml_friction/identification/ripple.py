@@ -43,7 +43,8 @@ class PlateauRipple:
     encoder's noise makes of the speed in the same band of frequencies. ``p_value``: how often that
     noise alone would look like it. ``kind``: empty where it is not seen (above 1 % of a joint);
     ``stick-slip`` where a sine of that size stops the joint; ``limit cycle`` where half of it is
-    in one line, at ``frequency`` [Hz]; else ``ripple``. ``bias`` is the mean of the fitted law
+    in one line, at ``frequency`` [Hz] (as of cogging, whose frequency follows the speed); else
+    ``ripple``. ``bias`` is the mean of the fitted law
     over the ripple minus the law at the mean speed [Nm or N].
     """
 
@@ -255,10 +256,14 @@ def joint_ripple(
         return found, None
     worst = max(seen, key=lambda own: own.ripple / abs(own.velocity))
     speed = unit_of('velocity', effort_unit)
+    what = worst.kind
+    if what == 'limit cycle':
+        period = f'{abs(worst.velocity) / worst.frequency:.2g} {speed.removesuffix("/s")}'
+        what += f' of the loop, or a force that repeats every {period}'
     text = (
         f'joint {joint} does not move evenly on {len(seen)} of {len(found)} plateaus: at '
         f'{abs(worst.velocity):.2g} {speed} its speed ripples by {worst.ripple:.2g} {speed} rms '
-        f'({100.0 * worst.ripple / abs(worst.velocity):.0f} % of it, {worst.kind}, '
+        f'({100.0 * worst.ripple / abs(worst.velocity):.0f} % of it, {what}, '
         f'{worst.frequency:.3g} Hz; noise of the encoder there {worst.noise:.2g})'
     )
     spread = None if fit is None else band(fit, np.array([own.velocity for own in found]))

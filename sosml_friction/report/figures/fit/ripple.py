@@ -28,9 +28,9 @@ class Ripple(Figure[JointView]):
         return any(np.isfinite(own.ripple) for own in view.ripple)
 
     def draw(self, view: JointView) -> Drawing:
-        figure = drawing.new_figure(6.0, 3.2)
+        figure = drawing.new_figure(10.0, 3.2)
         axes = figure.subplots()
-        plateaus = [own for own in view.ripple if np.isfinite(own.ripple)]
+        plateaus = view.ripple
         speeds = np.abs([own.velocity for own in plateaus])
         axes.plot(speeds, [own.noise for own in plateaus], color=drawing.GREY, linestyle='',
                   marker='_', markersize=9)  # fmt: skip
@@ -38,11 +38,12 @@ class Ripple(Figure[JointView]):
             axes.errorbar(speed, own.ripple, own.ripple_error, color=drawing.AFTER, marker='o',
                           markersize=5, markerfacecolor=drawing.AFTER if own.kind else 'none',
                           linewidth=1.0)  # fmt: skip
-        top = axes.get_ylim()[1]
-        line = np.array([speeds.min(), speeds.max()])
-        axes.plot(line, line / np.sqrt(2.0), color=drawing.BEFORE, linestyle=':')
+        top = axes.get_ylim()[1] if self.applies(view) else 1.0
+        axes.plot(np.sort(speeds), np.sort(speeds) / np.sqrt(2.0), color=drawing.BEFORE,
+                  linestyle=':')  # fmt: skip
         axes.set_ylim(0.0, top)
-        drawing.log_axis(axes)
+        if plateaus:
+            drawing.log_axis(axes)
         unit = view.velocity_unit
         drawing.label_axes(axes, f'speed of the plateau [{unit}]', f'ripple [{unit} rms]')
         drawing.legend_below(figure, [
