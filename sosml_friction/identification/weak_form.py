@@ -150,6 +150,7 @@ class WeakForm:
         self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
+        self._unsmoothed: WeakForm | None = None
         self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
 
     def _take(self, log: JointLog) -> None:
@@ -197,7 +198,7 @@ class WeakForm:
                     samples, self._log.q[rows], v[rows], laws, noise, factor
                 ).run()
         form = copy(self)
-        form._variance = variance
+        form._variance, form._unsmoothed = variance, self
         form._take(replace(self._log, v=v))
         return form
 
@@ -280,6 +281,8 @@ class WeakForm:
         rows = np.concatenate([piece.rows for piece in pieces])
         before = np.concatenate([piece.before for piece in pieces])
         variance = 0.5 * (self._variance[before, i] + self._variance[rows, i])
+        # And the mean over both ends of an interval is not that of their mean velocity.
+        variance += 0.25 * (self._log.v[rows, i] - self._log.v[before, i]) ** 2
         smoothed = np.isfinite(variance)
         half = _SMOOTHED if smoothed.all() else self._half
         sign = np.where(smoothed, 1.0, -1.0)
@@ -322,7 +325,10 @@ class WeakForm:
             speeds = np.abs(first.mean_v[first.keep])
             slowest = float(np.quantile(speeds, 0.02)) if len(speeds) else 0.0
             v0 = min(first.smoothing(), _STANDSTILL * slowest)
-        return beyond(max(zero_band, v0))
+        found = beyond(max(zero_band, v0))
+        if self._unsmoothed is None or not smoothed.any():
+            return found
+        return replace(found, unsmoothed=self._unsmoothed.rows(i, smoothing_velocity))
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:

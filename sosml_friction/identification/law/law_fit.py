@@ -120,6 +120,15 @@ class LawFit:
                 covariance[k, k] += more
         return replace(self, parameters=parameters, covariance=covariance)
 
+    def with_shift(self, shift: Mapping[str, float]) -> LawFit:
+        """Return the fit with an error of one cause added, that moves all parameters together."""
+        fit = self.with_variance({name: by**2 for name, by in shift.items()})
+        if fit.covariance is None:
+            return fit
+        d = np.array([shift.get(name, 0.0) for name in fit.covariance_of])
+        # The variances are in it already.
+        return replace(fit, covariance=fit.covariance + np.outer(d, d) - np.diag(d**2))
+
 
 def fit_law(
     v: FloatArray,

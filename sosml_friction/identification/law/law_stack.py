@@ -132,15 +132,21 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
         mean_v=mean @ np.nan_to_num(rows.mean_v),
         lag=lambda column: np.array(mean @ lag(column)),
         extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
+        unsmoothed=None if rows.unsmoothed is None else joined(rows.unsmoothed, noise),
     )
 
 
 @dataclass(frozen=True)
 class LawStack:
-    """Hold one regression of all bags: ``bag`` (K,) says of which each row is."""
+    """
+    Hold one regression of all bags: ``bag`` (K,) says of which each row is.
+
+    ``unsmoothed``: that of the rows at velocities of the position alone, None where no bag has.
+    """
 
     rows: LawRows
     bag: IndexArray
+    unsmoothed: LawStack | None = None
 
     def own(self, names: Collection[str]) -> LawStack:
         """
@@ -165,6 +171,7 @@ class LawStack:
             column = np.where(keep, column, 0.0)
             return np.array(column - gone @ (gone.T @ column))
 
+        own = self.unsmoothed.own(names) if self.unsmoothed else None
         rows = replace(
             self.rows,
             y=project(self.rows.y),
@@ -173,8 +180,9 @@ class LawStack:
             extra=None
             if self.rows.extra is None
             else np.column_stack([project(column) for column in self.rows.extra.T]),
+            unsmoothed=own.rows if own else None,
         )
-        return LawStack(rows, self.bag)
+        return LawStack(rows, self.bag, own)
 
 
 def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
@@ -204,6 +212,9 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         )
     extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
               if rows.extra is not None]  # fmt: skip
+    unsmoothed = None
+    if any(rows.unsmoothed for rows in parts):
+        unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights)
     stacked = replace(
         parts[0],
         v=np.concatenate([rows.v for rows in parts]),
@@ -213,8 +224,10 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         mean_v=np.concatenate([rows.mean_v for rows in parts]),
         lag=lag,
         extra=np.concatenate(extras) if extras else None,
+        unsmoothed=unsmoothed.rows if unsmoothed else None,
     )
-    return LawStack(stacked, np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts]))
+    bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
+    return LawStack(stacked, bag, unsmoothed)
 
 
 def _known(rows: LawRows) -> BoolArray:
