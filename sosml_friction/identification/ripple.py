@@ -278,7 +278,7 @@ def joint_ripple(
     stops = any(own.kind == 'stick-slip' for own in seen)
     if fit is None or law is None or not biased:
         return found, DataFinding('ripple', joint, WARNING if stops else NOTE, text)
-    shift = _shift(found, law)
+    shift = shift_by_ripple(found, law)
     # An error that is not known is no excuse.
     small = bool(shift) and all(
         abs(own) <= fit.parameters[name].std_error for name, own in shift.items()
@@ -296,8 +296,15 @@ def joint_ripple(
     return found, DataFinding('ripple', joint, WARNING if stops or not small else NOTE, text)
 
 
-def _shift(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
-    """Return by how much the biases move S and v_s, C and B being known from faster plateaus."""
+def shift_by_ripple(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
+    """
+    Return by how much the biases move S and v_s in a fit by mean speeds [Nm or N, rad/s or m/s].
+
+    By least squares over the plateaus, C and B being known from faster ones; empty where the law
+    has no Stribeck term.
+
+    :param found: with their bias.
+    """
     names = [name for name in ('stribeck', 'stribeck_velocity') if name in law.parameters]
     biased = [own for own in found if math.isfinite(own.bias)]
     v, bias = np.array([(own.velocity, own.bias) for own in biased]).reshape(-1, 2).T
