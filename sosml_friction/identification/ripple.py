@@ -27,6 +27,8 @@ _HALF_BAND, _TAPERS = 2.5, 4
 _WINDOWS_S = (0.2, 0.8)
 #: An encoder's noise is taken to be white within this factor: less than that is no ripple.
 _WHITE = 2.0
+#: Of the band of the ripple more than this share has to be seen on a plateau.
+_FEWEST = 0.5
 #: Probability of an error of the first kind, of a joint.
 _CHANCE = 0.01
 #: Step of the differences that make the gradient of the law, as a share of a parameter.
@@ -100,6 +102,8 @@ def measure_ripple(time: FloatArray, q: FloatArray) -> tuple[PlateauRipple, ...]
 def _plateaus(time: FloatArray, q: FloatArray) -> list[Segment]:
     """Return the plateaus by the least smoothing that shows them, in order of time."""
     found: list[Segment] = []
+    if len(time) < 8 * _TAPERS:
+        return found
     step = float(np.median(np.diff(time)))
     for window in (0.0, *_WINDOWS_S):
         # A mean over a Hann window of twice that length; NaN at the ends.
@@ -108,7 +112,7 @@ def _plateaus(time: FloatArray, q: FloatArray) -> list[Segment]:
         if len(q) <= 2 * half + 1:
             break
         kernel = np.hanning(2 * half + 3)[1:-1]
-        smooth[half : len(q) - half] = np.convolve(q - q[0], kernel / kernel.sum(), 'valid')
+        smooth[half : len(q) - half] = np.convolve(q, kernel / kernel.sum(), 'valid')
         settings = SegmentSettings(
             trim_s=max(window, SegmentSettings.trim_s), largest_ripple=math.inf
         )
@@ -197,10 +201,10 @@ class _Spectrum:
         # The share of the band that is not left out here.
         share = float(np.sum((weights * shape)[inside]) / max(np.sum(weights * shape), 1e-300))
         frame = (at.start_s, at.end_s, at.velocity)
-        if not inside.any():
+        if not (own.any() or share > _FEWEST):
             return PlateauRipple(*frame, math.nan, math.nan, math.nan, math.nan, 1.0, math.nan)
         weight, power = weights[inside], self.power[inside]
-        scale = 1.0 / share if share > 0.0 and not own.any() else 1.0
+        scale = 1.0 if own.any() else 1.0 / share
         excess = weight * (power - self.noise) * df
         noise = float(np.sum(weight)) * self.noise * df
         dof = 2.0 * np.sum(weight) ** 2 / (self.overlap * np.sum(weight**2))
@@ -241,8 +245,8 @@ def joint_ripple(
     """
     Return the ripple of a joint with its bias, and what is said of it; None where none is seen.
 
-    A warning where the joint stops, or where the mean of the law over the ripple differs from the
-    law at the mean speed by more than its standard error; else a note.
+    A warning where the joint stops, or where S or v_s is moved by more than its standard error:
+    the mean of the law over the ripple is not the law at the mean speed; else a note.
     """
     found = measure_ripple(time, q)
     law = None if fit is None else fitted_law(fit)
@@ -271,23 +275,36 @@ def joint_ripple(
     biased = spread is not None and any(
         own.kind and abs(own.bias) > 0.5 * width for own, width in zip(found, spread, strict=True)
     )
-    if law is not None and biased:
-        moved = ' and '.join(
-            f'{name} by about {shift:+.2g} {unit_of(name, effort_unit)}'
-            for name, shift in _shift(found, law).items()
-        )
-        text += (
-            f'. The mean of friction over that is up to {max(abs(own.bias) for own in seen):.2g} '
-            f'{effort_unit} off friction at the mean speed, more than the standard error there'
-            + (f'; a fit by mean speeds moves {moved}' if moved else '')
-            + ': mend the loop (a faster filter of its velocity, other gains) and record anew'
-        )
     stops = any(own.kind == 'stick-slip' for own in seen)
-    return found, DataFinding('ripple', joint, WARNING if biased or stops else NOTE, text)
+    if fit is None or law is None or not biased:
+        return found, DataFinding('ripple', joint, WARNING if stops else NOTE, text)
+    shift = shift_by_ripple(found, law)
+    # An error that is not known is no excuse.
+    small = bool(shift) and all(
+        abs(own) <= fit.parameters[name].std_error for name, own in shift.items()
+    )
+    moved = ' and '.join(
+        f'{name} by about {own:+.2g} {unit_of(name, effort_unit)}' for name, own in shift.items()
+    )
+    text += (
+        f'. The mean of friction over that is up to {max(abs(own.bias) for own in seen):.2g} '
+        f'{effort_unit} off friction at the mean speed, more than the standard error there'
+        + (f'; a fit by mean speeds moves {moved}' if moved else '')
+    )
+    if stops or not small:
+        text += ': mend the loop (a faster filter of its velocity, other gains) and record anew'
+    return found, DataFinding('ripple', joint, WARNING if stops or not small else NOTE, text)
 
 
-def _shift(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
-    """Return by how much the biases move S and v_s, C and B being known from faster plateaus."""
+def shift_by_ripple(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
+    """
+    Return by how much the biases move S and v_s in a fit by mean speeds [Nm or N, rad/s or m/s].
+
+    By least squares over the plateaus, C and B being known from faster ones; empty where the law
+    has no Stribeck term.
+
+    :param found: with their bias.
+    """
     names = [name for name in ('stribeck', 'stribeck_velocity') if name in law.parameters]
     biased = [own for own in found if math.isfinite(own.bias)]
     v, bias = np.array([(own.velocity, own.bias) for own in biased]).reshape(-1, 2).T

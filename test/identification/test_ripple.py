@@ -145,7 +145,7 @@ def test_without_plateaus_there_is_nothing_to_tell():
     t = np.arange(0.0, 5.0, 0.002)
     assert joint_ripple('elbow', 'Nm', t, np.sin(2.0 * np.pi * t), None) == ((), None)
     assert measure_ripple(t, np.zeros(len(t))) == ()
-    assert measure_ripple(t[:3], t[:3]) == ()
+    assert measure_ripple(t[:1], t[:1]) == ()
 
 
 @pytest.fixture(scope='module')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a fit as files: complete or absent, and never in place of something else."""
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -13,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.report.common.output import to_json, to_plain
 from sosml_friction.report.fit import results
@@ -48,6 +50,17 @@ def test_the_schema_refuses_what_is_not_a_fit(analysis):
     document['joints']['shoulder']['sosml']['parameters']['coulomb']['value'] = 'much'
     with pytest.raises(jsonschema.ValidationError):
         check(document)
+
+
+def test_the_document_has_the_ripple_of_each_plateau_and_null_where_it_is_hidden(analysis):
+    seen = PlateauRipple(0.5, 1.5, 0.03, 0.01, 1e-3, 7e-5, 3e-3, 1e-9, 24.0, 'limit cycle', 2e-3)
+    hidden = PlateauRipple(2.0, 3.0, 0.01, *([math.nan] * 4), 1.0, math.nan)
+    plateaus = {'shoulder': (seen, hidden), 'elbow': ()}
+    document = results.fit_document(dataclasses.replace(analysis, ripple=plateaus))
+    check(document)
+    first, second = document['ripple']['shoulder']
+    assert (first['ripple'], first['kind'], first['bias']) == (0.01, 'limit cycle', 2e-3)
+    assert second['ripple'] is None
 
 
 def test_the_document_has_the_numbers_of_the_fit_and_the_truth(analysis, truth):
