@@ -34,8 +34,9 @@ from sosml_friction.identification.friction_fit import (
     with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
-from sosml_friction.identification.ripple import PlateauRipple, joint_ripple
+from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
@@ -177,7 +178,7 @@ def analyse_log(
     )
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
-    ripple, checks = _with_ripple(log, robot, fit, checks)
+    fit, ripple, checks = _with_ripple(log, robot, fit, checks)
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
     if body is not None:
         provenance['rigid_body'] = body.to_dict()
@@ -189,15 +190,29 @@ def analyse_log(
 
 def _with_ripple(
     log: JointLog, robot: Robot, fit: FrictionFit, checks: DataChecks
-) -> tuple[dict[str, tuple[PlateauRipple, ...]], DataChecks]:
-    """Return how evenly each joint moved, and the checks with what that does to its law."""
-    found, told = {}, []
+) -> tuple[FrictionFit, dict[str, tuple[PlateauRipple, ...]], DataChecks]:
+    """
+    Return the fits, how evenly each joint moved, and the checks with what that does to its law.
+
+    A law whose velocities do not show the ripple has what it moves S and v_s by in its errors.
+    """
+    joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
         fits = fit.joints.get(name, {})
-        law = fits[preferred_observer(fits) or ''].fit if fits else None
-        found[name], finding = joint_ripple(name, unit, log.time, log.q[:, i], law)
-        told += [] if finding is None else [finding]
-    return found, replace(checks, findings=(*checks.findings, *told))
+        used = preferred_observer(fits)
+        law = fits[used].fit if used else None
+        rows = fit.rows.get(name, {}).get(used or '')
+        smoothed = rows is not None and rows.unsmoothed is not None
+        found[name], finding = joint_ripple(name, unit, log.time, log.q[:, i], law, smoothed)
+        if finding is None:
+            continue
+        told.append(finding)
+        curve = fitted_law(law) if law and not smoothed else None
+        if used and law and curve:
+            shift = shift_by_ripple([own for own in found[name] if own.kind], curve)
+            joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
+    checks = replace(checks, findings=(*checks.findings, *told))
+    return replace(fit, joints=joints), found, checks
 
 
 def effort_holds(

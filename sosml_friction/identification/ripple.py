@@ -240,13 +240,20 @@ class _Spectrum:
 
 
 def joint_ripple(
-    joint: str, effort_unit: str, time: FloatArray, q: FloatArray, fit: LawFit | None
+    joint: str,
+    effort_unit: str,
+    time: FloatArray,
+    q: FloatArray,
+    fit: LawFit | None,
+    smoothed: bool = False,
 ) -> tuple[tuple[PlateauRipple, ...], DataFinding | None]:
     """
     Return the ripple of a joint with its bias, and what is said of it; None where none is seen.
 
     A warning where the joint stops, or where S or v_s is moved by more than its standard error:
     the mean of the law over the ripple is not the law at the mean speed; else a note.
+
+    :param smoothed: whether the fit knows velocities that show the ripple.
     """
     found = measure_ripple(time, q)
     law = None if fit is None else fitted_law(fit)
@@ -291,6 +298,9 @@ def joint_ripple(
         f'{effort_unit} off friction at the mean speed, more than the standard error there'
         + (f'; a fit by mean speeds moves {moved}' if moved else '')
     )
+    if smoothed:
+        text += '; this fit looks friction up at velocities smoothed by the torque, which show it'
+        return found, DataFinding('ripple', joint, WARNING if stops else NOTE, text)
     if stops or not small:
         text += ': mend the loop (a faster filter of its velocity, other gains) and record anew'
     return found, DataFinding('ripple', joint, WARNING if stops or not small else NOTE, text)
