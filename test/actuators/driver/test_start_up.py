@@ -16,7 +16,7 @@ from sosml_friction.actuators.driver.start_up import Check, Request, StartUp, St
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
-from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.exceptions import ActuatorError
 
 TURN = 2.0 * math.pi
