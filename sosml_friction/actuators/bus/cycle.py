@@ -324,10 +324,6 @@ class BusCycle:
         elif self.trouble & BusTrouble.BUS_OFF:
             self._off = True
 
-    def trouble_text(self) -> str:
-        """Return what the controller's last error frame said, in words."""
-        return trouble_names(self.trouble)
-
 
 def _reply_id(key: Hashable) -> object:
     return key[0] if isinstance(key, tuple) and key else None

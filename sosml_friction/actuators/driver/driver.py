@@ -13,6 +13,7 @@ import can
 import numpy as np
 
 from sosml_friction.actuators.bus.clock import Clock
+from sosml_friction.actuators.bus.cycle import trouble_names
 from sosml_friction.actuators.driver.checks import (
     bus_load,
     check_bus_load,
@@ -402,7 +403,7 @@ class JointDriver:
                 incomplete_cycles=self._incomplete,
                 skew_ns=self._skew_ns,
                 bus=replace(self._bus.cycle.counters),
-                bus_trouble=self._bus.cycle.trouble_text(),
+                bus_trouble=trouble_names(self._bus.cycle.trouble),
                 joints=tuple(
                     joint.report(self._problem(joint), q if driven else math.nan)
                     for joint, q in zip(self._joints, reference, strict=True)
