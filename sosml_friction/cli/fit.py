@@ -182,7 +182,8 @@ def fit(
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
     from sosml_friction.identification.segments import SegmentSettings
-    from sosml_friction.report.fit.fit_run import hold_remark, run_fit
+    from sosml_friction.report.fit.fit_run import run_fit
+    from sosml_friction.report.fit.outcome import hold_remark
 
     segments = options.stated(zero_band=zero_band, window_s=window, trim_s=trim)
     settings = FitSettings(

@@ -87,9 +87,11 @@ class EmulatedServo(EmulatedActuator):
 
     @property
     def request_id(self) -> int:
+        """Return the identifier of ``servo_command``."""
         return self._dbc.command_id
 
     def restart(self, t_ns: int) -> None:
+        """Forget the command and the watchdog's bit."""
         self.mode = Mode.OFF
         self._commanded = 0.0
         self._tripped = False
@@ -152,11 +154,13 @@ class EmulatedServo(EmulatedActuator):
         return mean + self._normal(self._options.servo_current_noise)
 
     def advance(self, share: float) -> None:
+        """Let the current follow its command, and add it to the mean."""
         super().advance(share)
         self._current_sum += self.current
         self._steps += 1.0
 
     def control(self, t_ns: int, q: float, v: float) -> None:
+        """Run the position loop each millisecond, and the watchdog."""
         self._step_ns = max(1, t_ns - self._step_from_ns)
         self._step_from_ns = t_ns
         if t_ns < self._loop_due_ns:

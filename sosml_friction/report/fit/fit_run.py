@@ -2,13 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit one or several recordings and write the results: all of ``sosml fit`` but its options."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from rich.console import RenderableType
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.source import bag_name
@@ -17,92 +13,13 @@ from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis, analyse_bags
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit import results
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import answers, caveats, simulation_lines
-from sosml_friction.report.fit.inverse_view import inverse_table
+from sosml_friction.report.fit.findings import answers, caveats
 from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.fit.outcome import FitOutcome
 from sosml_friction.study.gain_proposal import parse_effort_hold
-
-
-@dataclass(frozen=True)
-class FitOutcome:
-    """
-    Hold a fit that was written to ``folder``, ready to be printed.
-
-    ``analyses``: by the path of each recording; ``document``: the object of ``sosml fit --json``;
-    ``found`` and ``open_ends``: sentences before and after ``table``; ``failed``: joints that
-    could not be fitted.
-    """
-
-    folder: Path
-    analyses: Mapping[Path, BagAnalysis]
-    document: Mapping[str, Any]
-    found: Sequence[str]
-    table: RenderableType
-    open_ends: Sequence[str]
-    failed: Sequence[str]
-
-    @property
-    def is_no(self) -> bool:
-        """Tell whether a joint that reports effort has no fit: it rests, or was refused."""
-        return any(
-            (
-                one.data_checks is not None
-                and {**one.data_checks.refused, **one.data_checks.resting}
-            )
-            or any(np.isfinite(one.log.select([joint]).tau).any() for joint in self.failed)
-            for one in self.analyses.values()
-        )
-
-    def blocks(self) -> Iterator[str | RenderableType]:
-        """Return what is printed on stdout: sentences and tables."""
-        several = len(self.analyses) > 1
-        yield from self.found
-        yield self.table
-        yield from self.open_ends
-        for bag, one in self.analyses.items():
-            if one.inverse is not None:
-                if several:
-                    yield f'{bag}:'
-                yield inverse_table(one, one.inverse)
-            yield from simulation_lines(one)
-        yield f'Model, report.html, fit.json and segments.csv are in {self.folder}'
-
-    def remarks(self) -> Iterator[str]:
-        """Return what is wrong with the recordings or is no evidence, for stderr."""
-        several = len(self.analyses) > 1
-        for bag, one in self.analyses.items():
-            if one.model.provenance.get('recovered'):
-                yield f'{bag} is cut off or damaged: only its readable part was used'
-            if one.data_checks is not None:
-                begin = f'{bag}: ' if several else ''
-                yield from (f'{begin}{sentence}' for sentence in one.data_checks.sentences)
-            if not several:
-                for joint, reason in one.unmodelled.items():
-                    yield f'{joint} has no friction in the model: {reason}'
-        gains = dict.fromkeys(g for one in self.analyses.values() for g in one.configuration.gains)
-        if carrying := ', '.join(name for name in gains if OBSERVERS[name].carries_law):
-            yield (
-                f'{carrying} has a friction law inside: a law fitted to its estimate is that one '
-                'again, and no evidence'
-            )
-
-
-def hold_remark(bags: Sequence[Path], namespace: str | None) -> Iterator[str]:
-    """Return what was assumed of bags that do not say where in an interval effort holds."""
-    silent = [
-        str(bag) for bag in bags if Bag.open(bag, namespace).text('observer_configuration') is None
-    ]
-    if silent:
-        who = 'The bag does' if len(bags) == 1 else f'Of the bags, {", ".join(silent)} do'
-        yield (
-            f'{who} not say where in an interval effort holds, so it was taken for a\n'
-            'command (start). A measured current holds until its sample (--effort-hold end), '
-            'and\na period of delay reads as viscous friction.'
-        )
 
 
 def run_fit(

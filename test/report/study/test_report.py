@@ -19,9 +19,9 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.study import results as study_results
-from sosml_friction.report.study.html import render_study
 from sosml_friction.report.study.results import (
     check_study_destination,
+    render_study,
     study_document,
     write_study,
 )
