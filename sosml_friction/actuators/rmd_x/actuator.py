@@ -56,11 +56,8 @@ class RmdXActuator(RmdXStartUp):
     The command is 0xA1 (current) in mode torque, 0xA2 (speed) in mode speed with
     v_ref + position_gain * (q_ref - q), 0xA4 (position) in mode position; the position is 0x92,
     or 0x60 where ``counts_per_turn`` is given. A free joint is commanded 0 A by 0xA1 in every
-    mode: no torque, and the reply brings iq. The start-up only reads, but for the motor's
-    watchdog (0xB3) where ``motor_watchdog_ms`` asks for it.
-
-    Effort is direction * torque_constant * iq as the motor reports it, never the command. In the
-    modes speed and position the motor limits its own current: the driver can only watch iq.
+    mode: no torque, and the reply brings iq. Effort is direction * torque_constant * iq as the
+    motor reports it, never the command.
     """
 
     configuration_type = RmdXConfiguration
