@@ -87,11 +87,6 @@ class JointDriver:
         self._skew_ns = 0
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Return the joints in order."""
-        return self.configuration.names
-
-    @property
     def trajectory_running(self) -> bool:
         """Tell whether a trajectory is being executed."""
         return self._motion.follower.running

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The words of the RMD-X protocol: its commands, error bits and modes."""
+"""The words of the RMD-X protocol: its commands, error bits, modes and variants."""
 
 from __future__ import annotations
 

@@ -43,6 +43,7 @@ class RmdXStartUp(Actuator):
         self.angle = math.nan
         self.counts_turns = 0.0
         self.watchdog_off = ''
+        self._wanted_ns = configuration.motor_watchdog_ms * 1_000_000
         self._turn_offset = 0.0
         self._seen = 0
         self._trips = False
@@ -191,10 +192,6 @@ class RmdXStartUp(Actuator):
         )
 
     # ---- the motor's own watchdog
-
-    @property
-    def _wanted_ns(self) -> int:
-        return self.configuration.motor_watchdog_ms * 1_000_000
 
     @property
     def _pause_ns(self) -> int:

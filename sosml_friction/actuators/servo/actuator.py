@@ -155,7 +155,7 @@ class ServoActuator(Actuator):
         measurement.q = configuration.direction * state.position + configuration.zero_offset
         measurement.current = state.current
         measurement.tau = configuration.direction * configuration.torque_constant * state.current
-        measurement.position_raw = state.position / self._dbc.position_resolution()
+        measurement.position_raw = state.position / self._dbc.position_resolution
         measurement.speed = configuration.direction * state.velocity
         measurement.stamp_ns = stamp_ns
         self._status = state.status

@@ -39,7 +39,7 @@ def test_steps_are_walked_in_order_and_each_is_checked_once():
     walk = StartUp('j', [step('a'), step('b')], 'silent')
     names = []
     while not walk.done:
-        names.append(walk.step)
+        names.append(walk._steps[0].name)
         walk.take(set(), walk.requests())
     assert names == ['a', 'b']
     assert [check.step for check in walk.checks] == ['a', 'b']
