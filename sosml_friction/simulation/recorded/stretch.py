@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulation has to know of a recording, which regression makes; windows of it simulated."""
+"""What a simulation has to know of a recording, which regression makes; simulated windows."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
