@@ -90,6 +90,7 @@ def run_chain(
     output: Path,
     seed: int = 0,
     step: Step = lambda what, share=None: None,
+    plateau: float | None = None,
 ) -> Path:
     """
     Run emulator, driver, observers and identifier through T1 and return the run's folder.
@@ -100,6 +101,7 @@ def run_chain(
     :param output: folder for the results; what an earlier demo left there is replaced.
     :param seed: of the emulated noise.
     :param step: called with the phase in words and, while the robot moves, the share done.
+    :param plateau: length of a plateau [s], None for T1's.
     :raises ActuatorError: if a node ends or does not answer; the sentence quotes its last words.
     :raises ConfigurationError: if ``output`` cannot be written.
     """
@@ -109,6 +111,8 @@ def run_chain(
     os.environ['ROS_DOMAIN_ID'] = str(1 + os.getpid() % 100)
     port = _free_port()
     identifier = [f'output:={output.resolve()}', f'run_name:={RUN}']
+    if plateau is not None:
+        identifier.append(f'plateau:={float(plateau)}')
     nodes = {
         'emulator_node': [f'can_channel:=127.0.0.1:{port}', f'seed:={seed}', *_PATIENT_HARDWARE],
         'driver_node': [f'can_channel:=socket://127.0.0.1:{port}', *_PATIENT_DRIVER],

@@ -3,7 +3,7 @@
 """
 The whole chain: emulator, driver, observers and identifier as processes, CAN bytes over TCP, DDS.
 
-One run of T1, 46 s at 500 Hz as in ``sosml demo``, serves all tests here.
+One run of 60 s at 500 Hz serves all tests here.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.bags.serialization import deserialize
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.friction_fit import WEAK_FORM
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.nodes.demo import run_chain
@@ -32,6 +33,8 @@ from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recor
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
+#: Long enough for 60 s in all with the speeds of T1.
+PLATEAU = 1.6
 
 
 @pytest.fixture(scope='module')
@@ -47,7 +50,7 @@ def run(tmp_path_factory: pytest.TempPathFactory, phases: list[str]) -> Path:
         if not phases or phases[-1] != what:
             phases.append(what)
 
-    return run_chain(tmp_path_factory.mktemp('chain'), 1, note)
+    return run_chain(tmp_path_factory.mktemp('chain'), 1, note, plateau=PLATEAU)
 
 
 @pytest.fixture(scope='module')
@@ -59,7 +62,7 @@ def stamps(bag: Bag, topic: str) -> np.ndarray:
     return bag.joint_log(topic).t_ns
 
 
-def test_every_sample_of_45_s_at_500_hz_has_its_estimates(bag):
+def test_every_sample_of_60_s_at_500_hz_has_its_estimates(bag):
     """
     None is lost between driver, observers and recorder, and none comes twice.
 
@@ -67,7 +70,7 @@ def test_every_sample_of_45_s_at_500_hz_has_its_estimates(bag):
     than 500 a second, which is its to count, so only the span is judged here, not the number.
     """
     sampled = stamps(bag, '/joint_states')
-    assert (sampled[-1] - sampled[0]) * 1e-9 >= 45.0
+    assert (sampled[-1] - sampled[0]) * 1e-9 >= 60.0
     assert (np.diff(sampled) > 0).all()
     for topic in ('/friction_estimate', *(f'/friction_estimate/{name}' for name in OBSERVERS)):
         np.testing.assert_array_equal(stamps(bag, topic), sampled, err_msg=topic)
@@ -77,8 +80,7 @@ def test_live_estimates_equal_the_batch_path(run, bag):
     """Largest difference over the whole run at most 1e-9; they are the same steps, so it is 0."""
     batch = analyse_bag(run / 'bag').estimates
     live = bag.estimates()
-    # The batch has fits without an observer besides.
-    assert set(live) == set(OBSERVERS) <= set(batch)
+    assert set(live) == set(batch) - {WEAK_FORM} == set(OBSERVERS)
     for name, estimate in live.items():
         np.testing.assert_array_equal(np.isnan(estimate.tau_f), np.isnan(batch[name]))
         assert np.nanmax(np.abs(estimate.tau_f - batch[name])) <= 1e-9
@@ -201,9 +203,7 @@ def test_the_robot_followed_t1(bag):
     settings = yaml.safe_load(PARAMETERS.read_text())['/**/identifier_node']['ros__parameters']
     centre = dict(zip(names, settings['centre'], strict=True))
     start = {name: float(q) for name, q in zip(names, log.q[0], strict=True)}
-    trajectory = speed_ladder(
-        start, centre, settings['speeds'], settings['plateau'], settings['ramp']
-    )
+    trajectory = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])
     spline, q = trajectory.spline(), log.select(names).q
     errors = [
         np.abs(spline(np.clip(log.time - delay, 0.0, trajectory.duration)) - q).max()
