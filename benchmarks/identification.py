@@ -26,9 +26,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
 from rich.console import Console
-from rich.table import Table
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
@@ -55,6 +53,7 @@ from sosml_friction.observers.log_conditions import measure_conditions
 from sosml_friction.observers.recipe import gains_for_conditions
 from sosml_friction.observers.registry import make_observer
 from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.common.table import terminal_table
 from sosml_friction.study.condition import read_by_encoder
 from sosml_friction.study.mismatched_robot import MismatchedRobot
 from sosml_friction.study.motion import POSTURE, Reference
@@ -337,27 +336,23 @@ def print_table(title: str, runs: Sequence[Run], data: str) -> None:
     methods = list(dict.fromkeys(method for run in runs for d, method in run if d == data))
     seconds = {m: float(np.median([run[data, m].seconds for run in runs])) for m in methods}
     fastest = min(seconds.values())
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0), title_justify='left')
-    table.add_column(title, no_wrap=True)
-    for _, column, unit, _ in COLUMNS:
-        table.add_column(f'{column} [{unit}]', no_wrap=True)
-    table.add_column('time', justify='right', no_wrap=True)
+    columns = {title: 'w', **{f'{c} [{unit}]': 'w' for _, c, unit, _ in COLUMNS}, 'time': 'n w'}
+    rows = []
     for method in methods:
         entries = [run[data, method].parameters or {} for run in runs]
         cells = [
             cell([parameters.get(name) for parameters in entries], name, scale)
             for name, _, _, scale in COLUMNS
         ]
-        table.add_row(method, *cells, f'{seconds[method] / fastest:.3g}')
-    Console(width=140, highlight=False).print(table)
+        rows.append([method, *cells, f'{seconds[method] / fastest:.3g}'])
+    Console(width=140, highlight=False).print(terminal_table(columns, rows))
 
 
 def print_mismatch(right: Sequence[Run], wrong: Sequence[Run]) -> None:
     """Print by how much each estimate moves when the model is wrong, on the same noise."""
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column(f'{TOGETHER}, M +10 %, g +0.1 Nm: change', no_wrap=True)
-    for _, column, unit, _ in COLUMNS:
-        table.add_column(f'{column} [{unit}]', no_wrap=True)
+    columns = {f'{TOGETHER}, M +10 %, g +0.1 Nm: change': 'w'}
+    columns |= {f'{column} [{unit}]': 'w' for _, column, unit, _ in COLUMNS}
+    rows = []
     methods = [method for data, method in right[0] if data == TOGETHER]
     for method in methods:
         cells = []
@@ -372,8 +367,8 @@ def print_mismatch(right: Sequence[Run], wrong: Sequence[Run]) -> None:
             ]
             sd = f' ({np.std(changes, ddof=1):.2g})' if len(changes) > 1 else ''
             cells.append(f'{np.mean(changes):+.2g}{sd}' if changes else '-')
-        table.add_row(method, *cells)
-    Console(width=140, highlight=False).print(table)
+        rows.append([method, *cells])
+    Console(width=140, highlight=False).print(terminal_table(columns, rows))
 
 
 def main() -> None:

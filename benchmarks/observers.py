@@ -14,9 +14,6 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
@@ -25,6 +22,7 @@ from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.recipe import gains_for_conditions
 from sosml_friction.observers.registry import OBSERVERS, make_observer
+from sosml_friction.report.common.table import print_table, terminal_table
 from sosml_friction.share import share_directory
 
 COUNT, REPEATS, CALLS = 20_000, 15, 2_000
@@ -78,18 +76,19 @@ def main() -> None:
         observer.start(stretch.p_start)
         loops[name] = median_time(lambda o=observer: o.run(samples)) / len(samples)
         calls[name] = median_time(lambda o=observer: [o.run(one) for _ in range(CALLS)], 5) / CALLS
-    table = Table(box=box.SIMPLE, title='Recursion alone, 2 joints')
-    table.add_column('observer')
-    for heading in ('us/step in a loop', 'ratio', 'us/call from Python', 'ratio'):
-        table.add_column(heading, justify='right')
-    for name in OBSERVERS:
-        table.add_row(
+    heads = ('us/step in a loop', 'ratio', 'us/call from Python', 'its ratio')
+    costs = [
+        (
             name,
             f'{1e6 * loops[name]:.3f}',
             f'{loops[name] / loops["first_order"]:.1f}',
             f'{1e6 * calls[name]:.2f}',
             f'{calls[name] / calls["first_order"]:.1f}',
         )
+        for name in OBSERVERS
+    ]
+    print('Recursion alone, 2 joints')
+    print_table(terminal_table({'observer': '', **dict.fromkeys(heads, 'n')}, costs))
     short = MomentumSamples(
         *(getattr(samples, name)[:2000] for name in ('h', 'p', 'integral', 'forcing', 'inertia'))
     )
@@ -108,16 +107,12 @@ def main() -> None:
         ('preparing its samples, with the dynamics', dynamics),
         ('the dynamics alone: Pinocchio called from Python', bare),
     )
-    path = Table(box=box.SIMPLE, title='From a recorded sample to an estimate, 2 joints')
-    for heading in ('what', 'us/step', 'Msteps/s', 'ratio'):
-        path.add_column(heading, justify='left' if heading == 'what' else 'right')
-    for what, seconds in rows:
-        path.add_row(
-            what, f'{1e6 * seconds:.3f}', f'{1e-6 / seconds:.3f}', f'{seconds / pair:.0f}'
-        )
-    console = Console(width=100, highlight=False)
-    console.print(table)
-    console.print(path)
+    print('From a recorded sample to an estimate, 2 joints')
+    told = [
+        (what, f'{1e6 * seconds:.3f}', f'{1e-6 / seconds:.3f}', f'{seconds / pair:.0f}')
+        for what, seconds in rows
+    ]
+    print_table(terminal_table({'what': '', 'us/step': 'n', 'Msteps/s': 'n', 'ratio': 'n'}, told))
 
 
 if __name__ == '__main__':

@@ -18,15 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rich import box
-from rich.console import Console
-from rich.table import Table
 
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.recipe import gains_for_conditions
 from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.common.table import print_table, terminal_table
 from sosml_friction.study.condition import encoder_noise, observe
 from sosml_friction.study.motion import POSTURE, Reference, reversal, slow
 from sosml_friction.study.plant import (
@@ -128,16 +126,13 @@ def main() -> None:
     )
     half = (len(NAMES) + 1) // 2
     for names in (NAMES[:half], NAMES[half:]):
-        table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-        table.add_column('motion and plant', no_wrap=True)
-        for name in names:
-            table.add_column(
-                observer_label(name).replace(' ', '\n'), justify='right', no_wrap=True
-            )
-        for world, found in zip(WORLDS, results, strict=True):
-            cells = [f'{found[name][0]:.0f} ({found[name][1]:.0f})' for name in names]
-            table.add_row(world.name, *cells)
-        Console(width=100, highlight=False).print(table)
+        columns = {'motion and plant': 'w'}
+        columns |= {observer_label(name).replace(' ', '\n'): 'n w' for name in names}
+        rows = [
+            [world.name, *(f'{found[n][0]:.0f} ({found[n][1]:.0f})' for n in names)]
+            for world, found in zip(WORLDS, results, strict=True)
+        ]
+        print_table(terminal_table(columns, rows))
 
 
 if __name__ == '__main__':

@@ -91,6 +91,7 @@ class Actuator(ABC):
         stop_deceleration: float = math.inf,
     ) -> None:
         self.configuration = configuration
+        self.name = configuration.name
         self.limits = limits
         self.rate = rate
         self.margin = margin
@@ -99,11 +100,6 @@ class Actuator(ABC):
         self.timeouts = 0
         self.restarts = 0
         self._plausibility = self.plausibility()
-
-    @property
-    def name(self) -> str:
-        """Return the joint's name."""
-        return self.configuration.name
 
     # ---- on the bus
 

@@ -11,8 +11,11 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.diagnosis.model_simulation import simulate_model
-from sosml_friction.report.simulation.document import simulation_document
-from sosml_friction.report.simulation.rows import error_table, simulation_sentences
+from sosml_friction.report.simulation.document import (
+    error_table,
+    simulation_document,
+    simulation_sentences,
+)
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 

@@ -52,10 +52,11 @@ def simulate(
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.simulation.document import (
         KIND,
+        error_table,
         simulation_document,
+        simulation_sentences,
         write_simulation,
     )
-    from sosml_friction.report.simulation.rows import error_table, simulation_sentences
 
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)

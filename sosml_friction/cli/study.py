@@ -74,8 +74,11 @@ def study(
 
     Example: sosml study --quick --observers first_order,sosml,kalman --out study_output
     """
-    from sosml_friction.report.study.document import study_document
-    from sosml_friction.report.study.results import check_study_destination, write_study
+    from sosml_friction.report.study.results import (
+        check_study_destination,
+        study_document,
+        write_study,
+    )
     from sosml_friction.report.study.tables import study_tables
     from sosml_friction.study.run import QUICK, StudySettings, run_study
 

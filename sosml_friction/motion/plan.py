@@ -30,26 +30,17 @@ from sosml_friction.share import share_directory
 STEP_S = 0.01
 
 #: As the parameters of identifier_node of these names.
-_ROBOT_OPTIONS = (
-    TrajectoryOption('centre', 'centre', (), 'about which each joint moves', 'rad or m'),
-    TrajectoryOption('start', 'start', (), 'where each joint is; default: centre', 'rad or m'),
-    TrajectoryOption(
-        'effort_margin',
-        'effort_margin',
-        0.85,
-        'share of the effort limit the rigid body alone may need',
-        '',
-        (0.01, 1.0),
-    ),
-    TrajectoryOption(
-        'acceleration_limit',
-        'acceleration_limit',
-        (),
-        'one for all joints or one for each; default: effort alone limits it',
-        'rad/s2 or m/s2',
-        (1e-6, 1e6),
-    ),
-)
+_ROBOT_OPTIONS = tuple(
+    TrajectoryOption(name, name, default, description, unit, limits)
+    for name, default, description, unit, limits in (
+        ('centre', (), 'about which each joint moves', 'rad or m', None),
+        ('start', (), 'where each joint is; default: centre', 'rad or m', None),
+        ('effort_margin', 0.85, 'share of the effort limit the rigid body alone may need', '',
+         (0.01, 1.0)),
+        ('acceleration_limit', (), 'one for all joints or one for each; default: effort alone '
+         'limits it', 'rad/s2 or m/s2', (1e-6, 1e6)),
+    )
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,8 @@ independent), and an interval of length h with acceleration a_i = sum_j W_ij (u_
     pi_i = |Phi((v_i + h a_i) / s_i) - Phi(v_i / s_i)|
 
 to the chance of a change of sign: the integral of Rice's rate |v'| N(0; v, s^2) for a known
-acceleration. Over one clean passage it adds up to one, however fast the passage, however coarse
-the sampling and however good the encoder: there is no velocity to tune. The uncertainty of the
-acceleration is left out, because with it a joint that is held would cross without end.
+acceleration, which over one passage adds up to one. The uncertainty of the acceleration is left
+out, because with it a joint that is held would cross without end.
 """
 
 import math

@@ -62,6 +62,7 @@ class ForwardModel:
         self.rotors = body.rotors
         # Rotors are added where the gear is stiff.
         self.robot = robot.changed(body.inertias, np.zeros(robot.n), body.gravity)
+        self.n = robot.n
         self.delay = delay + sum(term.delay for term in self.terms)
         gears: dict[int, Gear] = {}
         for gear in filter(None, (term.gear() for term in self.terms)):
@@ -72,11 +73,6 @@ class ForwardModel:
                 gear = Gear(gear.joint, stiffness, first.gap + gear.gap, gear.damping)
             gears[gear.joint] = gear
         self.gears = tuple(gears[joint] for joint in sorted(gears))
-
-    @property
-    def n(self) -> int:
-        """Return the number of joints."""
-        return self.robot.n
 
     def rigid_rotors(self) -> FloatArray:
         """Return the rotors (n,) that move with their bodies."""
@@ -115,10 +111,6 @@ class ForwardModel:
         for _ in range(_ROUNDS):
             measured = true - (self.true_position(measured) - measured)
         return measured
-
-    def friction_torque(self, v: FloatArray, z: FloatArray) -> FloatArray:
-        """Return the law's friction (..., n)."""
-        return self.friction.torque(v, z)
 
     def steps(self, q: FloatArray, effort: FloatArray, period: float) -> int:
         """

@@ -42,33 +42,27 @@ class MismatchedRobot(Robot):
         self.gravity_offset = np.array(gravity_offset, dtype=float)
 
     def inertia(self, q: FloatArray) -> FloatArray:
-        """Return s M(q), (n, n)."""
         return self.inertia_scale * super().inertia(q)
 
     def coriolis(self, q: FloatArray, v: FloatArray) -> FloatArray:
-        """Return s C(q, q'), (n, n)."""
         return self.inertia_scale * super().coriolis(q, v)
 
     def gravity(self, q: FloatArray) -> FloatArray:
-        """Return g(q) + d, (n,)."""
         return super().gravity(q) + self.gravity_offset
 
     def momentum_terms(
         self, q: FloatArray, v: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return s p, s C^T q' - g - d and s M."""
         p, drift, M = super().momentum_terms(q, v)
         s = self.inertia_scale
         drift = s * drift + (s - 1.0) * super().gravity(q) - self.gravity_offset
         return s * p, drift, s * M
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
-        """Return the q'' that this model would expect of the net effort ``tau``, (n,)."""
         inertial = (tau - self.gravity(q)) / self.inertia_scale
         return super().acceleration(q, v, inertial + super().gravity(q))
 
     def inverse_dynamics(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """Return s (M q'' + C q') + g + d, (n,)."""
         inertial = super().inverse_dynamics(q, v, a) - super().gravity(q)
         return self.inertia_scale * inertial + self.gravity(q)
 

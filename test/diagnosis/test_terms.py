@@ -23,7 +23,7 @@ from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import nominal_friction, prepare
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.recorded.resimulation import simulate_windows
+from sosml_friction.simulation.recorded.stretch import simulate_windows
 
 JOINTS = ('shoulder', 'elbow')
 COULOMB, VISCOUS = (0.8, 0.15), (0.35, 0.06)

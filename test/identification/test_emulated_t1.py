@@ -27,7 +27,9 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
-SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '5'))
+SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '3'))
+#: The others are in the table of ``make validate`` alone.
+OBSERVERS = settings_of('observer_node')['observers'] if SEEDS > 10 else ['sosml']
 JOINTS = ('shoulder', 'elbow')
 PARAMETERS = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
 
@@ -44,7 +46,7 @@ def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float,
         plan['ramp'],
     )
     log = run_lockstep(trajectory, emulated_exoskeleton(seed))
-    estimator = shipped_estimator(robot, settings_of('observer_node')['observers'])
+    estimator = shipped_estimator(robot, OBSERVERS)
     estimates = estimator.batch(log)
     fit = fit_friction(log, estimates, robot, estimator.observers, FitSettings())
     return {
@@ -98,7 +100,7 @@ def test_sosml_finds_coulomb_within_5_and_viscous_within_10_percent(
 @pytest.mark.parametrize('name', ['coulomb', 'viscous'])
 def test_the_95_percent_interval_of_sosml_contains_the_truth(results, joint, name):
     """
-    In at least 4 of 5 seeds.
+    In every one of three seeds.
 
     With more seeds, in as many as a true coverage of 90 % gives but in 1 % of campaigns.
     """

@@ -21,7 +21,7 @@ from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_m
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.term import TERMS
-from sosml_friction.simulation.recorded.resimulation import simulate_windows
+from sosml_friction.simulation.recorded.stretch import simulate_windows
 from validation import plant as bp
 from validation.motion import reference
 from validation.trial import JOINTS, nominal_model

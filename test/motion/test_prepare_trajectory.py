@@ -12,8 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.model.robot import JointLimits
-from sosml_friction.motion.prepare_trajectory import prepare_trajectory
-from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory import Trajectory, prepare_trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 
 NAMES = ('shoulder', 'elbow')

@@ -15,8 +15,12 @@ from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.identification.segments import SegmentSettings, find_segments
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion import trajectory_kinds
-from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, check_limits
-from sosml_friction.motion.fade import fade
+from sosml_friction.motion.building_blocks import (
+    TrajectoryBuilder,
+    begin_motion,
+    check_limits,
+    fade,
+)
 from sosml_friction.motion.plan import plan_trajectory
 from sosml_friction.motion.trajectories import (
     COMMON,

@@ -23,8 +23,7 @@ from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.recipe import recipe_gains
 from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.report.common.labels import in_order, observer_label
-from sosml_friction.report.study.document import study_document
-from sosml_friction.report.study.html import render_study
+from sosml_friction.report.study.results import render_study, study_document
 from sosml_friction.report.study.tables import study_tables
 from sosml_friction.share import share_directory
 from sosml_friction.study.run import StudySettings, run_study

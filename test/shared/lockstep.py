@@ -139,7 +139,7 @@ class Lockstep:
 
     def log(self, first: int = 0) -> JointLog:
         """Return the samples from number ``first`` on as a log; stamps are emulated time."""
-        return samples_to_log(self.driver.names, self.samples[first:])
+        return samples_to_log(self.driver.configuration.names, self.samples[first:])
 
 
 def samples_to_log(names: tuple[str, ...], samples: list[JointSample]) -> JointLog:

@@ -3,23 +3,64 @@
 """One exchange on the bus: all requests out, then all replies in, until one deadline."""
 
 import contextlib
+import errno
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from enum import IntFlag
 
 import can
 
 from sosml_friction.actuators.actuator import Actuator
-from sosml_friction.actuators.bus.bus_errors import (
-    BusTrouble,
-    bus_trouble,
-    is_transmit_full,
-    trouble_names,
-)
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.driver.start_up import Request
 from sosml_friction.exceptions import ActuatorError, CanProtocolError
+
+_FULL_ERRNOS = (errno.ENOBUFS, errno.EAGAIN, errno.EWOULDBLOCK)
+_FULL_WORDS = ('transmit buffer full', 'no buffer space', 'transmit queue is full')
+
+
+class BusTrouble(IntFlag):
+    """Classes of SocketCAN's error frames, bits of their identifier."""
+
+    TRANSMIT_TIMEOUT = 0x001
+    LOST_ARBITRATION = 0x002
+    CONTROLLER = 0x004
+    PROTOCOL = 0x008
+    TRANSCEIVER = 0x010
+    NOT_ACKNOWLEDGED = 0x020
+    BUS_OFF = 0x040
+    BUS_ERROR = 0x080
+    RESTARTED = 0x100
+
+
+def bus_trouble(message: can.Message) -> BusTrouble:
+    """Return what an error frame says; nothing for any other frame."""
+    if not message.is_error_frame:
+        return BusTrouble(0)
+    return BusTrouble(message.arbitration_id & 0x1FF)
+
+
+def trouble_names(trouble: BusTrouble) -> str:
+    """Return the set bits as words."""
+    names = [(flag.name or '').lower().replace('_', ' ') for flag in BusTrouble if trouble & flag]
+    return ', '.join(names) or 'none'
+
+
+def is_transmit_full(error: BaseException) -> bool:
+    """
+    Tell whether a failed send means "transmit buffer full": the bus is there, but does not take.
+
+    python-can raises it with an errno (ENOBUFS), or by words alone when its own wait timed out.
+    """
+    code = getattr(error, 'error_code', None)
+    if code is None and isinstance(error, OSError):
+        code = error.errno
+    if code is not None:
+        return code in _FULL_ERRNOS
+    return any(words in str(error).lower() for words in _FULL_WORDS)
+
 
 # More frames than this before a cycle are not late replies but a flood.
 _DRAIN_LIMIT = 256
@@ -282,10 +323,6 @@ class BusCycle:
             self._off = False
         elif self.trouble & BusTrouble.BUS_OFF:
             self._off = True
-
-    def trouble_text(self) -> str:
-        """Return what the controller's last error frame said, in words."""
-        return trouble_names(self.trouble)
 
 
 def _reply_id(key: Hashable) -> object:

@@ -85,14 +85,3 @@ def bus_load(
         f'{configuration.bitrate} bit/s'
     )
     return worst, text
-
-
-def check_bus_load(actuators: Sequence[Actuator], configuration: DriverConfiguration) -> None:
-    """
-    Refuse a cycle that does not fit the bus.
-
-    :raises ConfigurationError: with the arithmetic.
-    """
-    worst, text = bus_load(actuators, configuration)
-    if worst > 1.0:
-        raise ConfigurationError(f'{text}: lower rate or raise can_bitrate')

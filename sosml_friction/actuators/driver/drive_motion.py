@@ -12,8 +12,7 @@ from sosml_friction.actuators.joint_configuration import HostLoop
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.motion.prepare_trajectory import prepare_trajectory
-from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.motion.trajectory import Trajectory, prepare_trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 
 

@@ -13,12 +13,8 @@ import can
 import numpy as np
 
 from sosml_friction.actuators.bus.clock import Clock
-from sosml_friction.actuators.driver.checks import (
-    bus_load,
-    check_bus_load,
-    check_robot,
-    make_actuators,
-)
+from sosml_friction.actuators.bus.cycle import trouble_names
+from sosml_friction.actuators.driver.checks import bus_load, check_robot, make_actuators
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
 from sosml_friction.actuators.driver.cycle_watch import CycleWatch
 from sosml_friction.actuators.driver.drive_motion import DriveMotion
@@ -29,7 +25,12 @@ from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.start_up import Check, Request
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.arrays import FloatArray
-from sosml_friction.exceptions import ActuatorError, CanProtocolError, TrajectoryError
+from sosml_friction.exceptions import (
+    ActuatorError,
+    CanProtocolError,
+    ConfigurationError,
+    TrajectoryError,
+)
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.trajectory import Trajectory
 
@@ -47,12 +48,8 @@ class JointDriver:
     and position actuators are off.
 
     A fault sets all of them back to that and is latched with its reason until the next
-    :meth:`enable`: no timely answer for ``missed_limit`` periods, the bus, an error flag,
-    temperature, a value that is not finite, a joint outside its limits, too fast, too far from
-    its reference or not moving with it, a measurement that cannot be true, a watchdog that tripped
-    or a restart while driven, a host that hangs. A lost bus is tried again without sending
-    anything but one harmless question; whatever was away goes through the start-up once more. As
-    a context manager it ends in :meth:`shut_down`.
+    :meth:`enable`. docs/driver.md says what a fault is, and how a lost bus comes back. As a
+    context manager it ends in :meth:`shut_down`. ``checks``: what the last whole start-up found.
 
     :param robot: the nominal model, joints in the order of the configuration; this object alone
         may use it.
@@ -72,30 +69,22 @@ class JointDriver:
         self.configuration = configuration
         self._clock = clock
         self._actuators = make_actuators(configuration, robot.limits)
-        check_bus_load(self._actuators, configuration)
+        worst, load = bus_load(self._actuators, configuration)
+        if worst > 1.0:
+            raise ConfigurationError(f'{load}: lower rate or raise can_bitrate')
         self._joints = [DrivenJoint(actuator, configuration) for actuator in self._actuators]
         self._bus = DriverBus(bus, clock, self._actuators, reopen)
         self._motion = DriveMotion(configuration, robot)
         self._watch = CycleWatch(configuration)
         self._lock = threading.Lock()
-        self._state = DriverState.UNCONFIGURED
+        self.state = DriverState.UNCONFIGURED
         self._reason = ''
-        self._checks: tuple[Check, ...] = ()
+        self.checks: tuple[Check, ...] = ()
         self._start_up_ns = 0
         self._enables = 0
         self._cycles = 0
         self._incomplete = 0
         self._skew_ns = 0
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Return the joints in order."""
-        return self.configuration.names
-
-    @property
-    def state(self) -> DriverState:
-        """Return the driver's state."""
-        return self._state
 
     @property
     def trajectory_running(self) -> bool:
@@ -106,11 +95,6 @@ class JointDriver:
     def bus(self) -> can.BusABC:
         """Return the bus in use: after a recovery it may be another one."""
         return self._bus.cycle.bus
-
-    @property
-    def checks(self) -> tuple[Check, ...]:
-        """Return what the last whole start-up found."""
-        return self._checks
 
     def __enter__(self) -> JointDriver:
         return self
@@ -126,10 +110,8 @@ class JointDriver:
 
         :raises ActuatorError: if one is silent, reports a fault, or is outside its joint's limits.
         """
-        self._checks = run_start_ups(
-            self._bus.cycle, self._clock, self._actuators, read_only=False
-        )
-        for check in self._checks:
+        self.checks = run_start_ups(self._bus.cycle, self._clock, self._actuators, read_only=False)
+        for check in self.checks:
             if check.problem:
                 raise ActuatorError(check.problem)
         with self._lock:
@@ -138,7 +120,7 @@ class JointDriver:
             self._bus.begin()
             self._watch.begin()
             self._hold()
-            self._state = DriverState.DISABLED
+            self.state = DriverState.DISABLED
             self._reason = ''
 
     def enable(self) -> None:
@@ -149,9 +131,9 @@ class JointDriver:
             has run yet.
         """
         with self._lock:
-            if self._state is DriverState.ENABLED:
+            if self.state is DriverState.ENABLED:
                 return
-            if self._state is DriverState.UNCONFIGURED:
+            if self.state is DriverState.UNCONFIGURED:
                 raise ActuatorError(
                     'the driver is not configured: configure and activate it first'
                 )
@@ -163,7 +145,7 @@ class JointDriver:
             self._watch.enable(self._clock.now_ns())
             self._reason = ''
             self._enables += 1
-            self._state = DriverState.ENABLED
+            self.state = DriverState.ENABLED
 
     def _refuse(self, joint: DrivenJoint) -> None:
         """
@@ -185,8 +167,8 @@ class JointDriver:
     def disable(self) -> None:
         """Let the joints go: zero current, servo off, trajectory dropped. The arm may fall."""
         with self._lock:
-            if self._state is DriverState.ENABLED:
-                self._state = DriverState.DISABLED
+            if self.state is DriverState.ENABLED:
+                self.state = DriverState.DISABLED
                 self._hold()
 
     def stop(self) -> None:
@@ -196,8 +178,8 @@ class JointDriver:
         :raises ActuatorError: if the driver is not enabled.
         """
         with self._lock:
-            if self._state is not DriverState.ENABLED:
-                raise ActuatorError(f'the driver is {self._state.value}: there is nothing to stop')
+            if self.state is not DriverState.ENABLED:
+                raise ActuatorError(f'the driver is {self.state.value}: there is nothing to stop')
             last = self._motion.follower.last
             self._motion.brake(last.q, last.v)
 
@@ -208,9 +190,9 @@ class JointDriver:
         :raises TrajectoryError: if it does not fit, or the driver is not enabled.
         """
         with self._lock:
-            if self._state is not DriverState.ENABLED:
+            if self.state is not DriverState.ENABLED:
                 raise TrajectoryError(
-                    f'the driver is {self._state.value}: enable it before it gets a trajectory'
+                    f'the driver is {self.state.value}: enable it before it gets a trajectory'
                 )
             for actuator in self._actuators:
                 if actuator.waiting():
@@ -219,7 +201,7 @@ class JointDriver:
         prepared = self._motion.prepare(trajectory, position)
         with self._lock:
             # It was checked against where the joints were then.
-            if self._state is not DriverState.ENABLED or self._enables != enables:
+            if self.state is not DriverState.ENABLED or self._enables != enables:
                 raise TrajectoryError(
                     'the drive ended while the trajectory was checked: send it again'
                 )
@@ -247,7 +229,7 @@ class JointDriver:
         then nothing was commanded. Not while :meth:`step` runs in another thread.
         """
         with self._lock:
-            self._state = DriverState.UNCONFIGURED
+            self.state = DriverState.UNCONFIGURED
         self._bus.shut_down()
 
     # ---- the cycle
@@ -256,14 +238,13 @@ class JointDriver:
         """
         Run one cycle; return its sample, or None if a reply did not come in time.
 
-        The next cycle begins when all replies are in, or ``reply_timeout`` has passed: requests do
-        not pile up before an actuator that is late, and as the RMD-X numbers nothing, a late reply
-        could not be told from the next one.
+        The next cycle begins when all replies are in, or ``reply_timeout`` has passed: a late
+        reply of an RMD-X, which numbers nothing, could not be told from the next one.
 
         :raises ActuatorError: if the driver is not configured.
         """
         start_ns = self._clock.now_ns()
-        if self._state is DriverState.UNCONFIGURED:
+        if self.state is DriverState.UNCONFIGURED:
             raise ActuatorError('the driver is not configured: configure it before it steps')
         if self._bus.error:
             self._cycles += 1
@@ -291,7 +272,7 @@ class JointDriver:
             return self._evaluate(by_joint, missing, start_ns)
 
     def _requests(self, now_ns: int) -> list[list[Request]]:
-        if self._state is DriverState.ENABLED:
+        if self.state is DriverState.ENABLED:
             try:
                 self._motion.sample(now_ns)
                 if self._bus.deaf:
@@ -323,7 +304,7 @@ class JointDriver:
                 joint.hear()
             joint.away = joint.away or joint.silent
             problem = self._problem(joint) or joint.event()
-            if not problem and joint.answers and self._state is DriverState.ENABLED:
+            if not problem and joint.answers and self.state is DriverState.ENABLED:
                 problem = joint.tracking_problem(float(self._motion.follower.last.q[i]))
             if problem:
                 self._fail(problem)
@@ -346,7 +327,7 @@ class JointDriver:
     def _return_who_was_away(self, now_ns: int) -> None:
         """Ask anew who was silent, restarted or cut off, before anything is commanded to it."""
         back = [joint for joint in self._joints if joint.away and not joint.silent]
-        if not back or now_ns < self._start_up_ns or self._state is DriverState.ENABLED:
+        if not back or now_ns < self._start_up_ns or self.state is DriverState.ENABLED:
             return
         self._start_up_ns = now_ns + START_UP_RETRY_NS
         checks = self._bus.start_up([joint.actuator for joint in back])
@@ -372,8 +353,8 @@ class JointDriver:
 
     def _fail(self, reason: str) -> None:
         """Latch a fault; only an enabled driver has anything to lose."""
-        if self._state is DriverState.ENABLED:
-            self._state = DriverState.FAULT
+        if self.state is DriverState.ENABLED:
+            self.state = DriverState.FAULT
             self._reason = reason
             self._hold()
 
@@ -392,17 +373,17 @@ class JointDriver:
     def report(self) -> DriverReport:
         """Return a snapshot for diagnostics."""
         with self._lock:
-            driven = self._state is DriverState.ENABLED
+            driven = self.state is DriverState.ENABLED
             reference = self._motion.follower.last.q.tolist()
             return DriverReport(
-                state=self._state,
+                state=self.state,
                 reason=self._reason,
                 trajectory_running=self.trajectory_running,
                 cycles=self._cycles,
                 incomplete_cycles=self._incomplete,
                 skew_ns=self._skew_ns,
                 bus=replace(self._bus.cycle.counters),
-                bus_trouble=self._bus.cycle.trouble_text(),
+                bus_trouble=trouble_names(self._bus.cycle.trouble),
                 joints=tuple(
                     joint.report(self._problem(joint), q if driven else math.nan)
                     for joint, q in zip(self._joints, reference, strict=True)

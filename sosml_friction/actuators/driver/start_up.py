@@ -96,11 +96,6 @@ class StartUp:
         return next((check.problem for check in self.checks if check.problem), '')
 
     @property
-    def step(self) -> str:
-        """Return the name of the present step, '' when done."""
-        return '' if self.done else self._steps[0].name
-
-    @property
     def pause_ns(self) -> int:
         """Return how long to listen before asking; only before the first attempt of a step."""
         return 0 if self.done or self._attempt else self._steps[0].pause_ns

@@ -14,6 +14,7 @@ from sosml_friction.actuators.driver.start_up import Request
 from sosml_friction.actuators.measurement import Setpoint
 from sosml_friction.actuators.plausibility import Plausibility
 from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.actuators.rmd_x.configuration import (
     POSITION_MODE,
     SPEED_MODE,
@@ -21,7 +22,6 @@ from sosml_friction.actuators.rmd_x.configuration import (
     RmdXConfiguration,
 )
 from sosml_friction.actuators.rmd_x.emulated import EmulatedRmdX
-from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.actuators.rmd_x.scan import scan_motors
 from sosml_friction.actuators.rmd_x.start_up import RmdXStartUp
 from sosml_friction.exceptions import CanProtocolError
@@ -56,11 +56,8 @@ class RmdXActuator(RmdXStartUp):
     The command is 0xA1 (current) in mode torque, 0xA2 (speed) in mode speed with
     v_ref + position_gain * (q_ref - q), 0xA4 (position) in mode position; the position is 0x92,
     or 0x60 where ``counts_per_turn`` is given. A free joint is commanded 0 A by 0xA1 in every
-    mode: no torque, and the reply brings iq. The start-up only reads, but for the motor's
-    watchdog (0xB3) where ``motor_watchdog_ms`` asks for it.
-
-    Effort is direction * torque_constant * iq as the motor reports it, never the command. In the
-    modes speed and position the motor limits its own current: the driver can only watch iq.
+    mode: no torque, and the reply brings iq. Effort is direction * torque_constant * iq as the
+    motor reports it, never the command.
     """
 
     configuration_type = RmdXConfiguration
@@ -91,12 +88,10 @@ class RmdXActuator(RmdXStartUp):
 
     @classmethod
     def scan(cls, inquiry: Inquiry) -> list[FoundActuator]:
-        """Ask each motor version, model and status."""
         return scan_motors(inquiry, cls.configuration_type.driver)
 
     @property
     def request_ids(self) -> frozenset[int]:
-        """Return 0x140 + id, that of all motors, and the motion mode's."""
         own = self.configuration.can_id
         return frozenset(
             {rmd_x.REQUEST_BASE + own, rmd_x.BROADCAST_ID, rmd_x.MOTION_REQUEST_BASE + own}
@@ -104,18 +99,15 @@ class RmdXActuator(RmdXStartUp):
 
     @property
     def frames_per_cycle(self) -> float:
-        """Return 4 and the shares of status and uptime."""
         share = 2.0 / self.rate
         return 4.0 + share * 1e9 * (1.0 / STATUS_PERIOD_NS + 1.0 / UPTIME_PERIOD_NS)
 
     def probe(self) -> list[Request]:
-        """Ask the status."""
         return [self.ask_status]
 
     # ---- the cycle
 
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
-        """Command current, speed or position, limited."""
         mode = self.configuration.mode
         if mode == SPEED_MODE:
             first = self._speed_request(setpoint)
@@ -166,7 +158,6 @@ class RmdXActuator(RmdXStartUp):
         return self.configuration.zero_offset + self._turn_offset
 
     def observe(self, now_ns: int) -> list[Request]:
-        """Ask 0x9C and the position."""
         return self._with_status(self.request(rmd_x.ReadMotion()), now_ns)
 
     def release(self, now_ns: int) -> list[Request]:
@@ -188,7 +179,6 @@ class RmdXActuator(RmdXStartUp):
         return requests
 
     def shut_down(self) -> list[Request]:
-        """Command 0 A, then 0x80 or 0x81, then the brake."""
         self._last_current = 0.0
         stop = self.configuration.at_end == STOP_AT_END
         requests = [self._zero, self.request(rmd_x.Stop() if stop else rmd_x.Shutdown())]
@@ -207,7 +197,6 @@ class RmdXActuator(RmdXStartUp):
         return frame.can_id, frame.data[0]
 
     def unsolicited(self, frame: Frame) -> bool:
-        """Take 0xF1: the motor's watchdog has tripped."""
         if not self.speaks_unasked(frame):
             return False
         self.timeouts += 1
@@ -227,7 +216,6 @@ class RmdXActuator(RmdXStartUp):
         return True
 
     def accept(self, frame: Frame, stamp_ns: int) -> None:
-        """Take iq, position, status and what the start-up asks."""
         _, reply = rmd_x.decode_reply(frame, self.protocol or Protocol.V3)
         counts_used, measurement = self.configuration.counts_per_turn, self.measurement
         match reply:
@@ -282,7 +270,6 @@ class RmdXActuator(RmdXStartUp):
         self._boot_ns = boot_ns
 
     def overdue(self, key: Hashable) -> None:
-        """Take note that the brake did not answer."""
         super().overdue(key)
         if key == (self.reply_id, int(rmd_x.Command.BRAKE_RELEASE)):
             self._brake_problem = (
@@ -291,11 +278,9 @@ class RmdXActuator(RmdXStartUp):
             )
 
     def waiting(self) -> str:
-        """Return that the brake is not open yet."""
         return f'the brake of joint {self.name} is opening' if self._brake_waits else ''
 
     def plausibility(self) -> Plausibility:
-        """Return what it may measure: the current it is limited to."""
         return replace(super().plausibility(), current=self.configuration.current_limit)
 
     def doubt(self, v: float = math.nan, step: float = 0.0, seconds: float = 0.0) -> str:
@@ -313,11 +298,9 @@ class RmdXActuator(RmdXStartUp):
         return min(RESTART_DISTANCE, math.pi / ratio) if ratio > 0.0 else RESTART_DISTANCE
 
     def flags(self) -> str:
-        """Return the motor's error bits as words."""
         return rmd_x.flag_names(self._errors)
 
     def warning(self) -> str:
-        """Return that the motor's watchdog is off."""
         return self.watchdog_off
 
     def error(self) -> str:

@@ -3,23 +3,255 @@
 """
 The RMD-X motor protocol: bytes to physical values and back, no input or output.
 
-11-bit identifiers: the host sends to 0x140 + id (0x280 for all motors), the motor answers from
-0x240 + id. Replies that depend on the firmware take a :class:`Protocol`. The messages can be had
-from here.
+Protocol V3/V4 of MyActuator ("Servo Motor Control Protocol" V4.2): always 8 bytes, little endian,
+two's complement, byte 0 is the command and comes back in the reply. 11-bit identifiers: the host
+sends to 0x140 + id (0x280 for all motors), the motor answers from 0x240 + id. Both directions are
+here: the driver needs one, the emulator the other. Replies that depend on the firmware take a
+:class:`Protocol`. The sign is the motor's own; which way that turns the joint is the driver's
+``direction``.
+
+What the wire can carry (unit here, counts there): angle 0.01 degree int32, current 0.01 A int16,
+speed command 0.01 degree/s int32, angle and speed of the standard reply 1 degree and 1 degree/s
+int16, voltage 0.1 V uint16. Values are rounded to the nearest count and saturated.
+
+Not coded, as nothing here sends it: the motion mode (0x400 + id), gains and accelerations (0x30
+to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), positions and encoder values
+within a turn (0xA6, 0x90), writing the zero (0x63, 0x64), and unasked replies (0xB6).
 """
 
 from collections.abc import Mapping
+from typing import Annotated
 
 from sosml_friction.actuators.bus.frame import Frame
+from sosml_friction.actuators.rmd_x import layout as wire
 from sosml_friction.actuators.rmd_x.commands import *  # noqa: F403
+from sosml_friction.actuators.rmd_x.commands import (
+    MOTION_COMMANDS,
+    Command,
+    ControlMode,
+    ErrorFlag,
+    Protocol,
+)
 from sosml_friction.actuators.rmd_x.layout import ANGLE_RESOLUTION as ANGLE_RESOLUTION
-from sosml_friction.actuators.rmd_x.message import Message
-from sosml_friction.actuators.rmd_x.protocol import Protocol
-from sosml_friction.actuators.rmd_x.replies import *  # noqa: F403
-from sosml_friction.actuators.rmd_x.replies import REPLIES
-from sosml_friction.actuators.rmd_x.requests import *  # noqa: F403
-from sosml_friction.actuators.rmd_x.requests import REQUESTS
+from sosml_friction.actuators.rmd_x.layout import Message, bare, by_command
 from sosml_friction.exceptions import CanProtocolError
+
+# ---- commands without a payload; the motor echoes the first four, the brake's after up to 150 ms
+
+Shutdown = bare('Shutdown', Command.SHUTDOWN)  # The joint is free.
+Stop = bare('Stop', Command.STOP)  # The motor's own loop holds.
+ReleaseBrake = bare('ReleaseBrake', Command.BRAKE_RELEASE)
+LockBrake = bare('LockBrake', Command.BRAKE_LOCK)
+# Not answered; the motor is away for about 1.1 s.
+Reset = bare('Reset', Command.RESET)
+ReadAngle = bare('ReadAngle', Command.ANGLE)
+ReadSingleTurnAngle = bare('ReadSingleTurnAngle', Command.SINGLE_TURN_ANGLE)
+ReadEncoder = bare('ReadEncoder', Command.ENCODER)
+ReadStatus = bare('ReadStatus', Command.STATUS)
+ReadMotion = bare('ReadMotion', Command.MOTION)  # The mode stays.
+ReadPhaseCurrents = bare('ReadPhaseCurrents', Command.PHASE_CURRENTS)
+ReadMode = bare('ReadMode', Command.MODE)
+ReadPower = bare('ReadPower', Command.POWER)  # V3; gone from V4.2.
+ReadUptime = bare('ReadUptime', Command.UPTIME)
+ReadVersion = bare('ReadVersion', Command.VERSION)
+
+
+class ReadModel(Message, command=Command.MODEL, places='BxB5x'):
+    """0xB5: ask for the model; since V4.4 for one ``block`` of it, 1 to 3, else ``block`` 0."""
+
+    block: Annotated[int, wire.whole('block')] = 0
+
+    def pack(self) -> bytes:
+        data = bytearray(super().pack())
+        data[1] = self.block != 0
+        return bytes(data)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Message:
+        return super().unpack(data) if data[1] == 1 else cls()
+
+
+# ---- commands with a payload
+
+
+class SetCurrent(Message, command=Command.CURRENT, places='B3xh2x'):
+    """0xA1: command the torque-producing current [A]; answered by :class:`Motion`."""
+
+    current: Annotated[float, wire.CURRENT]
+
+
+class SetSpeed(Message, command=Command.SPEED, places='B3xi'):
+    """0xA2: command the speed of the output shaft [rad/s]; answered by :class:`Motion`."""
+
+    speed: Annotated[float, wire.ANGLE]
+
+
+class SetPosition(
+    Message, command=Command.POSITION, places='BxHi', sequence=('max_speed', 'angle')
+):
+    """
+    0xA4: command the multi-turn ``angle`` [rad] with ``max_speed`` [rad/s] on the way.
+
+    Answered by :class:`Motion`. A speed of 0 means "no limit" to the motor: one below 1 degree/s
+    is sent as 1 degree/s, and 0 itself is refused.
+    """
+
+    angle: Annotated[float, wire.ANGLE]
+    max_speed: Annotated[float, wire.MAX_SPEED]
+
+
+class SetIncrement(SetPosition, command=Command.INCREMENT):
+    """0xA8: as :class:`SetPosition`, ``angle`` counted from where the motor is."""
+
+
+class SetTimeout(Message, command=Command.TIMEOUT, places='B3xI'):
+    """
+    0xB3: the motor's watchdog [ms], 0 for off; echoed. Written to ROM: not at every start.
+
+    On expiry the output goes off and the brake closes; with 0 the last command runs for ever.
+    """
+
+    milliseconds: Annotated[int, wire.whole('timeout')]
+
+
+ECHOED = (Shutdown, Stop, ReleaseBrake, LockBrake, SetTimeout)
+"""What is answered by itself."""
+
+REQUESTS = by_command(
+    *ECHOED, Reset, ReadAngle, ReadSingleTurnAngle, ReadEncoder, ReadStatus, ReadMotion,
+    ReadPhaseCurrents, ReadMode, ReadPower, ReadUptime, ReadVersion, ReadModel, SetCurrent,
+    SetSpeed, SetPosition, SetIncrement,
+)  # fmt: skip
+
+
+class Motion(
+    Message,
+    command=Command.CURRENT,
+    places='Bbhhh',
+    sequence=('of', 'temperature', 'current', 'speed', 'angle'),
+):
+    """
+    The standard reply to 0x9C, 0xA1, 0xA2, 0xA4 and 0xA8, of which ``of`` is one.
+
+    ``temperature`` [degC], ``current`` iq [A], ``speed`` [rad/s] and ``angle`` [rad] of the output
+    shaft in whole degrees.
+    """
+
+    temperature: Annotated[int, wire.TEMPERATURE]
+    current: Annotated[float, wire.CURRENT]
+    speed: Annotated[float, wire.DEGREES]
+    angle: Annotated[float, wire.DEGREES]
+    of: Annotated[Command, wire.answered_command(MOTION_COMMANDS, 'current and speed')] = (
+        Command.CURRENT
+    )
+
+
+class Angle(Message, command=Command.ANGLE, places='B3xi'):
+    """The reply to 0x92: multi-turn ``angle`` of the output shaft [rad], in 0.01 degree."""
+
+    angle: Annotated[float, wire.ANGLE]
+
+
+class SingleTurnAngle(Message, command=Command.SINGLE_TURN_ANGLE, places='B5xH'):
+    """The reply to 0x94: ``angle`` within one turn [rad], clockwise, in 0.01 degree."""
+
+    angle: Annotated[float, wire.ANGLE]
+
+
+class Encoder(Message, command=Command.ENCODER, places='B3xi'):
+    """The reply to 0x60: encoder ``counts``, from its zero."""
+
+    counts: Annotated[int, wire.whole('encoder')]
+
+
+class Status(
+    Message,
+    command=Command.STATUS,
+    places='BbbBHH',
+    sequence=('temperature', 'mos_temperature', 'brake_released', 'voltage', 'errors'),
+):
+    """
+    The reply to 0x9A.
+
+    ``temperature`` [degC]; ``brake_released``: the command to the brake, not a sensor; ``voltage``
+    [V]; ``errors``; ``mos_temperature`` [degC]: since V4.4, 0 before.
+    """
+
+    temperature: Annotated[int, wire.TEMPERATURE]
+    brake_released: Annotated[bool, wire.SWITCH]
+    voltage: Annotated[float, wire.TENTHS]
+    errors: Annotated[ErrorFlag, wire.ERRORS]
+    mos_temperature: Annotated[int, wire.TEMPERATURE] = 0
+
+
+class PhaseCurrents(Message, command=Command.PHASE_CURRENTS, places='Bbhhh'):
+    """The reply to 0x9D: ``temperature`` [degC] and the currents of the phases [A]."""
+
+    temperature: Annotated[int, wire.TEMPERATURE]
+    a: Annotated[float, wire.CURRENT]
+    b: Annotated[float, wire.CURRENT]
+    c: Annotated[float, wire.CURRENT]
+
+
+class Mode(Message, command=Command.MODE, places='B6xB'):
+    """The reply to 0x70: which loop runs."""
+
+    mode: Annotated[ControlMode, wire.MODE]
+
+
+class Power(Message, command=Command.POWER, places='B5xH'):
+    """The reply to 0x71: electrical ``power`` [W]."""
+
+    power: Annotated[float, wire.TENTHS]
+
+
+class Uptime(Message, command=Command.UPTIME, places='B3xI'):
+    """The reply to 0xB1: time since power-up [ms]; it tells a reboot."""
+
+    milliseconds: Annotated[int, wire.whole('uptime')]
+
+
+class Version(Message, command=Command.VERSION, places='B3xI'):
+    """The reply to 0xB2: the firmware's date as a decimal number, 20220206 or 2026042402."""
+
+    date: Annotated[int, wire.whole('version')]
+
+
+class Model(Message, command=Command.MODEL, places='B7s'):
+    """The reply to 0xB5 up to V4.3: the model's name, up to 7 characters."""
+
+    name: Annotated[str, wire.characters(7)]
+
+
+class ModelBlock(Message, command=Command.MODEL, places='BxB5s'):
+    """The reply to 0xB5 since V4.4: block 1 to 3 of the model's name, up to 5 characters."""
+
+    block: Annotated[int, wire.whole('block')]
+    text: Annotated[str, wire.characters(5)]
+
+    def pack(self) -> bytes:
+        data = bytearray(super().pack())
+        data[1] = 1
+        return bytes(data)
+
+
+TimeoutExpired = bare('TimeoutExpired', Command.TIMEOUT_EXPIRED)
+"""0xF1, unasked, about once a second: the motor's watchdog has switched its output off."""
+
+
+_COMMON = {
+    **by_command(
+        *ECHOED, Angle, SingleTurnAngle, Encoder, Status, PhaseCurrents, Mode, Power, Uptime,
+        Version, Model, TimeoutExpired,
+    ),
+    **{int(command): Motion for command in MOTION_COMMANDS},
+}  # fmt: skip
+REPLIES = {
+    Protocol.V3: _COMMON,
+    Protocol.V4_2: _COMMON,
+    Protocol.V4_4: {**_COMMON, **by_command(ModelBlock)},
+}
+
 
 REQUEST_BASE = 0x140
 REPLY_BASE = 0x240

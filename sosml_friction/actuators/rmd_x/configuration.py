@@ -89,7 +89,6 @@ class RmdXConfiguration(JointConfiguration):
             )
 
     def check_drive(self) -> None:
-        """Refuse a lack of limits, and of what mode and lost_turns need."""
         self.require('current_limit', 'current_rate_limit')
         if self.mode == TORQUE_MODE:
             self.require('kp', 'kd')

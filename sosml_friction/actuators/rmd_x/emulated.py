@@ -11,8 +11,8 @@ from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
 from sosml_friction.actuators.parameter import parameter
 from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
-from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
 SUPPLY = 48.0
@@ -108,7 +108,6 @@ class EmulatedRmdX(EmulatedActuator):
 
     @property
     def request_id(self) -> int:
-        """Return 0x140 + id."""
         return rmd_x.REQUEST_BASE + self._id
 
     @property
@@ -117,11 +116,9 @@ class EmulatedRmdX(EmulatedActuator):
         return self.errors | rmd_x.ErrorFlag(self._fault_bits())
 
     def counters(self) -> dict[str, int]:
-        """Return what has happened to it, shutdowns (0x80) as well."""
         return super().counters() | {'shutdowns': self.shutdowns}
 
     def restart(self, t_ns: int) -> None:
-        """Start anew: output off, uptime from 0, nothing heard yet."""
         self._switch_off()
         self._mode = rmd_x.ControlMode.CURRENT
         self._released = True
@@ -264,7 +261,6 @@ class EmulatedRmdX(EmulatedActuator):
         return self._angle(q) + self._encoder_noise_of(self._options.rmd_encoder_noise)
 
     def control(self, t_ns: int, q: float, v: float) -> None:
-        """Run speed and position loop, watch errors and timeout, and warm the winding."""
         last = self._last_frame_ns
         if self.reported_errors:
             self._switch_off()

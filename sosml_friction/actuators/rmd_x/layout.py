@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the values of an RMD-X message lie in its 8 bytes, and how each stands there."""
 
+from __future__ import annotations
+
 import math
 import re
 import struct
+import types
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, dataclass_transform, get_type_hints
 
 from sosml_friction.actuators.rmd_x.commands import Command, ControlMode, ErrorFlag
 from sosml_friction.exceptions import CanProtocolError
@@ -160,3 +163,56 @@ MAX_SPEED = Coding(_max_speed, lambda count: count * DEGREE if count else math.i
 SWITCH = Coding(lambda on, _: int(on), lambda count: count != 0)
 ERRORS = Coding(lambda errors, _: int(errors) & 0xFFFF, ErrorFlag)
 MODE = Coding(lambda mode, _: int(mode), _mode_of)
+
+
+@dataclass_transform(frozen_default=True)
+@dataclass(frozen=True)
+class Message:
+    """
+    Say something in 8 bytes; this one says nothing but its command.
+
+    ``command`` is byte 0. A subclass is a frozen dataclass: the type of a field says how its value
+    is coded, ``places`` where the values lie (see :class:`Layout`), in the order of the fields or
+    in that of ``sequence``.
+    """
+
+    command: ClassVar[Command]
+    layout: ClassVar[Layout] = Layout('B7x')
+
+    def __init_subclass__(
+        cls, command: Command, places: str = '', sequence: tuple[str, ...] = (), **kwargs: Any
+    ) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.command = command
+        dataclass(frozen=True)(cls)
+        if places:
+            hints = get_type_hints(cls, include_extras=True)
+            names = sequence or tuple(field.name for field in fields(cls))
+            cls.layout = Layout(places, **{name: hints[name].__metadata__[0] for name in names})
+
+    def pack(self) -> bytes:
+        """
+        Return the 8 bytes.
+
+        :raises CanProtocolError: if a value is not finite or no such value exists.
+        """
+        return self.layout.pack(self, self.command)
+
+    @classmethod
+    def unpack(cls, data: bytes) -> Message:
+        """
+        Return what 8 bytes say.
+
+        :raises CanProtocolError: if they say nothing the protocol allows.
+        """
+        return cls(**cls.layout.unpack(data))
+
+
+def bare(name: str, command: Command) -> type[Message]:
+    """Return the message ``name`` that says nothing but its command."""
+    return types.new_class(name, (Message,), {'command': command})
+
+
+def by_command(*kinds: type[Message]) -> dict[int, type[Message]]:
+    """Return messages by their byte 0."""
+    return {int(kind.command): kind for kind in kinds}

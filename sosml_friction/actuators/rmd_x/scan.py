@@ -5,7 +5,7 @@
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.inquiry import FoundActuator, Inquiry
 from sosml_friction.actuators.rmd_x import codec as rmd_x
-from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
 # Motors asked at once: their requests fit the transmit queue of a SocketCAN interface.

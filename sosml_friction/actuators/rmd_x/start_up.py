@@ -8,8 +8,8 @@ from typing import Any
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.driver.start_up import Check, Request, Step
 from sosml_friction.actuators.rmd_x import codec as rmd_x
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.actuators.rmd_x.configuration import MOTOR_TURN, NO_TURN, RmdXConfiguration
-from sosml_friction.actuators.rmd_x.protocol import Protocol
 from sosml_friction.exceptions import CanProtocolError
 from sosml_friction.model.robot import JointLimits
 
@@ -43,6 +43,7 @@ class RmdXStartUp(Actuator):
         self.angle = math.nan
         self.counts_turns = 0.0
         self.watchdog_off = ''
+        self._wanted_ns = configuration.motor_watchdog_ms * 1_000_000
         self._turn_offset = 0.0
         self._seen = 0
         self._trips = False
@@ -55,7 +56,6 @@ class RmdXStartUp(Actuator):
 
     @property
     def reply_id(self) -> int:
-        """Return 0x240 + id."""
         return rmd_x.REPLY_BASE + self.configuration.can_id
 
     def request(self, message: rmd_x.Request, patience_ns: int = 0) -> Request:
@@ -192,10 +192,6 @@ class RmdXStartUp(Actuator):
         )
 
     # ---- the motor's own watchdog
-
-    @property
-    def _wanted_ns(self) -> int:
-        return self.configuration.motor_watchdog_ms * 1_000_000
 
     @property
     def _pause_ns(self) -> int:

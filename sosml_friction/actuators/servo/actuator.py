@@ -73,17 +73,14 @@ class ServoActuator(Actuator):
 
     @property
     def reply_id(self) -> int:
-        """Return the identifier of ``servo_state``."""
         return self._dbc.state_id
 
     @property
     def request_ids(self) -> frozenset[int]:
-        """Return the identifier of ``servo_command``."""
         return frozenset({self._dbc.command_id})
 
     @property
     def frames_per_cycle(self) -> float:
-        """Return 2: command and state."""
         return 2.0
 
     def _request(self, mode: Mode, target: float = 0.0) -> Request:
@@ -92,7 +89,6 @@ class ServoActuator(Actuator):
         return Request(frame, (self.reply_id, self._sequence))
 
     def start_up(self, *, read_only: bool, watchdog: bool = True) -> list[Step]:
-        """Return state and position; the question is a command off."""
         return [
             Step('status', self.probe, self._check_status),
             Step('position', list, self._check_position),
@@ -105,7 +101,6 @@ class ServoActuator(Actuator):
         return Check(self.name, 'status', text, self.fault(), self.warning())
 
     def warning(self) -> str:
-        """Return that there is no current to be measured."""
         if not math.isnan(self.measurement.current):
             return ''
         return (
@@ -123,7 +118,6 @@ class ServoActuator(Actuator):
         return [self._request(Mode.OFF)]
 
     def command(self, setpoint: Setpoint, now_ns: int) -> list[Request]:
-        """Command the servo's position."""
         position = setpoint.position
         if not math.isfinite(position):
             raise CanProtocolError(f'joint {self.name}: the position {position} is not finite')
@@ -146,36 +140,30 @@ class ServoActuator(Actuator):
         return [self._position_request(self._target)]
 
     def release(self, now_ns: int) -> list[Request]:
-        """Command off."""
         self._target = None
         return [self._request(Mode.OFF)]
 
     def shut_down(self) -> list[Request]:
-        """Command off."""
         return self.release(0)
 
     def key(self, frame: Frame) -> Hashable:
-        """Return (identifier, sequence echo)."""
         return frame.can_id, self._dbc.decode_state(frame).sequence_echo
 
     def accept(self, frame: Frame, stamp_ns: int) -> None:
-        """Take position and effort from the state."""
         state = self._dbc.decode_state(frame)
         configuration, measurement = self.configuration, self.measurement
         measurement.q = configuration.direction * state.position + configuration.zero_offset
         measurement.current = state.current
         measurement.tau = configuration.direction * configuration.torque_constant * state.current
-        measurement.position_raw = state.position / self._dbc.position_resolution()
+        measurement.position_raw = state.position / self._dbc.position_resolution
         measurement.speed = configuration.direction * state.velocity
         measurement.stamp_ns = stamp_ns
         self._status = state.status
 
     def flags(self) -> str:
-        """Return the bridge's status bits as words."""
         return flag_names(self._status)
 
     def error(self) -> str:
-        """Return the bridge's fault bits as a sentence."""
         faults = self._status & SERVO_FAULTS
         # The watchdog's bit counts while a target is out: then the bridge has dropped the joint.
         if self._target is not None:

@@ -47,5 +47,4 @@ class ServoConfiguration(JointConfiguration):
         """Need nothing more: the servo limits its own current."""
 
     def loop(self, limits: JointLimits) -> str:
-        """Return that the loop is in the servo."""
         return f'the loop of {self.name} is in its servo'

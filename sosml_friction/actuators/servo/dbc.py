@@ -90,6 +90,9 @@ class ServoDbc:
     """
     Encode and decode the two messages of a servo bridge.
 
+    ``position_resolution`` [rad]: the least difference of position that the state can tell;
+    ``sequence_count``: how many sequence numbers there are before they wrap.
+
     :param path: the DBC file.
     :param names: what the file calls things, as ``ours=theirs``: ``servo_state=STATE_1`` for a
         message, ``servo_state.position=Pos`` for a signal.
@@ -111,8 +114,11 @@ class ServoDbc:
         self._theirs: dict[str, str] = {}
         self._command = self._message(database, 'servo_command', COMMAND_SIGNALS)
         self._state = self._message(database, 'servo_state', STATE_SIGNALS)
-        current = self._signals['current']
-        self._unavailable = -(1 << (current.length - 1))
+        signals = self._signals
+        self.command_id, self.state_id = int(self._command.frame_id), int(self._state.frame_id)
+        self.position_resolution = abs(float(signals['position'].scale))
+        self.sequence_count = 1 << min(signals[x].length for x in ('sequence', 'sequence_echo'))
+        self._unavailable = -(1 << (signals['current'].length - 1))
 
     def _message(self, database: Any, ours: str, signals: Mapping[str, str]) -> Any:
         name = self._names.get(ours, ours)
@@ -142,25 +148,6 @@ class ServoDbc:
             self._signals[signal] = present[theirs]
             self._theirs[signal] = theirs
         return message
-
-    @property
-    def command_id(self) -> int:
-        """Return the identifier of ``servo_command``."""
-        return int(self._command.frame_id)
-
-    @property
-    def state_id(self) -> int:
-        """Return the identifier of ``servo_state``."""
-        return int(self._state.frame_id)
-
-    @property
-    def sequence_count(self) -> int:
-        """Return how many sequence numbers there are before they wrap."""
-        return 1 << min(self._signals['sequence'].length, self._signals['sequence_echo'].length)
-
-    def position_resolution(self) -> float:
-        """Return the least difference of position the state can tell [rad]."""
-        return abs(float(self._signals['position'].scale))
 
     def encode_command(self, command: ServoCommand) -> Frame:
         """

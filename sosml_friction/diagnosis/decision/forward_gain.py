@@ -26,7 +26,7 @@ from sosml_friction.regression.nominal import LATE, TURNS
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.recorded.resimulation import simulate_windows
+from sosml_friction.simulation.recorded.stretch import simulate_windows
 
 #: Length of a simulated window [s], from the measured state. Chosen, no measurement.
 HORIZON_S = 0.3

@@ -12,12 +12,14 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.motion.building_blocks import (
+    Signal,
     TrajectoryBuilder,
     begin_motion,
+    fade,
     move_speeds,
+    product,
     require_positive,
 )
-from sosml_friction.motion.fade import Signal, fade, product
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import SPEED, SPEEDS, TOP, WAY, WAYS, options_of
@@ -81,9 +83,6 @@ def multisine(
     band, so that what one joint does to another can be told by its frequency.
 
     :param settings: default: those of the exoskeleton.
-    :param top_speed: limit of the move to the centre [rad/s or m/s].
-    :param scale: factor on the peaks, one for all joints or one for each; 0 keeps a joint at its
-        centre.
     :raises TrajectoryError: if joints differ, or the band holds no line for a joint.
     """
     motion, middle, factor = begin_motion(

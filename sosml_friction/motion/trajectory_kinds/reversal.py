@@ -7,8 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.motion.building_blocks import TrajectoryBuilder, begin_motion, move_speeds
-from sosml_friction.motion.fade import Signal, fade, product
+from sosml_friction.motion.building_blocks import (
+    Signal,
+    TrajectoryBuilder,
+    begin_motion,
+    fade,
+    move_speeds,
+    product,
+)
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
 from sosml_friction.motion.trajectory_option import TOP, WAY, WAYS, options_of
@@ -30,13 +36,8 @@ def reversal(
     q(t) - centre = amplitude e(t) sin(2 pi frequency (t - T / 2)) with an envelope e that rises
     within ``ramp_s`` and falls within as much: odd in time about the middle T / 2 of the wave.
 
-    :param amplitude: [rad or m].
-    :param frequency: [Hz].
-    :param cycles: at full amplitude; the ramps come in addition.
-    :param ramp_s: from rest to full amplitude [s].
-    :param top_speed: limit of the move to the centre [rad/s or m/s].
-    :param scale: factor on the amplitude, one for all joints or one for each; 0 keeps a joint at
-        its centre.
+    The arguments are the options of :class:`Reversal`.
+
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     motion, middle, factor = begin_motion(

@@ -53,17 +53,10 @@ def rich(
     amplitude decays (reversals at every speed) and a multisine (inertia and gravity). What changes
     with the posture alone is gravity.
 
-    :param offset: from the first posture to the second, one for all joints or one for each
-        [rad or m]; not scaled, but a joint whose scale is 0 keeps its posture.
-    :param speeds: of the ladder, with ``plateau_s`` and ``ramp_s`` as in
-        :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
-    :param amplitude: of the first full cycle of the reversals [rad or m]; ``frequency`` [Hz];
-        ``cycles`` in all.
-    :param decay: amplitude of the last full cycle over that of the first, at most 1.
+    The arguments are the options of :class:`Rich`.
+
+    :param offset: not scaled, but a joint whose scale is 0 keeps its posture.
     :param settings: of the multisine; the second posture has the next seed.
-    :param top_speed: limit of the moves [rad/s or m/s].
-    :param scale: factor on all speeds and amplitudes, one for all joints or one for each; 0 keeps
-        a joint at its centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     what = 'the rich trajectory'
@@ -116,10 +109,7 @@ class Rich(TrajectoryKind):
             ('amplitude', 'amplitude', 'of the first reversals', WAY, WAYS),
             ('frequency', 'frequency', 'of the reversals', 'Hz', (0.01, 50.0)),
             ('cycles', 'cycles', 'of the reversals', '', (0.5, 1000.0)),
-            (
-                'decay', 'decay', 'last amplitude of the reversals over the first', '',
-                (1e-6, 1.0),
-            ),
+            ('decay', 'decay', 'last amplitude of the reversals over the first', '', (1e-6, 1.0)),
             TOP,
         ),
         *_SINES,

@@ -27,10 +27,9 @@ def slow_ladder(
     A speed ladder whose slow plateaus last longer: at speed w for max(plateau_s, way / w), because
     the velocity of a window is known no better than the encoder's resolution over its way.
 
-    :param way: least way of a plateau [rad or m].
+    The arguments are the options of :class:`SlowLadder`.
 
-    The other arguments and errors are those of
-    :func:`~sosml_friction.motion.trajectory_kinds.speed_ladder.speed_ladder`.
+    :raises TrajectoryError: if joints differ or a number is not positive.
     """
     motion, middle, factor = begin_motion(
         'the slow ladder', start, centre, scale,

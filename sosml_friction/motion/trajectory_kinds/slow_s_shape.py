@@ -27,11 +27,9 @@ def slow_s_shape(
     speeds is passed slowly, and friction against velocity draws its S. The defaults are the speed
     and times of the paper's simulation study.
 
-    :param speed: of the plateaus [rad/s or m/s].
-    :param cycles: pairs of half-cycles.
+    The arguments are the options of :class:`SlowSShape`.
 
-    The other arguments and errors are those of
-    :func:`~sosml_friction.motion.trajectory_kinds.symmetric_reversals.symmetric_reversals`.
+    :raises TrajectoryError: if joints differ or a number is not positive.
     """
     motion, middle, factor = begin_motion(
         'the slow S-shape', start, centre, scale,

@@ -28,15 +28,10 @@ def speed_ladder(
     between them is friction. Lasts about
     len(speeds) * 2 * (2 plateau_s + 4 ramp_s + 0.5) seconds.
 
-    :param start: present position of each joint, at rest [rad or m]; its order is the
-        trajectory's.
+    The arguments are the options of :class:`SpeedLadder`.
+
+    :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param centre: middle of the plateaus of each joint [rad or m].
-    :param speeds: plateau speeds, taken as given and then backwards [rad/s or m/s], positive.
-    :param plateau_s: length of a plateau [s].
-    :param ramp_s: length of a ramp between rest and plateau [s].
-    :param top_speed: limit of the moves between plateaus [rad/s or m/s].
-    :param scale: factor on all speeds, one for all joints or one for each; 0 keeps a joint at its
-        centre.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     motion, middle, factor = begin_motion(

@@ -28,14 +28,9 @@ def symmetric_reversals(
     middle of the trajectory, v(T - t) = -v(t): what is even in velocity is drift or an offset, not
     friction.
 
-    :param speeds: of the half-cycles, taken as given and then backwards [rad/s or m/s].
-    :param plateau_s: steady part of a half-cycle [s]; with an encoder of 16 bit the evaluation
-        needs 0.55 s.
-    :param turn_s: from one speed to the opposite one [s].
-    :param cycles: pairs of half-cycles at each speed.
-    :param top_speed: limit of the moves between trains [rad/s or m/s].
-    :param scale: factor on all speeds, one for all joints or one for each; 0 keeps a joint at its
-        centre.
+    The arguments are the options of :class:`SymmetricReversals`.
+
+    :param plateau_s: with an encoder of 16 bit the evaluation needs 0.55 s of it.
     :raises TrajectoryError: if joints differ or a number is not positive.
     """
     motion, middle, factor = begin_motion(

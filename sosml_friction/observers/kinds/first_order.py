@@ -74,12 +74,7 @@ class FirstOrder(Observer):
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
-        """
-        Return c0 = (D^2 / (4 T s_p^2))^(1/3).
-
-        The mean square is c0^2 s_p^2 + D^2 J / (c0 T), where J = 1/2 is the integral of the square
-        of the error of a unit step in units of 1/c0.
-        """
+        """Return c0 = (D^2 / (4 T s_p^2))^(1/3): the least c0^2 s_p^2 + D^2 / (2 c0 T)."""
         return {'cutoff': conditions.first_order_cutoff}
 
     @classmethod

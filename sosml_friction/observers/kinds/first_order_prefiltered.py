@@ -55,17 +55,10 @@ class FirstOrderPrefiltered(FirstOrder):
     """
     Filter the momentum residual by w_f / (s + w_f) and c0 / (s + c0), discretised exactly.
 
-    The usual cure for a velocity that comes from differences: a first-order low-pass of cutoff w_f
-    before FO. Here momentum and forcing pass it alike, so that ::
+    The usual cure for a velocity that comes from differences. Momentum and forcing pass it alike:
+    with the momentum alone filtered, inertial torque would leak into the estimate ::
 
         tau_e_hat = c0 / (s + c0) w_f / (s + w_f) tau_e
-
-    With the momentum alone filtered the observer reports, besides, the inertial torque that the
-    late momentum does not show, -c0 / (s + c0) s / (s + w_f) p': as c0 and k0 unequal do in FO, it
-    has no longer one response to friction, whatever moves. Where accelerations are small and the
-    effort is free of noise that error costs less than the noise it saves (with w_f = 0 what is
-    left is the effort less gravity), but it is a bet on the motion, not an observer of equal
-    claims. Filtered alike, this is the fair baseline: two real poles, at best equal ones.
 
     For the residual d held over an interval the exact step is, with a_f = exp(-w_f h),
     a_r = exp(-c0 h), g = c0 (a_f - a_r) / (c0 - w_f) ::
@@ -93,12 +86,7 @@ class FirstOrderPrefiltered(FirstOrder):
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
-        """
-        Return both poles at w = (5/4)^(1/5) wn, with the balanced frequency wn of second order.
-
-        The noise is w^2 s_X, and J = 5/4: the integral of the square of the error of a unit step,
-        in units of 1/w.
-        """
+        """Return both poles at (5/4)^(1/5) wn, wn balanced for second order: J = 5/4."""
         both = 1.25**0.2 * conditions.second_order_frequency
         return {'cutoff': both, 'prefilter_cutoff': both}
 

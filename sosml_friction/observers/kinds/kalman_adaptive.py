@@ -94,11 +94,8 @@ class KalmanAdaptive(Kalman):
         d(ln q) / dt = adaptation_rate c,   q >= disturbance_rate^2
 
     Whiteness depends on the gain alone, so neither the size of the motion nor the true noise need
-    be known: ``position_noise`` may be wrong by far, and an encoder without noise is taken at its
-    word. What it cannot do is to expect: a jump of friction is seen when it has happened.
-
-    Good for noise or motion that is not known beforehand: it comes close to the plain Kalman
-    observer tuned for each. With ``adaptation_rate`` zero it is the plain Kalman observer.
+    be known: ``position_noise`` may be wrong by far. A jump of friction is seen when it has
+    happened. With ``adaptation_rate`` zero it is the plain Kalman observer.
 
     Gains: ``position_noise`` [rad] > 0; ``disturbance_rate`` [Nm/sqrt(s)] > 0, the least sqrt(q);
     ``adaptation_rate`` [1/s].

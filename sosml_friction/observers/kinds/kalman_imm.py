@@ -158,11 +158,7 @@ class KalmanImm(Kalman):
     the second filter and adds crossing_jump^2 to its variance of tau_e; its weight goes back to
     the first with the time constant ``jump_memory``. Then each filter takes the measurement, and
     the weights are multiplied by the likelihoods of the innovations. The estimate is the weighted
-    mean. Against :class:`KalmanScheduled`, where the same jump widens one filter, the one without
-    the jump keeps its certainty until the measurements have decided.
-
-    Good for friction that depends on velocity, at one set of gains for slow and fast motion; a
-    torque that jumps while the joint moves (a contact) is followed at the slow rate of
+    mean. A torque that jumps while the joint moves (a contact) is followed at the slow rate of
     ``disturbance_rate``. With ``crossing_jump`` zero both filters are the plain Kalman observer.
 
     Gains: ``position_noise`` [rad] > 0 and ``disturbance_rate`` [Nm/sqrt(s)] > 0 as there;

@@ -25,9 +25,8 @@ class KalmanScheduled(Kalman):
     crossing_jump^2, spread over the time in which it may have happened: short in a fast reversal,
     long in a slow one, with the same gains. Between passages it may be a slow observer.
 
-    Good for friction that depends on velocity; a torque that jumps while the joint moves (a
-    contact) is followed at the slow rate of ``disturbance_rate``. With ``crossing_jump`` zero it
-    is the plain Kalman observer.
+    A torque that jumps while the joint moves (a contact) is followed at the slow rate of
+    ``disturbance_rate``. With ``crossing_jump`` zero it is the plain Kalman observer.
 
     Gains: ``position_noise`` [rad] > 0 and ``disturbance_rate`` [Nm/sqrt(s)] > 0 as there;
     ``crossing_jump`` [Nm], standard deviation of the change of friction at a passage.

@@ -20,9 +20,8 @@ class LinearSecondOrder(Sosml):
 
     With e = p_hat - p: p_hat' = tau + C^T q' - g + sigma - 2 zeta wn e, sigma' = -wn^2 e,
     tau_e = sigma, so tau_e_hat = wn^2 / (s^2 + 2 zeta wn s + wn^2) tau_e. It is SOSML with
-    S1 = T1 = 0, S2 = wn^2, T2 = 2 zeta wn and runs as that: what SOSML gains over it is what the
-    sliding terms are worth. White position noise of standard deviation s_q gives about
-    wn^2 |row of M| s_q for zeta = 0.5.
+    S1 = T1 = 0, S2 = wn^2, T2 = 2 zeta wn and runs as that. White position noise of standard
+    deviation s_q gives about wn^2 |row of M| s_q for zeta = 0.5.
 
     Gains: ``natural_frequency`` wn [rad/s] > 0, ``damping_ratio`` zeta [1].
     """
@@ -46,12 +45,7 @@ class LinearSecondOrder(Sosml):
 
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
-        """
-        Return wn = (D^2 / (4 T s_X^2))^(1/5) and zeta = 1/2.
-
-        The noise is wn^2 s_X, and J = zeta + 1 / (4 zeta) = 1 at zeta = 1/2: the integral of the
-        square of the error of a unit step, in units of 1/wn.
-        """
+        """Return wn = (D^2 / (4 T s_X^2))^(1/5), zeta = 1/2 and so J = zeta + 1 / (4 zeta) = 1."""
         return {'natural_frequency': conditions.second_order_frequency, 'damping_ratio': 0.5}
 
     @classmethod

@@ -127,11 +127,10 @@ class Smoother(Kalman):
     @classmethod
     def recipe(cls, conditions: Conditions) -> Recipe:
         """
-        Return a tenth of the random walk, and D at a standstill.
+        Return a tenth of the random walk, and at a standstill rate^2 = D^2 sqrt(pi) V / (T v_c).
 
-        Near it, where the velocity of a sinusoid of top speed V passes with the acceleration
-        pi V / T, the variance D^2 within exp(-(v / v_c)^2): crossing rate^2 = D^2 sqrt(pi) V /
-        (T v_c). Without a top speed it is the Kalman observer's model, smoothed.
+        A sinusoid of top speed V passes it with the acceleration pi V / T. Without a top speed it
+        is the Kalman observer's model, smoothed.
         """
         c, crossing_velocity = conditions, {'crossing_velocity': _CROSSING_VELOCITY}
         if c.top_speed is None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from sosml_friction.report.common.tables import information_table
+from sosml_friction.report.common.table import terminal_table
 
 
 def information_blocks(information: Mapping[str, Any]) -> Iterator[str | RenderableType]:
@@ -40,4 +40,8 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
             f'{motion["gaps"]} gaps (longest step {motion["longest_step_s"]:.4g} s), '
             f'{motion["repeated_stamps"]} repeated and {motion["backward_stamps"]} backward stamps'
         )
-    yield information_table(information)
+    rows = [
+        (name, topic['type'] or 'unknown', str(topic['messages']))
+        for name, topic in information['topics'].items()
+    ]
+    yield terminal_table({'topic': '', 'type': '', 'messages': 'n'}, rows)

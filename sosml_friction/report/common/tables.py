@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables for the terminal."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -130,12 +129,3 @@ def method_text(view: JointView) -> str:
         OUTPUT_ERROR: '{} samples of a forward simulation',
     }
     return pairs.get(fit.method, '{} samples in motion').format(fit.fit.pairs)
-
-
-def information_table(information: Mapping[str, Any]) -> Table:
-    """Return the topics of a bag: name, type, messages."""
-    rows = [
-        (name, topic['type'] or 'unknown', str(topic['messages']))
-        for name, topic in information['topics'].items()
-    ]
-    return terminal_table({'topic': '', 'type': '', 'messages': 'n'}, rows)

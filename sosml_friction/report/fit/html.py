@@ -3,15 +3,33 @@
 """The report: one HTML file that needs nothing else."""
 
 from collections.abc import Callable, Mapping
+from datetime import datetime, timezone
 from html import escape
+from typing import Any
 
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.report.common.html_page import heading, items, joints_box, notes_box, page
-from sosml_friction.report.common.provenance_view import (
-    method_rows,
-    provenance_table,
-    recording_rows,
+from sosml_friction.report.common.figure import pictures
+from sosml_friction.report.common.html_page import (
+    folded,
+    heading,
+    items,
+    joints_box,
+    notes_box,
+    page,
+)
+from sosml_friction.report.common.labels import observer_label
+from sosml_friction.report.fit.consolidation_view import (
+    BagsJoint,
+    bag_name,
+    bags_answers,
+    consolidated_remarks,
+    consolidated_table,
+    known_friction,
+    model_entry,
+    model_table,
 )
 from sosml_friction.report.fit.findings import (
     data_remarks,
@@ -21,8 +39,9 @@ from sosml_friction.report.fit.findings import (
     simulation_lines,
 )
 from sosml_friction.report.fit.inverse_view import inverse_section
-from sosml_friction.report.fit.joint_section import joint_section
-from sosml_friction.report.fit.joint_view import joint_views
+from sosml_friction.report.fit.joint_section import joint_section, open_section, parameter_table
+from sosml_friction.report.fit.joint_view import JointView, joint_views
+from sosml_friction.report.fit.segment_rows import segment_table
 
 #: How it was done, in sentences.
 METHOD = (
@@ -81,3 +100,193 @@ def render_report(
         provenance_table(recording_rows(analysis) | method_rows(analysis), truth, extra or {}),
     ]
     return page(f'Friction of {analysis.model.name}', parts)
+
+
+_SEVERAL = (
+    'Each recording is fitted alone first. The rule of the paper takes C and B from the speed '
+    'ladder and the slow ladder (T1, T3), S and v_s from the reversals (T2), the bias from the '
+    'slow ladder (T3). The joint fit is one regression over all recordings, each weighted by its '
+    'own noise, so that each counts by what it knows.',
+)
+
+
+def render_bags_report(
+    analysis: BagsAnalysis,
+    truth: RobotModelFile | None = None,
+    extra: Mapping[str, str] | None = None,
+    progress: Callable[[str], None] = lambda step: None,
+) -> str:
+    """
+    Return the report of several recordings as one HTML document, pictures included.
+
+    Arguments and errors are those of :func:`~sosml_friction.report.fit.html.render_report`.
+    """
+    _check_truth(analysis, truth)
+    consolidation = analysis.consolidation
+    fits = {bag: one.fit for bag, one in analysis.bags.items()}
+    recordings = ''.join(
+        f'<li><code>{escape(bag_name(consolidation, bag))}</code>, {sampling_text(one.log)}'
+        f'{_role(analysis, bag)}</li>'
+        for bag, one in analysis.bags.items()
+    )
+    remarks, sections = [], []
+    for joint in analysis.model.joint_names:
+        entry = model_entry(consolidation, joint)
+        if entry is None:
+            continue
+        view = BagsJoint(consolidation, entry, fits, known_friction(truth, joint))
+        remarks += consolidated_remarks(entry, view.truth)
+        progress(joint)
+        sections.append(_joint_section(view))
+    for bag, one in analysis.bags.items():
+        progress(bag)
+        sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
+    parts = [
+        f'<p>From {len(analysis.bags)} recordings:</p><ul>{recordings}</ul>',
+        joints_box(bags_answers(analysis)),
+        notes_box(remarks),
+        *sections,
+        items((*_SEVERAL, *METHOD), heading('How it was done')),
+        heading('Provenance'),
+        *(
+            heading(bag, 3) + provenance_table(recording_rows(one), None, {})
+            for bag, one in analysis.bags.items()
+        ),
+        heading('All recordings', 3),
+        provenance_table(method_rows(next(iter(analysis.bags.values()))), truth, extra or {}),
+    ]
+    return page(f'Friction of {analysis.model.name}', parts)
+
+
+def _check_truth(analysis: BagsAnalysis, truth: RobotModelFile | None) -> None:
+    joints = analysis.model.joint_names
+    if truth is not None and not any(known_friction(truth, joint) for joint in joints):
+        raise ConfigurationError(
+            f'the truth {truth.name} has the friction of none of {", ".join(joints)}: give a '
+            'model of the same joints'
+        )
+
+
+def _role(analysis: BagsAnalysis, bag: str) -> str:
+    role = analysis.consolidation.roles.get(bag)
+    return '' if role is None or not role.reason else f': {escape(role.reason)}'
+
+
+def _joint_section(view: BagsJoint) -> str:
+    consolidation, entry = view.consolidation, view.entry
+    others = ''.join(
+        heading(observer_label(observer), 3) + consolidated_table(consolidation, other, None)
+        for observer, other in consolidation.joints[entry.joint].items()
+        if observer != entry.observer
+    )
+    numbers = consolidated_table(consolidation, entry, view.truth)
+    return ''.join(
+        (
+            heading(f'Joint {entry.joint}, all recordings'),
+            model_table(entry, view.truth),
+            pictures('bags', view),
+            folded('Numbers of the picture', numbers),
+            folded('Other observers', others),
+        )
+    )
+
+
+def _bag_section(name: str, analysis: BagAnalysis, truth: RobotModelFile | None) -> str:
+    """Return one recording in short: its sentence, its numbers, its overview, its windows."""
+    views = joint_views(analysis, truth)
+    texts = [*map(joint_sentence, views), *data_remarks(analysis), *notes(views)]
+    return items(texts, heading(f'Recording {name}')) + ''.join(map(_bag_joint, views))
+
+
+def _bag_joint(view: JointView) -> str:
+    shown = heading(f'Joint {view.name}', 3) + pictures('bags', view)
+    if view.preferred is None:
+        return shown
+    numbers = parameter_table(view.fits, view) + open_section(view)
+    return (
+        shown
+        + folded('Parameters from this recording alone', numbers)
+        + folded('Windows of steady motion', segment_table(view))
+    )
+
+
+#: Entries of the provenance that are shown otherwise.
+_ELSEWHERE = frozenset(
+    {'bag', 'sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'fitted', 'versions',
+     'observers', 'fits', 'unavailable', 'consolidation', 'bags'}
+)  # fmt: skip
+
+
+def recording_rows(analysis: BagAnalysis) -> dict[str, str]:
+    """Return what identifies the recording, heading to text."""
+    known = analysis.model.provenance
+    rows = {
+        'recording': str(known.get('bag', '')),
+        'SHA-256': str(known.get('sha256', '')),
+        'first and last stamp [ns]': f'{known.get("start_ns")} to {known.get("end_ns")}',
+        'recorded': f'{_moment(known.get("start_ns"))} to {_moment(known.get("end_ns"))}',
+        'samples': str(known.get('samples', '')),
+        'cut off or damaged': 'yes' if known.get('recovered') else 'no',
+    }
+    rows.update({f'condition {key}': str(value) for key, value in analysis.log.tags.items()})
+    return rows
+
+
+def method_rows(analysis: BagAnalysis) -> dict[str, str]:
+    """Return what was done with it and by which software, heading to text."""
+    known = analysis.model.provenance
+    rows = {
+        'fitted': str(known.get('fitted', '')),
+        'versions': _pairs(known.get('versions', {})),
+        'model': analysis.model.name,
+        'velocity of the observers': analysis.configuration.velocity_source.replace('_', ' '),
+    }
+    joints = analysis.configuration.joints
+    order = f' ({", ".join(joints)})' if len(joints) > 1 else ''
+    for observer, gains in known.get('observers', {}).items():
+        rows[f'gains of {observer_label(observer)}{order}'] = '; '.join(
+            f'{gain} ' + ', '.join(f'{value:.4g}' for value in values)
+            for gain, values in gains.items()
+        )
+    rows.update({str(key): _text(value) for key, value in known.items() if key not in _ELSEWHERE})
+    return rows
+
+
+def provenance_table(
+    rows: Mapping[str, str], truth: RobotModelFile | None, extra: Mapping[str, str]
+) -> str:
+    """Return the rows, the name of the truth where there is one, and more rows, as HTML."""
+    shown = dict(rows)
+    if truth is not None:
+        shown['truth'] = truth.name
+    shown.update(extra)
+    body = ''.join(
+        f'<tr><th>{escape(key)}</th><td><code>{escape(value)}</code></td></tr>'
+        for key, value in shown.items()
+    )
+    return f'<table><tbody>{body}</tbody></table>'
+
+
+def _moment(stamp_ns: Any) -> str:
+    """Return a stamp as a date, where it can be one and not a time since some start."""
+    try:
+        moment = datetime.fromtimestamp(1e-9 * int(stamp_ns), timezone.utc)
+    except (TypeError, ValueError, OverflowError, OSError):
+        return 'unknown'
+    return (
+        f'{1e-9 * int(stamp_ns):.3f} s'
+        if moment.year < 2000
+        else moment.isoformat(timespec='seconds')
+    )
+
+
+def _text(value: Any) -> str:
+    return _pairs(value, '; ') if isinstance(value, Mapping) else str(value)
+
+
+def _pairs(values: Mapping[str, Any], separator: str = ', ') -> str:
+    return separator.join(
+        f'{key} ({_pairs(value)})' if isinstance(value, Mapping) else f'{key} {value}'
+        for key, value in values.items()
+        if value is not None
+    )

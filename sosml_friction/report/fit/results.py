@@ -19,8 +19,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
-from sosml_friction.report.fit.bags_html import render_bags_report
-from sosml_friction.report.fit.html import render_report
+from sosml_friction.report.fit.html import render_bags_report, render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
 

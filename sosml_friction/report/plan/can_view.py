@@ -6,30 +6,23 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from rich import box
 from rich.table import Table
 
 from sosml_friction.actuators.bus.inquiry import FoundActuator
 from sosml_friction.actuators.driver.start_up import Check
+from sosml_friction.report.common.table import terminal_table
 
 SCAN_FORMAT = 'sosml_friction/can_scan/1'
 CHECK_FORMAT = 'sosml_friction/can_check/1'
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for column in columns:
-        table.add_column(column)
-    return table
-
-
 def scan_table(found: Sequence[FoundActuator]) -> Table:
     """Return who answered, one row each."""
-    table = _table('id', 'kind', 'model', 'version', 'V', 'degC', 'errors', 'remarks')
-    for own in found:
-        number = f'{own.can_id:#05x}'
-        table.add_row(
-            number if own.motor_id is None else f'{own.motor_id} ({number})',
+    rows = [
+        (
+            f'{own.can_id:#05x}'
+            if own.motor_id is None
+            else f'{own.motor_id} ({own.can_id:#05x})',
             own.kind,
             own.model or 'not told',
             'not told' if own.version is None else str(own.version),
@@ -38,7 +31,10 @@ def scan_table(found: Sequence[FoundActuator]) -> Table:
             own.errors or 'not told',
             '; '.join(own.remarks),
         )
-    return table
+        for own in found
+    ]
+    heads = ('id', 'kind', 'model', 'version', 'V', 'degC', 'errors', 'remarks')
+    return terminal_table(dict.fromkeys(heads, ''), rows)
 
 
 def scan_document(
@@ -52,23 +48,28 @@ def scan_document(
     }
 
 
-def _verdict(check: Check) -> str:
-    return 'problem' if check.problem else 'warning' if check.warning else 'ok'
+def _entry(check: Check) -> dict[str, str]:
+    return {
+        'joint': check.joint,
+        'step': check.step,
+        'found': check.result,
+        'verdict': 'problem' if check.problem else 'warning' if check.warning else 'ok',
+        'why': check.problem or check.warning,
+    }
 
 
 def check_table(checks: Sequence[Check]) -> Table:
     """Return what each step found, with its verdict."""
-    table = _table('joint', 'step', 'found', 'verdict', 'why')
-    for own in checks:
-        table.add_row(own.joint, own.step, own.result, _verdict(own), own.problem or own.warning)
-    return table
+    rows = [tuple(_entry(own).values()) for own in checks]
+    return terminal_table(dict.fromkeys(('joint', 'step', 'found', 'verdict', 'why'), ''), rows)
 
 
 def check_document(
     checks: Sequence[Check], interface: str, channel: str, bitrate: int
 ) -> dict[str, Any]:
     """Return the JSON document of ``sosml can check``."""
-    verdicts = [_verdict(own) for own in checks]
+    entries = [_entry(own) for own in checks]
+    verdicts = [entry['verdict'] for entry in entries]
     problems, warnings = verdicts.count('problem'), verdicts.count('warning')
     if problems:
         text = f'{problems} of {len(checks)} checks speak against enabling the joints'
@@ -81,14 +82,5 @@ def check_document(
         'bus': {'interface': interface, 'channel': channel, 'bitrate': bitrate},
         'ready': not problems,
         'verdict': text,
-        'checks': [
-            {
-                'joint': own.joint,
-                'step': own.step,
-                'found': own.result,
-                'verdict': _verdict(own),
-                'why': own.problem or own.warning,
-            }
-            for own in checks
-        ],
+        'checks': entries,
     }

@@ -6,14 +6,13 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.experiment_plan import ExperimentPlan, PlanSettings
 from sosml_friction.report.common.labels import SYMBOLS
+from sosml_friction.report.common.table import terminal_table
 
 FORMAT = 'sosml_friction/plan/1'
 
@@ -73,15 +72,12 @@ def plan_document(
 
 def plan_table(plan: ExperimentPlan, budget_s: float) -> RenderableType:
     """Return the speeds, the standard errors they give beside the wanted ones, and a verdict."""
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column('parameter', no_wrap=True)
-    for heading in ('best standard error', 'wanted'):
-        table.add_column(heading, justify='right')
-    table.add_column('', no_wrap=True)
+    columns = {'parameter': 'w', 'best standard error': 'n', 'wanted': 'n', '': 'w'}
+    rows = []
     for name, error in plan.std_errors.items():
         wanted = plan.wanted.get(name)
         verdict = '' if wanted is None else 'missed' if name in plan.missed else 'reached'
-        table.add_row(name, f'{error:.2g}', '' if wanted is None else f'{wanted:.4g}', verdict)
+        rows.append((name, f'{error:.2g}', '' if wanted is None else f'{wanted:.4g}', verdict))
     times = ', '.join(
         f'{speed:.4g}' + (f' ({count} times)' if count > 1 else '')
         for speed, count in Counter(plan.speeds).items()
@@ -104,7 +100,7 @@ def plan_table(plan: ExperimentPlan, budget_s: float) -> RenderableType:
             f'wanted takes {needed}.\n'
         )
     caveat = 'Bounds for the assumed friction, which no estimate is below; a fit may be worse.'
-    return Group(Text(head), table, Text(missed + caveat))
+    return Group(Text(head), terminal_table(columns, rows), Text(missed + caveat))
 
 
 def plan_command(plan: ExperimentPlan, settings: PlanSettings) -> str:

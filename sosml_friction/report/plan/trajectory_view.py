@@ -7,14 +7,13 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from sosml_friction.motion.plan import Demand, PlannedTrajectory
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.common.number_text import UNKNOWN
+from sosml_friction.report.common.table import terminal_table
 
 FORMAT = 'sosml_friction/trajectory/1'
 
@@ -54,32 +53,25 @@ def _demand_entry(what: str, demand: Demand) -> dict[str, Any]:
 
 def trajectory_table(planned: PlannedTrajectory) -> RenderableType:
     """Return duration, extremes of each joint beside its limits, and what is beyond them."""
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
-    for heading in ('joint', 'quantity', 'unit'):
-        table.add_column(heading, no_wrap=True)
-    for heading in ('reaches', 'friction needs', 'limit', 'share'):
-        table.add_column(heading, justify='right', no_wrap=True)
+    columns = {'joint': 'w', 'quantity': 'w', 'unit': 'w', 'reaches': 'n w'}
+    columns |= {'friction needs': 'n w', 'limit': 'n w', 'share': 'n w'}
+    rows = []
     robot = planned.robot
     for i, (name, limit) in enumerate(zip(robot.names, robot.limits, strict=True)):
         way, speed = motion_units(robot.effort_units[i])
         q = planned.loads.q[:, i]
-        table.add_row(
-            name, 'position', way, f'{q.min():.3g} to {q.max():.3g}', '',
-            f'{limit.lower:.3g} to {limit.upper:.3g}', '',
-        )  # fmt: skip
+        span, bounds = f'{q.min():.3g} to {q.max():.3g}', f'{limit.lower:.3g} to {limit.upper:.3g}'
+        rows.append((name, 'position', way, span, '', bounds, ''))
         units = {'speed': speed, 'acceleration': f'{speed}2', 'effort': robot.effort_units[i]}
         for what, demand in planned.demands(i).items():
-            table.add_row(
-                '', what, units[what], f'{demand.peak:.3g}',
-                f'{demand.allowance:.3g}' if demand.allowance else '',
-                UNKNOWN if demand.limit is None else f'{demand.limit:.3g}',
-                UNKNOWN if demand.share is None else f'{100.0 * demand.share:.0f} %',
-                end_section=what == 'effort',
-            )  # fmt: skip
+            friction = f'{demand.allowance:.3g}' if demand.allowance else ''
+            bound = UNKNOWN if demand.limit is None else f'{demand.limit:.3g}'
+            share = UNKNOWN if demand.share is None else f'{100.0 * demand.share:.0f} %'
+            rows.append(('', what, units[what], f'{demand.peak:.3g}', friction, bound, share))
     verdict = [f'Beyond a limit: {use.sentence()}' for use in planned.beyond]
     return Group(
         Text(f'{planned.kind.description}: {planned.trajectory.duration:.1f} s'),
-        table,
+        terminal_table(columns, rows, sections=True),
         Text('\n'.join(verdict or ['All within the limits.'])),
     )
 

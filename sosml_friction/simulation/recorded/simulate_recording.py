@@ -33,11 +33,11 @@ from sosml_friction.simulation.recorded.recorded_simulation import (
     SimulationError,
     simulation_error,
 )
-from sosml_friction.simulation.recorded.resimulation import simulate_windows
 from sosml_friction.simulation.recorded.stretch import (
     Prepare,
     Stretch,
     measured_start,
+    simulate_windows,
     smooth_velocity,
     undriven,
 )

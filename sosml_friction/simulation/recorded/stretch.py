@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a simulation has to know of a recording; regression makes it."""
+"""What a simulation has to know of a recording, which regression makes; simulated windows."""
 
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -10,8 +10,10 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.robot import Robot
+from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.forward_simulation import Start
+from sosml_friction.simulation.forward_simulation import Start, simulate
+from sosml_friction.simulation.simulated import Simulated
 
 
 class LowPass(Protocol):
@@ -79,3 +81,37 @@ def smooth_velocity(stretch: Stretch) -> FloatArray:
     v = stretch.v.copy()
     v[: stretch.band.half] = v[len(v) - stretch.band.half :] = np.nan
     return v
+
+
+def recorded_torque(model: ForwardModel, stretch: Stretch) -> FloatArray:
+    """Return the torque (N, n) behind the effort of a recording, its delay undone."""
+    tau, step = stretch.tau, stretch.band.step
+    samples = np.arange(len(tau), dtype=np.float64)
+    shifted = samples + model.delay / step
+    return model.torque(np.column_stack([np.interp(shifted, samples, x) for x in tau.T]))
+
+
+def simulate_windows(
+    model: ForwardModel,
+    stretch: Stretch,
+    at: IndexArray,
+    samples: int,
+    step: Callable[[int], None] = lambda k: None,
+) -> Simulated:
+    """
+    Simulate ``samples`` samples from each of the samples ``at`` (W,).
+
+    A joint whose effort was not measured follows its recording.
+
+    :raises ConfigurationError: if the model cannot be simulated.
+    """
+    return simulate(
+        model,
+        measured_start(stretch, at),
+        RecordedDrive(recorded_torque(model, stretch), at),
+        stretch.band.step,
+        samples,
+        np.quantile(np.abs(stretch.tau), 0.99, axis=0),
+        step,
+        undriven(stretch),
+    )

@@ -9,7 +9,7 @@ import errno
 import can
 import pytest
 
-from sosml_friction.actuators.bus.bus_errors import (
+from sosml_friction.actuators.bus.cycle import (
     BusTrouble,
     bus_trouble,
     is_transmit_full,

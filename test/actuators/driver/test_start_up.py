@@ -16,7 +16,7 @@ from sosml_friction.actuators.driver.start_up import Check, Request, StartUp, St
 from sosml_friction.actuators.driver.start_up_run import run_start_ups
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.actuators.rmd_x import codec as rmd_x
-from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.exceptions import ActuatorError
 
 TURN = 2.0 * math.pi
@@ -39,7 +39,7 @@ def test_steps_are_walked_in_order_and_each_is_checked_once():
     walk = StartUp('j', [step('a'), step('b')], 'silent')
     names = []
     while not walk.done:
-        names.append(walk.step)
+        names.append(walk._steps[0].name)
         walk.take(set(), walk.requests())
     assert names == ['a', 'b']
     assert [check.step for check in walk.checks] == ['a', 'b']

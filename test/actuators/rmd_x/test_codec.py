@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.rmd_x import codec as rmd_x
-from sosml_friction.actuators.rmd_x.protocol import Protocol
+from sosml_friction.actuators.rmd_x.commands import Protocol
 from sosml_friction.exceptions import CanProtocolError
 
 C, E = rmd_x.Command, rmd_x.ErrorFlag

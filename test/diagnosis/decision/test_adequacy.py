@@ -118,10 +118,9 @@ def test_what_the_steps_of_the_encoder_feign_is_no_structure_beside_a_cause(spec
     assert found.verdict == ('named' if len(names) == 1 else 'ambiguous')
 
 
-@pytest.mark.parametrize('seed', [1401796880, 197713137])
-def test_friction_that_follows_the_next_joint_is_not_called_coulomb(seed):
-    """In these phases of it a constant explains 99 %; an earlier version named that."""
-    spec = Spec('x', 'outside', seed, 'cross_friction', 1, level='high')
+def test_friction_that_follows_the_next_joint_is_not_called_coulomb():
+    """In this phase of it a constant explains 99 %; an earlier version named that."""
+    spec = Spec('x', 'outside', 197713137, 'cross_friction', 1, level='high')
     found = diagnose([build(spec).log], nominal_model())
     assert found.verdict == 'unknown_structure'
     axes = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}

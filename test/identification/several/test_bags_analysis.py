@@ -100,7 +100,15 @@ def consolidated(paths, **options):
 def test_three_bags_through_the_tool(bags, tmp_path, monkeypatch, capsys):
     """The joint fit holds the truth in its intervals, and files say what it was made of."""
     monkeypatch.chdir(tmp_path)
-    arguments = ['fit', *map(str, bags.values()), '--role', 't3=T3', '--json']
+    arguments = [
+        'fit',
+        *map(str, bags.values()),
+        '--role',
+        't3=T3',
+        '--observers',
+        'sosml',
+        '--json',
+    ]
     assert cli.main(arguments) == 0
     captured = capsys.readouterr()
     document = json.loads(captured.out, parse_constant=pytest.fail)

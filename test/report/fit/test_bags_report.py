@@ -18,7 +18,7 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common import figure
 from sosml_friction.report.common.number_text import interval_text, value_text
 from sosml_friction.report.figures.bags.law import BagsLaw
-from sosml_friction.report.fit import bags_html
+from sosml_friction.report.fit import html
 from sosml_friction.report.fit.consolidation_view import (
     WAYS,
     BagsJoint,
@@ -34,7 +34,7 @@ from sosml_friction.report.fit.consolidation_view import (
 def text(bags, truth):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(figure, 'to_png', lambda drawing: b'\x89PNG')
-        return bags_html.render_bags_report(bags, truth, {'command': 'sosml fit <a> b'})
+        return html.render_bags_report(bags, truth, {'command': 'sosml fit <a> b'})
 
 
 def test_what_all_say_together_comes_first_and_each_recording_after_it(text):
@@ -140,7 +140,7 @@ def test_many_rows_are_means_in_bins_of_speed_by_direction(bags):
 def test_a_truth_of_other_joints_is_refused(bags, truth):
     other = dataclasses.replace(truth, joints={'wrist': truth.joints['elbow']})
     with pytest.raises(ConfigurationError, match=r'none of shoulder, elbow'):
-        bags_html.render_bags_report(bags, other)
+        html.render_bags_report(bags, other)
 
 
 def test_a_truth_outside_of_what_all_say_together_is_noted(bags, truth):

@@ -9,9 +9,8 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sosml_friction.report.figures.fit.overview import Overview
+from sosml_friction.report.figures.fit.overview import Overview, number_rejected
 from sosml_friction.report.fit.joint_view import joint_views, shown_estimates
-from sosml_friction.report.fit.segment_marks import number_rejected
 from sosml_friction.report.fit.segment_rows import SegmentRow, segment_rows
 
 

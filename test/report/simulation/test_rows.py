@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from sosml_friction.report.simulation.rows import percent_text
+from sosml_friction.report.simulation.document import percent_text
 
 
 @pytest.mark.parametrize(

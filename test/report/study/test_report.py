@@ -19,9 +19,12 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.study import results as study_results
-from sosml_friction.report.study.document import study_document
-from sosml_friction.report.study.html import render_study
-from sosml_friction.report.study.results import check_study_destination, write_study
+from sosml_friction.report.study.results import (
+    check_study_destination,
+    render_study,
+    study_document,
+    write_study,
+)
 from sosml_friction.report.study.tables import rmse_text, settle_text, short, study_tables
 from sosml_friction.report.study.view import findings, shown_observers
 from sosml_friction.study.metrics import Score
