@@ -66,7 +66,8 @@ def true_values(trial: Trial) -> dict[str, float]:
         'effort_scale': {'error': float(hidden.scale[i]) - 1.0},
         'effort_bias': {'bias': float(hidden.bias[i])},
         'effort_delay': {'delay': hidden.delay},
-        'gravity_tilt': {'rotation_y': hidden.tilt},
+        # About the joints' axis, of which only the horizontal part turns gravity.
+        'gravity_tilt': {'rotation_y': hidden.tilt * bp.GRAVITY / 9.81},
         'payload': {'mass': hidden.payload, 'distance': hidden.payload_distance},
         'joint_coupling': {'coupling': hidden.coupling},
         'spring': {'stiffness': p['spring'], 'offset': -p['spring'] * p['spring_zero']},
