@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -36,6 +36,9 @@ _SAME_COLUMN = 1.0 - 1e-9
 _UNIFORM = 3.0
 #: A deviation this close to its bound, as a share, is at it.
 _AT_BOUND = 0.999
+#: A row is beside a reversal where what a reversal may add is more than this share of its largest.
+#: Chosen, no measurement.
+_BESIDE = 0.1
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 
 
@@ -200,13 +203,14 @@ class Linear:
         """
         Return variances of all parameters (p + k + inner,): by curvature, and as they are.
 
-        The second adds up two errors. That of noise is the larger of the first scaled by what is
+        The second adds up three errors. That of noise is the larger of the first scaled by what is
         left, where that is more than noise, and of what the blocks of the recording say, each
         with its own sum of scores, as noise and misfit may be correlated within a block. That of
         the nominal model: each of its parameters is anywhere within its tolerance alike, which
         has three times the variance of the Gaussian that draws it there; where one sits at its
-        bound, what that moves is an error too. A nominal parameter that a term stands for, with
-        the same column, is no other: the term has all of its change.
+        bound, what that moves is an error too. That of the build-up of friction: what the rows
+        beside reversals move, beyond chance. A nominal parameter that a term stands for, with the
+        same column, is no other: the term has all of its change.
         """
         wide, x = self.wide, self.fit.baseline.x
         own, known = len(laboratory.nominal.bound), self.fit.system.Z.shape[2]
@@ -230,9 +234,35 @@ class Linear:
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
         tolerance = (covariance**2) @ (_UNIFORM * prior)
         tolerance += self._beyond(laboratory, data, scores.sum(axis=0)) ** 2
+        tolerance += self._by_reversals(laboratory, left, named, covariance)
         ratio = max(self.fit.baseline.cost / float(laboratory.known.sum()), 1.0)
         curvature = np.maximum(np.diag(covariance), 0.0)
         return curvature, np.maximum(noise * ratio, between) + tolerance
+
+    def _by_reversals(
+        self,
+        laboratory: WhitenedRegression,
+        left: FloatArray,
+        named: IndexArray,
+        covariance: FloatArray,
+    ) -> FloatArray:
+        """Return the squares of what the rows beside reversals move, beyond what chance would."""
+        Z, x = self.wide.Z, self.fit.baseline.x
+        which = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
+        peaks = np.abs(Z[:, :, which])
+        share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
+        far = (share < _BESIDE).all(axis=2)
+        kept = Z * far[:, :, None]
+        G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
+        G[named], G[:, named] = 0.0, 0.0
+        G += np.diag(self.wide.penalty())
+        scale = 1.0 / np.sqrt(np.diag(G))
+        alone = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
+        pull = np.einsum('rnp,rn->p', kept, left)
+        pull[: len(x)] -= self.wide.penalty()[: len(x)] * x
+        pull[named] = 0.0
+        chance = np.maximum(np.diag(alone) - np.diag(covariance), 0.0)
+        return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
 
     def _beyond(
         self, laboratory: WhitenedRegression, data: FloatArray, score: FloatArray
