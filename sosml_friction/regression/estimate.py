@@ -199,30 +199,45 @@ class Linear:
             for each, now in zip(placed, inner, strict=True)
         ]
 
-    def variances(self, laboratory: WhitenedRegression) -> tuple[FloatArray, FloatArray]:
+    def covariance(self, laboratory: WhitenedRegression) -> tuple[FloatArray, IndexArray]:
         """
-        Return variances of all parameters (p + k + inner,): by curvature, and as they are.
+        Return the inverse of the curvature of the cost (m, m), and nominal parameters left out.
 
-        The second adds up three errors. That of noise is the larger of the first scaled by what is
-        left, where that is more than noise, and of what the blocks of the recording say, each
-        with its own sum of scores, as noise and misfit may be correlated within a block. That of
-        the nominal model: each of its parameters is anywhere within its tolerance alike, which
-        has three times the variance of the Gaussian that draws it there; where one sits at its
-        bound, what that moves is an error too. That of the build-up of friction: what the rows
-        beside reversals move, beyond chance. A nominal parameter that a term stands for, with the
-        same column, is no other: the term has all of its change.
+        A nominal parameter that a term stands for, with the same column, is no other parameter:
+        the term has all of its change.
         """
-        wide, x = self.wide, self.fit.baseline.x
-        own, known = len(laboratory.nominal.bound), self.fit.system.Z.shape[2]
-        data, prior = wide.G.sum(axis=(0, 1)), wide.prior_weight()
+        data, own = self.wide.G.sum(axis=(0, 1)), len(laboratory.nominal.bound)
+        known = self.fit.system.Z.shape[2]
         size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
         alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
         named = np.flatnonzero((alike > _SAME_COLUMN).any(axis=1))
-        data[named], data[:, named] = 0.0, 0.0
-        G = data + np.diag(wide.penalty())
+        return self._inverse(data, named, self.wide.penalty()), named
+
+    @staticmethod
+    def _inverse(data: FloatArray, without: IndexArray, penalty: FloatArray) -> FloatArray:
+        G = data.copy()
+        G[without], G[:, without] = 0.0, 0.0
+        G += np.diag(penalty)
         scale = 1.0 / np.sqrt(np.diag(G))
-        covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
-        left = self.fit.target.y - wide.Z[:, :, :known] @ x
+        return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
+
+    def variances(self, laboratory: WhitenedRegression) -> FloatArray:
+        """
+        Return variances of all parameters, (m,): the sum of three.
+
+        That of noise is the curvature's, scaled by what is left where that is more than noise, or
+        what the blocks of the recording say, each with its own sum of scores, where this is
+        larger: noise and misfit may be correlated within a block. That of the nominal model: each
+        of its parameters is anywhere within its tolerance alike, which has three times the
+        variance of the Gaussian that draws it there; where one sits at its bound, what that moves
+        is an error too. That of the build-up of friction: what the rows beside reversals move,
+        beyond chance.
+        """
+        wide, x = self.wide, self.fit.baseline.x
+        covariance, named = self.covariance(laboratory)
+        data = wide.G.sum(axis=(0, 1))
+        data[named], data[:, named] = 0.0, 0.0
+        left = self.fit.target.y - wide.Z[:, :, : len(x)] @ x
         scores = np.array(
             [np.einsum('rnp,rn->p', wide.Z[a:b], left[a:b]) for a, b in wide.blocks.ranges]
         )
@@ -232,12 +247,12 @@ class Linear:
         spread = (scores - scores.mean(axis=0)) @ covariance
         between = np.sum(spread**2, axis=0) * count / (count - 1)
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
-        tolerance = (covariance**2) @ (_UNIFORM * prior)
-        tolerance += self._beyond(laboratory, data, scores.sum(axis=0)) ** 2
-        tolerance += self._by_reversals(laboratory, left, named, covariance)
         ratio = max(self.fit.baseline.cost / float(laboratory.known.sum()), 1.0)
-        curvature = np.maximum(np.diag(covariance), 0.0)
-        return curvature, np.maximum(noise * ratio, between) + tolerance
+        result = np.maximum(noise * ratio, between)
+        result += (covariance**2) @ (_UNIFORM * wide.prior_weight())
+        result += self._beyond(laboratory, named, scores.sum(axis=0)) ** 2
+        result += self._by_reversals(laboratory, left, named, covariance)
+        return np.asarray(result)
 
     def _by_reversals(
         self,
@@ -254,10 +269,7 @@ class Linear:
         far = (share < _BESIDE).all(axis=2)
         kept = Z * far[:, :, None]
         G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
-        G[named], G[:, named] = 0.0, 0.0
-        G += np.diag(self.wide.penalty())
-        scale = 1.0 / np.sqrt(np.diag(G))
-        alone = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
+        alone = self._inverse(G, named, self.wide.penalty())
         pull = np.einsum('rnp,rn->p', kept, left)
         pull[: len(x)] -= self.wide.penalty()[: len(x)] * x
         pull[named] = 0.0
@@ -265,24 +277,22 @@ class Linear:
         return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
 
     def _beyond(
-        self, laboratory: WhitenedRegression, data: FloatArray, score: FloatArray
+        self, laboratory: WhitenedRegression, named: IndexArray, score: FloatArray
     ) -> FloatArray:
         """Return how all parameters would move if none of the nominal's were held by its bound."""
         bound, x = laboratory.nominal.bound, self.fit.baseline.x
-        own = len(bound)
-        held = np.flatnonzero((np.abs(x[:own]) >= _AT_BOUND * bound) & (bound > 0.0))
-        result = np.zeros(len(data))
+        at = np.abs(x[: len(bound)]) >= _AT_BOUND * bound
+        held = np.setdiff1d(np.flatnonzero(at & (bound > 0.0)), named)
         if not len(held):
-            return result
-        weight = self.wide.prior_weight()
-        weight[held] = 0.0
-        ridge = self.wide.penalty() - self.wide.prior_weight()
-        pull = score - weight * np.append(x, np.zeros(len(data) - len(x)))
-        G = data + np.diag(weight + ridge)
-        scale = 1.0 / np.sqrt(np.diag(G))
-        result = scale * (np.linalg.pinv(G * scale * scale[:, None]) @ (scale * pull))
+            return np.zeros_like(score)
+        penalty = self.wide.penalty()
+        penalty[held] -= self.wide.prior_weight()[held]
+        pull = score.copy()
+        pull[: len(x)] -= penalty[: len(x)] * x
+        G = self.wide.G.sum(axis=(0, 1))
+        result = self._inverse(G, named, penalty) @ pull
         # No further than to where it may be at all.
-        return result * min(1.0, float(np.min(2.0 * bound[held] / np.abs(result[held]))))
+        return np.asarray(result * min(1.0, np.min(2.0 * bound[held] / np.abs(result[held]))))
 
 
 def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estimate:
@@ -294,7 +304,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     """
     fit = fit_of(laboratory, placed)
     linear = Linear.make(laboratory, placed, fit)
-    _, variance = linear.variances(laboratory)
+    variance = linear.variances(laboratory)
     for each, part in zip(placed, slices(laboratory, placed), strict=True):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
     errors = np.sqrt(variance)

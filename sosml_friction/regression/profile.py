@@ -90,10 +90,10 @@ class _Walk:
         self.placed = [*others, estimate.placed[which]]
         self.least = estimate.fit.baseline.cost
         linear = Linear.make(laboratory, estimate.placed, estimate.fit)
-        modelled, variance = linear.variances(laboratory)
         part = slices(laboratory, estimate.placed)[which]
+        modelled = np.diag(linear.covariance(laboratory)[0])
         # How much more scatter there is than the modelled noise makes, in this term's sizes.
-        self.limit = Z_95**2 * float(np.max(variance[part] / modelled[part]))
+        self.limit = Z_95**2 * float(np.max(estimate.errors[part] ** 2 / modelled[part]))
         self.now: list[Placed] = self.placed
 
     def at(self, inner: Mapping[str, float], held: tuple[str, ...]) -> ProfilePoint:
@@ -107,7 +107,7 @@ class _Walk:
         self.now = settle(self.laboratory, start, held=everything | mine) if held else start
         fit = fit_of(self.laboratory, self.now)
         linear = Linear.make(self.laboratory, self.now, fit, everything | mine)
-        modelled, _ = linear.variances(self.laboratory)
+        modelled = np.diag(linear.covariance(self.laboratory)[0])
         part = slices(self.laboratory, self.now)[-1]
         excess = (fit.baseline.cost - self.least) / self.limit
         room = max(1.0 - excess, 0.0) * self.limit
