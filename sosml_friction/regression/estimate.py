@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -150,11 +150,13 @@ class Linear:
     Hold a fit linearised in its inner parameters.
 
     ``wide``: deviations, amplitudes, and the slopes over the logarithms of the inner parameters
-    ``owners``: which term, which parameter, its physical range.
+    ``owners``: which term, which parameter, its value and physical range. ``stands_for``: which
+    amplitudes may stand for a nominal parameter.
     """
 
     wide: System
     fit: Fit
+    stands_for: BoolArray
     owners: tuple[tuple[int, str, float, tuple[float, float]], ...]
 
     @classmethod
@@ -174,7 +176,12 @@ class Linear:
                 if name in bounds and (k, name) not in held:
                     slopes.append(_slope(laboratory, each, name, fit.baseline.x[part]))
                     owners.append((k, name, float(each.inner[name]), bounds[name]))
-        return cls(fit.system.extended(slopes), fit, tuple(owners))
+        stands_for = [
+            each.term.axis != 'acceleration'
+            for each in placed
+            for _ in range(each.columns.C.shape[3])
+        ]
+        return cls(fit.system.extended(slopes), fit, np.array(stands_for, bool), tuple(owners))
 
     def newton(self) -> FloatArray:
         """Return the step of the logarithms to where the linearised cost is least."""
@@ -204,13 +211,14 @@ class Linear:
         Return the inverse of the curvature of the cost (m, m), and nominal parameters left out.
 
         A nominal parameter that a term stands for, with the same column, is no other parameter:
-        the term has all of its change.
+        the term has all of its change. Not so of an inertia, whose regressor is differentiated
+        twice: the tolerance of the nominal one stays in its error.
         """
         data, own = self.wide.G.sum(axis=(0, 1)), len(laboratory.nominal.bound)
         known = self.fit.system.Z.shape[2]
         size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
         alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
-        named = np.flatnonzero((alike > _SAME_COLUMN).any(axis=1))
+        named = np.flatnonzero(((alike > _SAME_COLUMN) & self.stands_for).any(axis=1))
         return self._inverse(data, named, self.wide.penalty()), named
 
     @staticmethod
@@ -311,7 +319,8 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     known = fit.system.Z.shape[2]
     inner: list[dict[str, float]] = [{} for _ in placed]
     for (k, name, own, _), error in zip(linear.owners, errors[known:], strict=True):
-        inner[k][name] = own * float(error)
+        body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
+        inner[k][name] = own * float(np.hypot(error, body))
     return Estimate(tuple(placed), fit, errors[:known], tuple(inner))
 
 
@@ -322,7 +331,7 @@ def _regressor_error(laboratory: WhitenedRegression, each: Placed) -> float:
     Where they are computed from the effort that the nominal model expects, this is wrong by its
     tolerance, anywhere within it alike.
     """
-    more = 1.0 + laboratory.settings.tolerance / np.sqrt(_UNIFORM)
+    more = 1.0 + _tolerance(laboratory)
     signals = tuple(
         replace(s, rigid=more * s.rigid, friction=more * s.friction, cache={})
         for s in laboratory.signals
@@ -331,6 +340,11 @@ def _regressor_error(laboratory: WhitenedRegression, each: Placed) -> float:
     C = each.columns.C
     changed = other.single(each.term, each.joint, each.inner).C
     return float(np.vdot(changed - C, C) / max(float(np.vdot(C, C)), np.finfo(float).tiny))
+
+
+def _tolerance(laboratory: WhitenedRegression) -> float:
+    """Return the standard deviation of what is anywhere within its tolerance, as a share."""
+    return float(laboratory.settings.tolerance / np.sqrt(3.0))
 
 
 def _slope(

@@ -37,6 +37,8 @@ class TransmissionTerm(Term):
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
     axis = 'effort'
+    # Load and inertia in the equation are the nominal body's.
+    with_body = ('stiffness',)
 
     def applies(self, signals: Recording, joint: int) -> bool:
         """Tell whether there is a body for a gear to move beside the rotor."""
