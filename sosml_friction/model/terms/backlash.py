@@ -26,7 +26,6 @@ class Backlash(TransmissionTerm):
     identifier: ClassVar[str] = 'backlash'
     inner: ClassVar[Mapping[str, str]] = {'gap': '{length}', 'stiffness': '{effort}/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('gap',)
-    size_known: ClassVar[bool] = False
     inseparable: ClassVar[tuple[str, ...]] = ('joint_elasticity',)
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {
         'joint_elasticity': (
