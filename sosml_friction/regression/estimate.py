@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import (
@@ -86,13 +85,6 @@ class Estimate:
                 )
             )
         return result
-
-    def parameters(self, laboratory: WhitenedRegression) -> list[dict[str, Parameter]]:
-        """Return the parameters of each term."""
-        return [
-            placed.term.parameters(fitted)
-            for placed, fitted in zip(self.placed, self.fitted(laboratory), strict=True)
-        ]
 
 
 def slices(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[slice]:
