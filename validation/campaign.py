@@ -36,6 +36,7 @@ from validation.judge import judge
 from validation.pictures import draw
 from validation.plan import KINDS, make_plan
 from validation.process import ask
+from validation.sizes import true_values
 from validation.tables import tables
 from validation.trial import FAULTS, SINGLES, TRANSMISSION, Spec, build, make_trial
 
@@ -51,7 +52,7 @@ MUTANTS = (
 
 
 #: Modules that a row depends on, besides the package; tables and pictures do not.
-_DECIDES = ('plant', 'motion', 'effects', 'snr', 'trial', 'process', 'judge', 'gain')
+_DECIDES = ('plant', 'motion', 'effects', 'snr', 'trial', 'process', 'judge', 'gain', 'sizes')
 
 
 @lru_cache(maxsize=1)
@@ -91,10 +92,11 @@ def run_spec(spec: Spec, keep: Path | None = None) -> Row:
         verdict=document['verdict'],
         sentence=document['sentence'],
         causes=[
-            {key: cause[key] for key in ('effect', 'joint', 'rivals')}
+            {key: cause[key] for key in ('effect', 'joint', 'rivals', 'size_known')}
             for cause in document['causes']
         ],
         parameters=[cause['parameters'] for cause in document['causes']],
+        true=true_values(trial) if spec.kind == 'single' else None,
         rejected=document.get('rejected'),
         ranking=(document.get('ranking') or [])[:4],
         structure=document.get('structure'),

@@ -10,6 +10,7 @@ from statistics import median
 from typing import Any
 
 from validation.bars import Bar, level
+from validation.sizes import sizes_table
 
 Row = dict[str, Any]
 LEVELS = {'high': 'SNR >= 0.6', 'middle': '0.35 to 0.6', 'low': '< 0.35'}
@@ -50,6 +51,7 @@ def tables(rows: Iterable[Row], bars: Iterable[Bar], seed: int, trials: int) -> 
             if part:
                 parts += [f'\n## Single effects, {title}\n', _by(part, _effect, 'effect')]
         parts += ['\n## Size and what became of it\n', _sizes(singles)]
+        parts += ['\n## Sizes of right names\n', sizes_table(singles)]
     for kind, title, key in (
         ('null', 'Nothing hidden', _null),
         ('outside', 'Outside the library', _effect),

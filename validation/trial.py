@@ -105,7 +105,8 @@ class Trial:
     """
     Hold what was hidden and what it left in the data.
 
-    ``exact``: the plant without nuisance; ``holdout``: another recording of the same plant.
+    ``exact``: the plant without nuisance; ``plant``: with it; ``holdout``: another recording of
+    it.
     """
 
     spec: Spec
@@ -113,6 +114,7 @@ class Trial:
     log: JointLog
     exact: bp.Plant
     noise: bp.Noise
+    plant: bp.Plant
     holdout: JointLog | None = None
 
     @property
@@ -298,7 +300,7 @@ def build(spec: Spec) -> Trial:
     if spec.holdout:
         other = np.random.default_rng([spec.seed, 4])
         holdout = _log(bp.simulate(plant, *reference(*HOLDOUT), other, noise))
-    return Trial(spec, tuple(truths), log, exact, noise, holdout)
+    return Trial(spec, tuple(truths), log, exact, noise, plant, holdout)
 
 
 def _log(run: bp.Run) -> JointLog:

@@ -6,6 +6,7 @@ import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.inertia import Inertia
 from sosml_friction.regression.estimate import Placed, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -40,9 +41,9 @@ def untold_inertia(laboratory: WhitenedRegression) -> dict[str, Check]:
             'inertia',
             'warning',
             name,
-            f'the effort of {name} has an inertia of {seen:.2g} ± {error:.2g} {unit}, and the '
-            f'model {nominal:.3g}: correct its armature or record faster motion; here the inertia '
-            'is fitted freely',
+            f'the effort of {name} has an inertia of {seen:.2g} ± {Z_95 * error:.2g} {unit}, '
+            f'and the model {nominal:.3g}: correct its armature or record faster motion; here the '
+            'inertia is fitted freely',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},
         )
     return result

@@ -12,13 +12,18 @@ from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_ta
 from sosml_friction.diagnosis.decision.leftover import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import more_along_axis
+from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
+from sosml_friction.identification.term_parameters import spread_text
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
 #: Numbers of data checks that a sentence does without; those of a term are the term's to say.
 _NOT_TOLD = ('step_s', 'jitter_s', 'lag_std_error_s')
 #: Most numbers of a cause that its description has.
 _MOST_NUMBERS = 3
+#: What is said in the place of numbers of a cause whose size would be wrong beyond its error.
+SIZE_UNKNOWN = 'present; its size is not known from these data'
 #: The sentence in the place of the gain.
 _NOT_MODELLED = (
     'The model is not extended: these data do not give numbers that would predict more.'
@@ -30,16 +35,19 @@ def describe(cause: Cause) -> str:
     where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
     numbers = []
     kind = TERMS.classes.get(cause.effect)
+    if not cause.size_known:
+        return f'{where}: {_words(cause.effect)} ({SIZE_UNKNOWN})'
     unspoken = _NOT_TOLD if kind is None else kind.unspoken
     told = [(name, p) for name, p in cause.parameters.items() if name not in unspoken]
     for name, p in told[:_MOST_NUMBERS]:
         # The names of what data checks found end in their unit.
         name = name.removesuffix(f'_{p.unit}')
-        error = f' ± {p.std_error:.2g}' if np.isfinite(p.std_error) and p.std_error > 0 else ''
         unit = '' if p.unit == '1' else f' {p.unit}'
         more = _of_harmonics(cause, name)
-        numbers.append(f'{_words(name)} {p.value:.4g}{error}{more}{unit}')
-    return f'{where}: {_words(cause.effect)} ({", ".join(numbers)})'
+        numbers.append(f'{_words(name)} {p.value:.4g}{spread_text(p)}{more}{unit}')
+    reasons = {p.reason for _, p in told if NOT_IDENTIFIABLE in p.flags and p.experiment}
+    why = ''.join(f'; known together only, as {reason}' for reason in sorted(reasons))
+    return f'{where}: {_words(cause.effect)} ({", ".join(numbers)}{why})'
 
 
 def _of_harmonics(cause: Cause, name: str) -> str:
@@ -48,11 +56,7 @@ def _of_harmonics(cause: Cause, name: str) -> str:
     if kind is None or name not in kind.inner:
         return ''
     others = (cause.parameters.get(f'{name}_{k}') for k in range(2, len(cause.parameters) + 1))
-    return ''.join(
-        f', {p.value:.4g}' + (f' ± {p.std_error:.2g}' if p.std_error > 0 else '')
-        for p in others
-        if p is not None
-    )
+    return ''.join(f', {p.value:.4g}{spread_text(p)}' for p in others if p is not None)
 
 
 def sentence_of(
@@ -101,20 +105,17 @@ def carry_over_lines(cause: Cause) -> list[str]:
     if gain is None or gain.carries_over:
         return []
     worse = ', '.join(
-        f'{-removed.value:.2g} ± {removed.std_error:.2g} {unit}'
+        f'{-removed.value:.2g} ± {Z_95 * removed.std_error:.2g} {unit}'
         for removed, unit in zip(gain.removed, gain.units, strict=True)
     )
     if gain.size_recurs:
         how = (
-            f'its amplitude recurs ({gain.size.value:.2f} ± {gain.size.std_error:.2f} of what was '
-            f'found), its phase does not (off by {gain.phase:.0f} degrees: an incremental encoder '
+            f'its amplitude recurs ({_number(gain.size)} of what was found), '
+            f'its phase does not (off by {gain.phase:.0f} degrees: an incremental encoder '
             'that has another zero would do so)'
         )
     else:
-        how = (
-            f'{gain.recurs.value:.2f} ± {gain.recurs.std_error:.2f} of what it predicts is there, '
-            'and it helps from 0.5 on'
-        )
+        how = f'{_number(gain.recurs)} of what it predicts is there, and it helps from 0.5 on'
     where = '' if cause.in_model else '; the extended model is without it'
     name = _words(cause.effect).capitalize()
     return [
@@ -130,7 +131,7 @@ def gain_line(cause: Cause) -> str:
         return ''
     parts = [
         f'{joint} {gain.without[i]:.3g} -> {gain.with_it[i]:.3g} {gain.units[i]} '
-        f'({gain.removed[i].value:.2g} ± {gain.removed[i].std_error:.2g} {gain.units[i]} removed)'
+        f'({_number(gain.removed[i], "g")} {gain.units[i]} removed)'
         for i, joint in enumerate(gain.joints)
     ]
     return f'{_words(cause.effect)} ({cause.joint}): {", ".join(parts)}'
@@ -233,6 +234,11 @@ def _rest(selection: Selection, names: tuple[str, ...]) -> str:
         ' Free curves of speed, position, acceleration and load still predict some of what is '
         f'left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
     )
+
+
+def _number(x: Uncertain, form: str = 'f') -> str:
+    """Return a number with half of its 95 % interval."""
+    return f'{x.value:.2{form}} ± {Z_95 * x.std_error:.2{form}}'
 
 
 def _words(identifier: str) -> str:

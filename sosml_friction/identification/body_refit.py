@@ -13,6 +13,7 @@ import numpy as np
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.consistent_inertias import nearest_bodies
 from sosml_friction.model.laws import unit_of
@@ -121,7 +122,7 @@ class BodyRefit:
             )
         clearest = sorted(self.deviations.items(), key=lambda item: -_sigmas(item[1]))[:3]
         told = ', '.join(
-            f'{name} {p.value:+.3g} ± {p.std_error:.2g} {p.unit}' for name, p in clearest
+            f'{name} {p.value:+.3g} ± {half_width(p):.2g} {p.unit}' for name, p in clearest
         )
         text += f' (clearest: {told})' if told else ''
         if self.refused:

@@ -5,7 +5,7 @@
 import math
 from collections.abc import Mapping
 
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 
 #: The parameters of every friction law, in the order in which they are compared.
 LAW_PARAMETERS = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
@@ -45,9 +45,9 @@ def covers(parameter: Parameter, value: float) -> bool:
 
 
 def half_width(parameter: Parameter) -> float:
-    """Return half of the 95 % interval, the standard error where there is none."""
+    """Return half of the 95 % interval: what ± says, in every sentence."""
     if parameter.interval is None:
-        return parameter.std_error
+        return Z_95 * parameter.std_error
     return 0.5 * (parameter.interval[1] - parameter.interval[0])
 
 

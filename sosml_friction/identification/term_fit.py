@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values of a given list of terms, by the regression that a diagnosis searches with."""
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,6 +11,11 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.term_parameters import (
+    spread_text,
+    term_parameters,
+    with_interval,
+)
 from sosml_friction.model.laws import FRICTION_LAWS, JOINED, TERM_LISTS, LawDefinition, law_of
 from sosml_friction.model.model_folder import (
     EffectTerm,
@@ -19,7 +23,7 @@ from sosml_friction.model.model_folder import (
     JointModel,
     RobotModelFile,
 )
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
 from sosml_friction.regression.body_width import (
     WIDTHS,
@@ -37,8 +41,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
-#: A parameter within this share of the end of its physical range sits on it.
-_AT_END = 1e-3
 
 
 @dataclass(frozen=True)
@@ -134,12 +136,16 @@ class TermFit:
 
     def summary(self) -> str:
         """Return the result as text for a person: a line for each parameter."""
-        lines = [f'{len(self.terms)} terms, {self.rows} rows in the band of {self.band_hz:.3g} Hz']
+        lines = [
+            f'{len(self.terms)} terms, {self.rows} rows in the band of {self.band_hz:.3g} Hz; '
+            '± is half of the 95 % interval'
+        ]
         for term in self.terms:
             for name, p in term.parameters.items():
                 flags = f'  [{", ".join(p.flags)}]' if p.flags else ''
-                error = f' ± {p.std_error:.2g}' if math.isfinite(p.std_error) else ''
-                lines.append(f'  {term.label} {name} = {p.value:.5g}{error} {p.unit}{flags}')
+                lines.append(
+                    f'  {term.label} {name} = {p.value:.5g}{spread_text(p)} {p.unit}{flags}'
+                )
             if term.objection:
                 lines.append(f'  {term.label}: {term.objection}')
         for i, name in enumerate(self.names):
@@ -427,14 +433,9 @@ def _fitted_terms(
 ) -> tuple[FittedTerm, ...]:
     names = laboratory.robot.names
     by_key: dict[tuple[str, str], FittedTerm] = {}
-    fits = found.fitted(laboratory)
-    for placed, fitted in zip(found.placed, fits, strict=True):
+    fits, known = found.fitted(laboratory), term_parameters(laboratory, found)
+    for placed, fitted, parameters in zip(found.placed, fits, known, strict=True):
         where = ALL_JOINTS if placed.term.of_robot else names[placed.joint]
-        bounds = placed.term.inner_bounds(laboratory.signals[0], placed.joint)
-        parameters = {
-            name: _flagged(p, bounds.get(name))
-            for name, p in placed.term.parameters(fitted).items()
-        }
         objection = placed.term.implausible(fitted)
         by_key[placed.term.identifier, where] = FittedTerm(
             placed.term.identifier, where, parameters, objection
@@ -452,27 +453,9 @@ def _fitted_terms(
                 value, error = float(found.fit.baseline.x[k]), float(found.errors[k])
                 negative = term != 'bias' and value < 0.0
                 objection = f'{term} friction would be negative' if negative else ''
-                own = {term: _flagged(Parameter(value, unit, error), None)}
+                own = {term: with_interval(Parameter(value, unit, error))}
                 result.append(FittedTerm(term, joint, own, objection))
     return tuple(result)
-
-
-def _flagged(p: Parameter, bounds: tuple[float, float] | None) -> Parameter:
-    """Return a parameter with its interval, and what speaks against using it blindly."""
-    if not math.isfinite(p.std_error):
-        return p
-    low, high = p.value - Z_95 * p.std_error, p.value + Z_95 * p.std_error
-    flags: tuple[str, ...] = ()
-    reason = ''
-    if bounds is not None and (
-        p.value <= bounds[0] * (1.0 + _AT_END) or p.value >= bounds[1] * (1.0 - _AT_END)
-    ):
-        flags = (AT_BOUND,)
-        reason = f'it sits at the end of its physical range, {bounds[0]:.3g} to {bounds[1]:.3g}'
-    elif low <= 0.0 <= high:
-        flags = (NOT_IDENTIFIABLE,)
-        reason = 'its interval holds 0: these data do not show it'
-    return replace(p, interval=(low, high), flags=flags, reason=reason)
 
 
 def _model(

@@ -45,6 +45,7 @@ from sosml_friction.bags.serialization import deserialize, serialize
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.identification.friction_fit import METHODS, FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
@@ -665,8 +666,8 @@ def _summary(analysis: BagAnalysis) -> str:
         coulomb = joint.friction.parameters['coulomb']
         viscous = joint.friction.parameters['viscous']
         parts.append(
-            f'{name}: coulomb {coulomb.value:.4g} +- {coulomb.std_error:.2g} {coulomb.unit}, '
-            f'viscous {viscous.value:.4g} +- {viscous.std_error:.2g} {viscous.unit}'
+            f'{name}: coulomb {coulomb.value:.4g} +- {half_width(coulomb):.2g} {coulomb.unit}, '
+            f'viscous {viscous.value:.4g} +- {half_width(viscous):.2g} {viscous.unit}'
         )
     return '; '.join(parts)
 

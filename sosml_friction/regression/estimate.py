@@ -2,24 +2,43 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values of given terms: sizes, inner parameters and one covariance of everything fitted."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.evidence import CandidateColumns, Fit
+from sosml_friction.regression.evidence import (
+    CandidateColumns,
+    Fit,
+    System,
+    Target,
+    solve_bounded,
+)
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Step of an inner parameter for the slope of the columns, as a share of it: the error of the
 #: central difference is of the order of its square.
 _STEP = 1e-3
-#: The search is over where a round moves no inner parameter by more than this share of itself.
-_SETTLED, _MOST_ROUNDS = 1e-3, 8
+#: The search is over where a round lowers the cost by less than this [noise variances], a
+#: thirtieth of a standard error squared; the shares of a step that are tried.
+_SETTLED, _MOST_ROUNDS = 1e-3, 12
+#: Correlation of two columns that are one.
+_SAME_COLUMN = 1.0 - 1e-9
+#: Variance of a uniform distribution within a bound over that of the Gaussian whose three standard
+#: deviations are the bound.
+_UNIFORM = 3.0
+#: A deviation this close to its bound, as a share, is at it.
+_AT_BOUND = 0.999
+#: A row is beside a reversal where what a reversal may add is more than this share of its largest.
+#: Chosen, no measurement.
+_BESIDE = 0.1
+_SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 
 
 @dataclass(frozen=True)
@@ -30,6 +49,10 @@ class Placed:
     joint: int
     inner: Inner
     columns: CandidateColumns
+
+    def with_inner(self, laboratory: WhitenedRegression, inner: Inner) -> Placed:
+        """Return the term with other inner parameters."""
+        return replace(self, inner=inner, columns=laboratory.single(self.term, self.joint, inner))
 
 
 @dataclass(frozen=True)
@@ -63,13 +86,6 @@ class Estimate:
             )
         return result
 
-    def parameters(self, laboratory: WhitenedRegression) -> list[dict[str, Parameter]]:
-        """Return the parameters of each term."""
-        return [
-            placed.term.parameters(fitted)
-            for placed, fitted in zip(self.placed, self.fitted(laboratory), strict=True)
-        ]
-
 
 def slices(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[slice]:
     """Return where the amplitudes of each term are among the parameters."""
@@ -86,84 +102,253 @@ def settle(
     laboratory: WhitenedRegression,
     placed: Sequence[Placed],
     step: Callable[[str], None] = lambda text: None,
+    held: frozenset[tuple[int, str]] = frozenset(),
 ) -> list[Placed]:
     """
     Return terms with the inner parameters that are best beside one another.
 
-    Each is searched with all others as they are, round after round, until none moves.
+    Gauss and Newton's steps of all of them together, their logarithms, within their physical
+    ranges, shortened until the cost falls.
+
+    :param held: inner parameters that stay as they are, by number of the term and name.
     """
-    result = list(placed)
-    if len(result) < 2 or not any(each.term.refined for each in result):
-        return result
+    result, fit = list(placed), fit_of(laboratory, placed)
     for number in range(_MOST_ROUNDS):
+        linear = Linear.make(laboratory, result, fit, held)
+        if not linear.owners:
+            break
         step(f'settling the inner parameters, round {number + 1}')
-        moved = 0.0
-        for k, each in enumerate(result):
-            if not each.term.refined:
-                continue
-            others = [other.columns for j, other in enumerate(result) if j != k]
-            fit = Fit.make(laboratory.system.extended(others), laboratory.y)
-            inner, _, columns = refine(laboratory, fit, each.term, each.joint, each.inner)
-            for name in each.term.refined:
-                size = max(abs(each.inner[name]), np.finfo(float).tiny)
-                moved = max(moved, abs(inner[name] - each.inner[name]) / size)
-            result[k] = replace(each, inner=inner, columns=columns)
-        if moved < _SETTLED:
+        change, before = linear.newton(), fit.baseline.cost
+        for share in _SHARES:
+            ahead = linear.moved(laboratory, result, share * change)
+            there = fit_of(laboratory, ahead)
+            if there.baseline.cost < before:
+                result, fit = ahead, there
+                break
+        if before - fit.baseline.cost < _SETTLED:
             break
     return result
 
 
-def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estimate:
-    """Return sizes and errors of terms whose inner parameters are settled."""
+def fit_of(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Fit:
+    """Return the fit of the amplitudes of terms, all that is nominal beside them."""
     columns = [each.columns for each in placed]
-    fit = Fit.make(laboratory.system.extended(columns), laboratory.y)
-    errors, inner_errors = _errors(laboratory, placed, fit)
-    return Estimate(tuple(placed), fit, errors, inner_errors)
+    return Fit.make(laboratory.system.extended(columns), laboratory.y)
 
 
-def _errors(
-    laboratory: WhitenedRegression, placed: Sequence[Placed], fit: Fit
-) -> tuple[FloatArray, tuple[Mapping[str, float], ...]]:
+@dataclass(frozen=True)
+class Linear:
     """
-    Return the standard errors of all parameters, and of the inner ones.
+    Hold a fit linearised in its inner parameters.
 
-    From the whitened normal equations of deviations, amplitudes and inner parameters together,
-    these by the slope of their columns times the amplitudes; scaled by what is left where that is
-    more than noise.
+    ``wide``: deviations, amplitudes, and the slopes over the logarithms of the inner parameters
+    ``owners``: which term, which parameter, its value and physical range. ``stands_for``: which
+    amplitudes may stand for a nominal parameter.
     """
-    system, found = fit.system, fit.baseline
-    known = system.Z.shape[2]
-    slopes: list[CandidateColumns] = []
-    owners: list[tuple[int, str]] = []
-    for k, (each, part) in enumerate(zip(placed, slices(laboratory, placed), strict=True)):
-        bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
-        for name in each.term.refined:
-            if name in bounds:
-                slopes.append(_slope(laboratory, each, name, found.x[part]))
-                owners.append((k, name))
-    wide = system.extended(slopes)
-    G = wide.G.sum(axis=(0, 1)) + np.diag(wide.penalty())
-    scale = 1.0 / np.sqrt(np.diag(G))
-    covariance = np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None]
-    left = max(found.cost / float(laboratory.known.sum()), 1.0)
-    errors = np.sqrt(np.maximum(np.diag(covariance) * left, 0.0))
+
+    wide: System
+    fit: Fit
+    stands_for: BoolArray
+    owners: tuple[tuple[int, str, float, tuple[float, float]], ...]
+
+    @classmethod
+    def make(
+        cls,
+        laboratory: WhitenedRegression,
+        placed: Sequence[Placed],
+        fit: Fit,
+        held: frozenset[tuple[int, str]] = frozenset(),
+    ) -> Linear:
+        """Return the fit of settled terms, linearised in all but what is held."""
+        slopes: list[CandidateColumns] = []
+        owners: list[tuple[int, str, float, tuple[float, float]]] = []
+        for k, (each, part) in enumerate(zip(placed, slices(laboratory, placed), strict=True)):
+            bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
+            for name in each.term.refined:
+                if name in bounds and (k, name) not in held:
+                    slopes.append(_slope(laboratory, each, name, fit.baseline.x[part]))
+                    owners.append((k, name, float(each.inner[name]), bounds[name]))
+        stands_for = [
+            each.term.axis != 'acceleration'
+            for each in placed
+            for _ in range(each.columns.C.shape[3])
+        ]
+        return cls(fit.system.extended(slopes), fit, np.array(stands_for, bool), tuple(owners))
+
+    def newton(self) -> FloatArray:
+        """Return the step of the logarithms to where the linearised cost is least."""
+        count = len(self.owners)
+        ends = [(np.log(low / own), np.log(high / own)) for _, _, own, (low, high) in self.owners]
+        low, high = np.minimum(np.array(ends).T, [[0.0], [np.inf]])
+        known = self.fit.system.bound
+        G = self.wide.G.sum(axis=(0, 1)) + np.diag(self.wide.penalty())
+        r = Target.make(self.wide, self.fit.target.y).r.sum(axis=(0, 1))
+        lower, upper = np.concatenate([-known, low]), np.concatenate([known, np.maximum(high, 0)])
+        return solve_bounded(G, r, lower, upper)[-count:]
+
+    def moved(
+        self, laboratory: WhitenedRegression, placed: Sequence[Placed], change: FloatArray
+    ) -> list[Placed]:
+        """Return terms whose inner parameters are changed."""
+        inner = [dict(each.inner) for each in placed]
+        for (k, name, own, (low, high)), x in zip(self.owners, change, strict=True):
+            inner[k][name] = float(np.clip(own * np.exp(x), low, high))
+        return [
+            each if now == each.inner else each.with_inner(laboratory, now)
+            for each, now in zip(placed, inner, strict=True)
+        ]
+
+    def covariance(self, laboratory: WhitenedRegression) -> tuple[FloatArray, IndexArray]:
+        """
+        Return the inverse of the curvature of the cost (m, m), and nominal parameters left out.
+
+        A nominal parameter that a term stands for, with the same column, is no other parameter:
+        the term has all of its change. Not so of an inertia, whose regressor is differentiated
+        twice: the tolerance of the nominal one stays in its error.
+        """
+        data, own = self.wide.G.sum(axis=(0, 1)), len(laboratory.nominal.bound)
+        known = self.fit.system.Z.shape[2]
+        size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
+        alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
+        named = np.flatnonzero(((alike > _SAME_COLUMN) & self.stands_for).any(axis=1))
+        return self._inverse(data, named, self.wide.penalty()), named
+
+    @staticmethod
+    def _inverse(data: FloatArray, without: IndexArray, penalty: FloatArray) -> FloatArray:
+        G = data.copy()
+        G[without], G[:, without] = 0.0, 0.0
+        G += np.diag(penalty)
+        scale = 1.0 / np.sqrt(np.diag(G))
+        return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
+
+    def variances(self, laboratory: WhitenedRegression) -> FloatArray:
+        """
+        Return variances of all parameters, (m,): the sum of three.
+
+        That of noise is the curvature's, scaled by what is left where that is more than noise, or
+        what the blocks of the recording say, each with its own sum of scores, where this is
+        larger: noise and misfit may be correlated within a block. That of the nominal model: each
+        of its parameters is anywhere within its tolerance alike, which has three times the
+        variance of the Gaussian that draws it there; where one sits at its bound, what that moves
+        is an error too. That of the build-up of friction: what the rows beside reversals move,
+        beyond chance.
+        """
+        wide, x = self.wide, self.fit.baseline.x
+        covariance, named = self.covariance(laboratory)
+        data = wide.G.sum(axis=(0, 1))
+        data[named], data[:, named] = 0.0, 0.0
+        left = self.fit.target.y - wide.Z[:, :, : len(x)] @ x
+        scores = np.array(
+            [np.einsum('rnp,rn->p', wide.Z[a:b], left[a:b]) for a, b in wide.blocks.ranges]
+        )
+        scores[:, named] = 0.0
+        count = len(scores)
+        # The prior pulls at all blocks alike.
+        spread = (scores - scores.mean(axis=0)) @ covariance
+        between = np.sum(spread**2, axis=0) * count / (count - 1)
+        noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
+        ratio = max(self.fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+        result = np.maximum(noise * ratio, between)
+        result += (covariance**2) @ (_UNIFORM * wide.prior_weight())
+        result += self._beyond(laboratory, named, scores.sum(axis=0)) ** 2
+        result += self._by_reversals(laboratory, left, named, covariance)
+        return np.asarray(result)
+
+    def _by_reversals(
+        self,
+        laboratory: WhitenedRegression,
+        left: FloatArray,
+        named: IndexArray,
+        covariance: FloatArray,
+    ) -> FloatArray:
+        """Return the squares of what the rows beside reversals move, beyond what chance would."""
+        Z, x = self.wide.Z, self.fit.baseline.x
+        which = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
+        peaks = np.abs(Z[:, :, which])
+        share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
+        far = (share < _BESIDE).all(axis=2)
+        kept = Z * far[:, :, None]
+        G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
+        alone = self._inverse(G, named, self.wide.penalty())
+        pull = np.einsum('rnp,rn->p', kept, left)
+        pull[: len(x)] -= self.wide.penalty()[: len(x)] * x
+        pull[named] = 0.0
+        chance = np.maximum(np.diag(alone) - np.diag(covariance), 0.0)
+        return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
+
+    def _beyond(
+        self, laboratory: WhitenedRegression, named: IndexArray, score: FloatArray
+    ) -> FloatArray:
+        """Return how all parameters would move if none of the nominal's were held by its bound."""
+        bound, x = laboratory.nominal.bound, self.fit.baseline.x
+        at = np.abs(x[: len(bound)]) >= _AT_BOUND * bound
+        held = np.setdiff1d(np.flatnonzero(at & (bound > 0.0)), named)
+        if not len(held):
+            return np.zeros_like(score)
+        penalty = self.wide.penalty()
+        penalty[held] -= self.wide.prior_weight()[held]
+        pull = score.copy()
+        pull[: len(x)] -= penalty[: len(x)] * x
+        G = self.wide.G.sum(axis=(0, 1))
+        result = self._inverse(G, named, penalty) @ pull
+        # No further than to where it may be at all.
+        return np.asarray(result * min(1.0, np.min(2.0 * bound[held] / np.abs(result[held]))))
+
+
+def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estimate:
+    """
+    Return sizes and errors of terms whose inner parameters are settled.
+
+    One covariance of deviations, amplitudes and inner parameters together, these by the slope of
+    their columns times the amplitudes.
+    """
+    fit = fit_of(laboratory, placed)
+    linear = Linear.make(laboratory, placed, fit)
+    variance = linear.variances(laboratory)
+    for each, part in zip(placed, slices(laboratory, placed), strict=True):
+        variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
+    errors = np.sqrt(variance)
+    known = fit.system.Z.shape[2]
     inner: list[dict[str, float]] = [{} for _ in placed]
-    for (k, name), error in zip(owners, errors[known:], strict=True):
-        inner[k][name] = float(error)
-    return errors[:known], tuple(inner)
+    for (k, name, own, _), error in zip(linear.owners, errors[known:], strict=True):
+        body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
+        inner[k][name] = own * float(np.hypot(error, body))
+    return Estimate(tuple(placed), fit, errors[:known], tuple(inner))
+
+
+def _regressor_error(laboratory: WhitenedRegression, each: Placed) -> float:
+    """
+    Return by which share a term's columns may be wrong, and its sizes with them.
+
+    Where they are computed from the effort that the nominal model expects, this is wrong by its
+    tolerance, anywhere within it alike.
+    """
+    more = 1.0 + _tolerance(laboratory)
+    signals = tuple(
+        replace(s, rigid=more * s.rigid, friction=more * s.friction, cache={})
+        for s in laboratory.signals
+    )
+    other = replace(laboratory, rows=replace(laboratory.rows, signals=signals))
+    C = each.columns.C
+    changed = other.single(each.term, each.joint, each.inner).C
+    return float(np.vdot(changed - C, C) / max(float(np.vdot(C, C)), np.finfo(float).tiny))
+
+
+def _tolerance(laboratory: WhitenedRegression) -> float:
+    """Return the standard deviation of what is anywhere within its tolerance, as a share."""
+    return float(laboratory.settings.tolerance / np.sqrt(3.0))
 
 
 def _slope(
     laboratory: WhitenedRegression, each: Placed, name: str, amplitude: FloatArray
 ) -> CandidateColumns:
-    """Return the slope over an inner parameter of what a term explains, as one column."""
+    """Return the slope over an inner parameter's logarithm of what a term explains."""
     own = float(each.inner[name])
-    h = _STEP * max(abs(own), np.finfo(float).tiny)
     ahead, behind = (
-        laboratory.single(each.term, each.joint, {**each.inner, name: own + sign * h})
+        laboratory.single(each.term, each.joint, {**each.inner, name: own * np.exp(sign * _STEP)})
         for sign in (1.0, -1.0)
     )
-    change = (ahead.C - behind.C) @ amplitude / (2.0 * h)
+    change = (ahead.C - behind.C) @ amplitude / (2.0 * _STEP)
     return CandidateColumns.make(laboratory.system, each.columns.rows, change[..., None])
 
 

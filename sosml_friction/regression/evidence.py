@@ -114,10 +114,13 @@ class System:
     def penalty(self) -> FloatArray:
         """Return the diagonal that the prior adds to the normal equations, (p,)."""
         size = np.einsum('ibkk->k', self.G)
-        weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-300) ** 2, 0.0)
+        return self.prior_weight() + _FREE * size + 1e-12
+
+    def prior_weight(self) -> FloatArray:
+        """Return one over the variance of the prior, 0 where there is none, (p,)."""
+        weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-150) ** 2, 0.0)
         # A bound of zero is no freedom at all; its weight would overflow.
-        weight = np.where(self.bound > 0.0, weight, 0.0)
-        return weight + _FREE * size + 1e-12
+        return np.where(self.bound > 0.0, weight, 0.0)
 
 
 @dataclass(frozen=True)
@@ -226,7 +229,7 @@ def fit_baseline(system: System, target: Target) -> Baseline:
     penalty = system.penalty()
     low, high = -system.bound, system.bound
     G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
-    x = _solve(G + np.diag(penalty), r, low, high)
+    x = solve_bounded(G + np.diag(penalty), r, low, high)
     cost = float(target.yy.sum() - 2.0 * r @ x + x @ (G + np.diag(penalty)) @ x)
     folds = system.blocks.folds
     fold_x = np.empty((folds, len(r)))
@@ -234,7 +237,9 @@ def fit_baseline(system: System, target: Target) -> Baseline:
     for f in range(folds):
         inside = system.blocks.fold == f
         Gf, rf = system.G[:, inside].sum(axis=1), target.r[:, inside].sum(axis=1)
-        fold_x[f] = _solve(G - Gf.sum(axis=0) + np.diag(penalty), r - rf.sum(axis=0), low, high)
+        fold_x[f] = solve_bounded(
+            G - Gf.sum(axis=0) + np.diag(penalty), r - rf.sum(axis=0), low, high
+        )
         z = fold_x[f]
         held_out[:, f] = (
             target.yy[:, inside].sum(axis=1) - 2.0 * rf @ z + np.einsum('ikl,k,l->i', Gf, z, z)
@@ -242,7 +247,8 @@ def fit_baseline(system: System, target: Target) -> Baseline:
     return Baseline(x, cost, fold_x, held_out)
 
 
-def _solve(G: FloatArray, r: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+def solve_bounded(G: FloatArray, r: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return x (p,) between its bounds where x' G x - 2 r' x is least."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(G), 1e-300))
     x = bounded_least_squares(
         np.ascontiguousarray(G * scale * scale[:, None]), r * scale, low / scale, high / scale
@@ -409,7 +415,7 @@ def falls(
     :param normal: Z'Z with the prior (p, p); r: Z'y (p,); A, B, d: C'C (g, k, k), Z'C (g, p, k),
         C'y (g, k).
     """
-    x = _solve(normal, r, -bound, bound)
+    x = solve_bounded(normal, r, -bound, bound)
     alone = float(2.0 * r @ x - x @ normal @ x)
     gains, _, _ = _sweep(normal, r, bound, A, np.ascontiguousarray(B), d, x)
     return alone, np.asarray(gains)

@@ -9,7 +9,7 @@ from typing import Any
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS, Inner, Term
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Inner, Term
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,12 @@ class Cause:
         return self.effect, self.joint
 
     @property
+    def size_known(self) -> bool:
+        """Tell whether its numbers are right within their errors, or only that it is there."""
+        kind = TERMS.classes.get(self.effect)
+        return kind is None or kind.size_known
+
+    @property
     def in_model(self) -> bool:
         """Tell whether the extended model has it."""
         return bool(self.terms)
@@ -50,9 +56,12 @@ class Cause:
             'effect': self.effect,
             'joint': self.joint,
             'parameters': {
-                name: {'value': p.value, 'std_error': p.std_error, 'unit': p.unit}
+                name: p.to_dict()
+                if self.size_known
+                else {'value': p.value, 'std_error': None, 'unit': p.unit}
                 for name, p in self.parameters.items()
             },
+            'size_known': self.size_known,
             'evidence': dict(self.evidence),
             'rivals': list(self.rivals),
             'in_model': self.in_model,

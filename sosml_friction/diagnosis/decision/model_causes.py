@@ -12,6 +12,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
+from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -48,8 +49,8 @@ def _causes(
     names = laboratory.robot.names
     found = estimated(laboratory, selection)
     causes: dict[tuple[str, int], Cause] = {}
-    for finding, fit in zip(selection.accepted, found.fitted(laboratory), strict=True):
-        parameters = finding.effect.reported(fit)
+    fits, known = found.fitted(laboratory), term_parameters(laboratory, found, reported=True)
+    for finding, fit, parameters in zip(selection.accepted, fits, known, strict=True):
         term = ((dict(finding.inner), np.array(fit.amplitude)),)
         if finding.key in causes:
             old = causes[finding.key]

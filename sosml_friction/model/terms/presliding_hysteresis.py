@@ -31,6 +31,7 @@ class PreslidingHysteresis(EffortTerm):
     amplitudes: ClassVar[Mapping[str, str]] = {'level': '{effort}'}
     inner: ClassVar[Mapping[str, str]] = {'displacement': '{length}'}
     refined: ClassVar[tuple[str, ...]] = ('displacement',)
+    size_known: ClassVar[bool] = False
     axis: ClassVar[str] = 'displacement'
     free_axis: ClassVar[str] = 'speed'
 

@@ -23,6 +23,7 @@ from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'
 FILES = ('robot.urdf', 'model.yaml', 'report.html', 'diagnosis.json')
+PLUS_MINUS = '± is half of the 95 % interval.'
 KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
 
 
@@ -96,4 +97,6 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
     lines.extend(
         f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
     )
+    if any('±' in line for line in lines):
+        lines.append(PLUS_MINUS)
     return lines

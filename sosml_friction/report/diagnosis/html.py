@@ -20,7 +20,7 @@ _METHOD = (
     'if, on stretches of data left out of its fit, it removes more than it does of recordings '
     'simulated without it, if its size is physically possible, and if the forward simulation '
     'of data left out gets better. Percentages of the ranking are shares of the energy of the '
-    'whitened residual.'
+    'whitened residual. ± is half of the 95 % interval.'
 )
 _FORWARD = (
     'The position error is that of a simulation of data left out of the fit, driven by the '

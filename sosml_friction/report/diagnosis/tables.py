@@ -6,8 +6,18 @@ import math
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.refitted_parameters import refitted_parameters
+from sosml_friction.diagnosis.wording import SIZE_UNKNOWN
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.report.common.html_page import heading
-from sosml_friction.report.common.number_text import format_number, percent, rounded, words
+from sosml_friction.report.common.number_text import (
+    error_text,
+    format_number,
+    interval_text,
+    percent,
+    rounded,
+    value_text,
+    words,
+)
 from sosml_friction.report.common.table import html_table
 
 
@@ -20,12 +30,15 @@ def causes(diagnosis: Diagnosis) -> str:
         rivals = ', '.join(map(words, cause.rivals))
         where = 'yes' if cause.in_model else 'no'
         for k, (name, p) in enumerate(cause.parameters.items()):
-            error = rounded(p.std_error) if math.isfinite(p.std_error) else ''
-            row = (words(name), format_number(p.value, p.std_error), error, p.unit)
+            if not cause.size_known:
+                rows.append((what, SIZE_UNKNOWN, '', '', '', '', rivals, where))
+                break
+            error = error_text(p) if math.isfinite(p.std_error) else ''
+            row = (words(name), value_text(name, p), error, interval_text(p), p.unit)
             rows.append(('', *row, '', '') if k else (what, *row, rivals, where))
     columns = {
-        'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n', 'unit': '',
-        'or as well': '', 'in the model': '',
+        'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n',
+        '95 % interval': 'n', 'unit': '', 'or as well': '', 'in the model': '',
     }  # fmt: skip
     return heading('Causes') + html_table(columns, rows) if rows else ''
 
@@ -74,7 +87,7 @@ def _by_cause(diagnosis: Diagnosis) -> str:
                     f'{own.without[i]:.4g} → {own.with_it[i]:.4g} {own.units[i]}',
                     format_number(removed.value, removed.std_error),
                     rounded(removed.std_error),
-                    f'{recurs.value:.2f} ± {recurs.std_error:.2f}',
+                    f'{recurs.value:.2f} ± {Z_95 * recurs.std_error:.2f}',
                     'yes' if own.carries_over else 'no',
                 )
             )
@@ -127,7 +140,7 @@ def parameters(diagnosis: Diagnosis) -> str:
                 format_number(p.old + p.change, p.std_error) if known else '',
                 format_number(p.change, p.std_error),
                 rounded(p.std_error),
-                f'± {p.bound:.3g}' if bounded else '',
+                f'at most {p.bound:.3g}' if bounded else '',
                 'at its limit' if p.at_bound else note,
             )
         )

@@ -53,6 +53,8 @@ class Term(ABC):
     same columns but at reversals and rest; ``inseparable``: terms that joint sensors cannot
     tell from it at all; ``told_apart``: by other term, the condition that separates the two
     and what is seen then. ``worn``: it comes with a person or cable and goes with them;
+    ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
+    ``size_known``: its numbers are right within their errors, not only that it is there;
     ``unspoken``: parameters that a sentence leaves out.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
@@ -77,6 +79,8 @@ class Term(ABC):
     inseparable: ClassVar[tuple[str, ...]] = ()
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {}
     worn: ClassVar[bool] = False
+    size_known: ClassVar[bool] = True
+    with_body: ClassVar[tuple[str, ...]] = ()
     unspoken: ClassVar[tuple[str, ...]] = ()
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''

@@ -1,0 +1,172 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The parameters of fitted terms with their intervals: what a fit and a diagnosis say alike."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.identification.identifiability import (
+    SPREAD,
+    DataReach,
+    experiment_for,
+    reason_for,
+)
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.regression.estimate import Estimate
+from sosml_friction.regression.profile import Profile
+from sosml_friction.regression.whitened import WhitenedRegression
+
+#: A parameter within this share of the end of its physical range sits on it.
+_AT_END = 1e-3
+#: Share of the steady samples that may be slower than the slowest speed, as in a fit of a law.
+_SLOWEST = 0.02
+#: A sample is steady where its sign of motion is settled to this share, and its speed changes by
+#: less than itself within a cycle of the band.
+_SETTLED = 0.99
+_HOLDS_ZERO = 'its interval holds 0: these data do not show it'
+
+
+def term_parameters(
+    laboratory: WhitenedRegression, estimate: Estimate, reported: bool = False
+) -> list[dict[str, Parameter]]:
+    """
+    Return the parameters of each term with 95 % intervals, and what speaks against their use.
+
+    Intervals are of the one covariance of all that was fitted; of a term whose inner parameters
+    are not known well enough to be linear, of the profile of the cost. Where that is open, or its
+    ends differ by a factor of more than 3, its sizes and inner parameters are known together
+    only: each is a range, and flagged.
+
+    :param reported: whether by the names under which a diagnosis reports them.
+    """
+    result = []
+    for k, fitted in enumerate(estimate.fitted(laboratory)):
+        term = estimate.placed[k].term
+        bounds = term.inner_bounds(laboratory.signals[0], fitted.joint)
+        own = {
+            name: with_interval(p, bounds.get(name), asked=not reported)
+            for name, p in term.parameters(fitted).items()
+        }
+        profile = Profile.make(laboratory, estimate, k)
+        if profile is not None:
+            own |= _followed(laboratory, estimate, k, own, profile)
+        if reported:
+            own = {term.reported_as.get(name, name): p for name, p in own.items()}
+        result.append(own)
+    return result
+
+
+def with_interval(
+    p: Parameter, bounds: tuple[float, float] | None = None, asked: bool = True
+) -> Parameter:
+    """
+    Return a parameter with its interval, and what speaks against using it blindly.
+
+    :param asked: whether it was asked for, and may not be there: of a cause that was named, a
+        component may well be 0.
+    """
+    if not math.isfinite(p.std_error):
+        return p
+    low, high = p.value - Z_95 * p.std_error, p.value + Z_95 * p.std_error
+    flags: tuple[str, ...] = ()
+    reason = ''
+    if bounds is not None and (
+        p.value <= bounds[0] * (1.0 + _AT_END) or p.value >= bounds[1] * (1.0 - _AT_END)
+    ):
+        flags = (AT_BOUND,)
+        reason = f'it sits at the end of its physical range, {bounds[0]:.3g} to {bounds[1]:.3g}'
+    elif asked and low <= 0.0 <= high:
+        flags = (NOT_IDENTIFIABLE,)
+        reason = _HOLDS_ZERO
+    return replace(p, interval=(low, high), flags=flags, reason=reason)
+
+
+def spread_text(p: Parameter) -> str:
+    """Return what follows a value: half of its 95 % interval, or its range; '' if not known."""
+    if not math.isfinite(p.std_error) or p.std_error <= 0.0:
+        return ''
+    if p.interval is None:
+        return f' ± {Z_95 * p.std_error:.2g}'
+    low, high = p.interval
+    if NOT_IDENTIFIABLE in p.flags and p.reason != _HOLDS_ZERO:
+        upper = f'to {high:.3g}' if math.isfinite(high) else 'up'
+        return f' (somewhere from {low:.3g} {upper})'
+    return f' ± {0.5 * (high - low):.2g}'
+
+
+def _followed(
+    laboratory: WhitenedRegression,
+    estimate: Estimate,
+    which: int,
+    linear: Mapping[str, Parameter],
+    profile: Profile,
+) -> dict[str, Parameter]:
+    """Return the parameters that a profile has intervals of."""
+    term = estimate.placed[which].term
+    ends = {**profile.inner}
+    for name, (low, high) in zip(term.amplitudes, profile.amplitude.tolist(), strict=True):
+        ends[name] = low, high
+    found = {name: replace(linear[name], interval=ends[name]) for name in ends if name in linear}
+    open_ = [
+        name
+        for name, (low, high) in profile.inner.items()
+        if not (low > 0.0 and high <= SPREAD * low)
+    ]
+    reach = _reach(laboratory, estimate, which)
+    reason = next(filter(None, (reason_for(n, reach, ends[n]) for n in _KNEE if n in ends)), '')
+    if not reason and open_:
+        name = open_[0]
+        low, high = ends[name]
+        reason = f'{name.replace("_", " ")} is only known to be between {low:.3g} and {high:.3g}'
+    if not reason:
+        return found
+    experiment = ''
+    if term.identifier == 'stribeck':
+        reason = f'{reason}; {_at_slowest(reach, profile)}'
+        experiment = experiment_for('stribeck', reach)
+    flags = (NOT_IDENTIFIABLE,)
+    return {
+        name: replace(p, flags=flags, reason=reason, experiment=experiment)
+        for name, p in found.items()
+    }
+
+
+#: What a fit of a law asks for its reason, in this order.
+_KNEE = ('stribeck_velocity', 'stribeck')
+
+
+def _reach(laboratory: WhitenedRegression, estimate: Estimate, which: int) -> DataReach:
+    """Return what the recordings cover in the joint of a term."""
+    placed = estimate.placed[which]
+    i = placed.joint
+    speeds = []
+    for s in laboratory.signals:
+        speed, change = np.abs(s.v[:, i]), np.abs(s.a[:, i]) / s.band.cutoff
+        speeds.append(speed[(np.abs(s.sign[:, i]) > _SETTLED) & (change < speed)])
+    steady = np.concatenate(speeds)
+    if not len(steady):
+        steady = np.array([0.0])
+    return DataReach(
+        laboratory.robot.effort_units[i],
+        float(np.quantile(steady, _SLOWEST)),
+        float(steady.max()),
+        float(laboratory.signals[0].scales.level(i)),
+        {name: float(x) for name, x in placed.inner.items()},
+    )
+
+
+def _at_slowest(reach: DataReach, profile: Profile) -> str:
+    """Return what is known of a Stribeck term where it was recorded."""
+    ends = []
+    for point in profile.points:
+        v_s, exponent = point.inner['stribeck_velocity'], point.inner['exponent']
+        left = float(fade(reach.slowest, v_s, exponent))
+        ends += [left * float(point.amplitude[0] + way * point.half[0]) for way in (-1.0, 1.0)]
+    return (
+        f'at {reach.speed(reach.slowest)} it is {max(min(ends), 0.0):.3g} to {max(ends):.3g} '
+        f'{reach.effort_unit}'
+    )

@@ -1,0 +1,135 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the data leave open of a term whose inner parameters are known too poorly to linearise."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.regression.estimate import Estimate, Linear, Placed, fit_of, settle, slices
+from sosml_friction.regression.whitened import WhitenedRegression
+
+#: An inner parameter with a larger error of its logarithm is followed: where it is 0.05, S at 0.6
+#: Stribeck velocities has 17 of 20 linearised intervals that hold the truth.
+_LINEAR = 0.03
+#: Step along the profile in standard errors, and the most of the logarithm.
+_STEP, _LONGEST = 0.5, 0.3
+
+
+@dataclass(frozen=True)
+class ProfilePoint:
+    """
+    Hold the best fit at one value of an inner parameter.
+
+    ``excess``: cost above the least, in units of the 95 % limit; ``inner`` and ``amplitude`` (k,)
+    of the term there, ``half`` (k,) half of the range of each within the limit.
+    """
+
+    excess: float
+    inner: Inner
+    amplitude: FloatArray
+    half: FloatArray
+
+
+@dataclass(frozen=True)
+class Profile:
+    """
+    Hold the 95 % intervals of a term along the profile of the cost.
+
+    ``inner`` by name, an end that the physical range sets is open: 0 or infinite; ``amplitude``
+    (k, 2); ``points`` within the limit.
+    """
+
+    inner: Mapping[str, tuple[float, float]]
+    amplitude: FloatArray
+    points: tuple[ProfilePoint, ...]
+
+    @classmethod
+    def make(
+        cls, laboratory: WhitenedRegression, estimate: Estimate, which: int
+    ) -> 'Profile | None':
+        """
+        Return the profile of a term; None where its linearised intervals hold.
+
+        Along each of its inner parameters, the term's others and all sizes are fitted anew; the
+        inner parameters of other terms stay. The limit is where the cost is 1.96^2 times the
+        variance of what is left above the least.
+        """
+        placed = estimate.placed[which]
+        errors = {
+            name: error / abs(float(placed.inner[name]))
+            for name, error in estimate.inner_errors[which].items()
+        }
+        if max(errors.values(), default=0.0) < _LINEAR:
+            return None
+        walk = _Walk(laboratory, estimate, which)
+        found: dict[str, tuple[float, float]] = {}
+        points = [walk.at({}, ())]
+        for name, error in errors.items():
+            ends = []
+            for way in (-1.0, 1.0):
+                end, passed = walk.along(name, way * min(_STEP * error, _LONGEST))
+                ends.append(end)
+                points += passed
+            found[name] = (ends[0], ends[1])
+        low = np.min([p.amplitude - p.half for p in points], axis=0)
+        high = np.max([p.amplitude + p.half for p in points], axis=0)
+        return cls(found, np.column_stack([low, high]), tuple(points))
+
+
+class _Walk:
+    """Go along the profile from the best fit."""
+
+    def __init__(self, laboratory: WhitenedRegression, estimate: Estimate, which: int) -> None:
+        self.laboratory, self.estimate = laboratory, estimate
+        others = [each for k, each in enumerate(estimate.placed) if k != which]
+        self.placed = [*others, estimate.placed[which]]
+        self.least = estimate.fit.baseline.cost
+        linear = Linear.make(laboratory, estimate.placed, estimate.fit)
+        part = slices(laboratory, estimate.placed)[which]
+        modelled = np.diag(linear.covariance(laboratory)[0])
+        # How much more scatter there is than the modelled noise makes, in this term's sizes.
+        self.limit = Z_95**2 * float(np.max(estimate.errors[part] ** 2 / modelled[part]))
+        self.now: list[Placed] = self.placed
+
+    def at(self, inner: Mapping[str, float], held: tuple[str, ...]) -> ProfilePoint:
+        """Return the best fit with some inner parameters of the term held."""
+        own = self.now[-1]
+        start = [*self.now[:-1], own.with_inner(self.laboratory, {**own.inner, **inner})]
+        everything = frozenset(
+            (k, name) for k, each in enumerate(start[:-1]) for name in each.term.refined
+        )
+        mine = frozenset((len(start) - 1, name) for name in held)
+        self.now = settle(self.laboratory, start, held=everything | mine) if held else start
+        fit = fit_of(self.laboratory, self.now)
+        linear = Linear.make(self.laboratory, self.now, fit, everything | mine)
+        modelled = np.diag(linear.covariance(self.laboratory)[0])
+        part = slices(self.laboratory, self.now)[-1]
+        excess = (fit.baseline.cost - self.least) / self.limit
+        room = max(1.0 - excess, 0.0) * self.limit
+        half = np.sqrt(room * modelled[part])
+        return ProfilePoint(excess, dict(self.now[-1].inner), fit.baseline.x[part], half)
+
+    def along(self, name: str, step: float) -> tuple[float, list[ProfilePoint]]:
+        """Return where an inner parameter leaves the limit, and the points before."""
+        self.now = self.placed
+        own = self.placed[-1]
+        low, high = own.term.inner_bounds(self.laboratory.signals[0], own.joint)[name]
+        value, root = float(own.inner[name]), 0.0
+        passed: list[ProfilePoint] = []
+        while True:
+            if not low < value < high:
+                return (0.0 if step < 0.0 else np.inf), passed
+            ahead = float(np.clip(value * np.exp(step), low, high))
+            point = self.at({name: ahead}, (name,))
+            reached = float(np.sqrt(max(point.excess, 0.0)))
+            if reached > 1.0:
+                # A cost is a parabola about its least: its root is nearly straight.
+                share = (1.0 - root) / max(reached - root, 1e-12)
+                return float(value * np.exp(share * np.log(ahead / value))), passed
+            passed.append(point)
+            value, root = ahead, reached

@@ -1,0 +1,125 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Sizes hold within their intervals, in a fit and in a diagnosis: friction that falls with speed.
+
+A pendulum whose slowest plateau is below, at and above the Stribeck velocity: the further above,
+the less its friction at standstill is known. 20 seeds each in ``make validate``.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from numba import njit
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.wording import SIZE_UNKNOWN, describe
+from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.identification.log_analysis import analyse_log
+from sosml_friction.identification.term_parameters import spread_text
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.simple_models import pendulum_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+
+SEEDS = 20 if os.environ.get('SOSML_FRICTION_SEEDS') else 1
+#: In the suite, one where the size is known and one where it is not.
+SLOWEST = (0.01, 0.03, 0.05, 0.08) if SEEDS > 1 else (0.03, 0.08)
+MASS, LENGTH, ARMATURE = 2.0, 0.25, 0.01
+COULOMB, VISCOUS, STRIBECK, STRIBECK_VELOCITY = 0.5, 0.3, 0.25, 0.05
+PERIOD, SUBSTEPS, BUILD_UP = 2e-3, 10, 1e-4
+QUANTUM, NOISE = 2.0 * np.pi / 65536, 0.05
+
+
+@njit
+def swing(reference, speed, acceleration):
+    """Return position and command of a pendulum that is led along a reference at 500 Hz."""
+    position, command = np.empty(len(reference)), np.empty(len(reference))
+    h, inertia, weight = PERIOD / SUBSTEPS, MASS * LENGTH**2 + ARMATURE, 9.81 * MASS * LENGTH
+    q, v, z = reference[0], 0.0, 0.0
+    for k in range(len(reference)):
+        position[k] = q
+        tau = inertia * acceleration[k] + weight * np.sin(reference[k]) + VISCOUS * speed[k]
+        tau += COULOMB * np.tanh(speed[k] / 0.005)
+        tau += 200.0 * (reference[k] - q) + 10.0 * (speed[k] - v)
+        command[k] = tau
+        for _ in range(SUBSTEPS):
+            level = COULOMB + STRIBECK * np.exp(-abs(v) / STRIBECK_VELOCITY)
+            z = min(max(z + v * h / BUILD_UP * (1.0 - z * np.sign(v)), -1.0), 1.0)
+            v += h * (tau - weight * np.sin(q) - level * z - VISCOUS * v) / inertia
+            q += h * v
+    return position, command
+
+
+@lru_cache(maxsize=4)
+def motion(slowest):
+    speeds = [slowest * factor for factor in (1.0, 1.6, 2.5, 4.0)] + [0.4, 0.7]
+    plan = speed_ladder({'joint': 0.3}, {'joint': 0.3}, speeds, 1.5, 0.25)
+    t, spline = np.arange(0.0, plan.duration, PERIOD), plan.spline()
+    return t, *swing(*(spline(t, k)[:, 0] for k in range(3)))
+
+
+def record(slowest, seed):
+    """Return what a 16-bit encoder and a torque sensor of 50 mNm noise say of the pendulum."""
+    t, q, command = motion(slowest)
+    rng = np.random.default_rng([77, int(1e3 * slowest), seed])
+    tau = 0.5 * (command + np.append(command[:1], command[:-1]))
+    tau = tau + NOISE * rng.standard_normal(len(t))
+    q = q + 0.3 * QUANTUM * rng.standard_normal(len(t)) + rng.uniform(0.0, QUANTUM)
+    q = QUANTUM * np.round(q / QUANTUM)
+    v = np.gradient(q, PERIOD)
+    return JointLog(
+        ('joint',), np.rint(1e9 * t).astype(np.int64), q[:, None], v[:, None], tau[:, None]
+    )
+
+
+@pytest.mark.parametrize('slowest', SLOWEST)
+def test_fit_and_diagnosis_hold_the_friction_at_standstill_and_agree(slowest):
+    """In 88 % of the seeds or more; wide where the data begin above the Stribeck velocity."""
+    model = pendulum_model(MASS, LENGTH, 0.0, ARMATURE)
+    held, agree, flagged = {'fit': 0, 'diagnosis': 0}, 0, 0
+    for seed in range(1, SEEDS + 1):
+        log = record(slowest, seed)
+        fits = analyse_log(log, model).fit.joints['joint']
+        of_fit = fits[preferred_observer(fits)].fit.parameters['stribeck']
+        causes = diagnose([log], model).causes
+        (of_diagnosis,) = (c.parameters['stribeck'] for c in causes if c.effect == 'stribeck')
+        ends = [p.interval for p in (of_fit, of_diagnosis)]
+        for name, (low, high) in zip(held, ends, strict=True):
+            held[name] += low <= STRIBECK <= high
+        agree += ends[0][0] <= ends[1][1] and ends[1][0] <= ends[0][1]
+        flagged += NOT_IDENTIFIABLE in of_diagnosis.flags
+        print(f'{slowest} {seed}: {np.round(ends, 3).tolist()} {spread_text(of_diagnosis)}')
+    print(f'slowest {slowest} rad/s: held {held}, agree {agree}, open {flagged} of {SEEDS}')
+    assert min(held.values()) >= 0.88 * SEEDS
+    assert agree >= 0.88 * SEEDS
+    if slowest < STRIBECK_VELOCITY:
+        assert flagged == 0
+
+
+def test_a_size_that_is_not_known_is_told_in_words_and_no_number():
+    gap = {'gap': Parameter(2e-3, 'rad', 1e-5), 'stiffness': Parameter(1e4, 'Nm/rad')}
+    cause = Cause('backlash', 'elbow', gap, {})
+    assert describe(cause) == f'elbow: backlash ({SIZE_UNKNOWN})'
+    document = cause.to_dict()
+    assert document['size_known'] is False
+    assert document['parameters']['gap']['std_error'] is None
+    known = replace(cause, effect='spring')
+    assert known.to_dict()['size_known']
+    assert '± 2e-05 rad' in describe(known)
+
+
+def test_a_range_is_told_in_the_place_of_an_error_where_sizes_are_known_together_only():
+    wide = Parameter(
+        0.3, 'Nm', 0.1, (0.1, np.inf), (NOT_IDENTIFIABLE,), 'the data begin later', 'record T3'
+    )
+    told = describe(Cause('stribeck', 'elbow', {'stribeck': wide}, {}))
+    assert 'somewhere from 0.1 up' in told
+    assert 'known together only, as the data begin later' in told
+    assert '±' not in told
