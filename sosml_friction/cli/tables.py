@@ -140,14 +140,11 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         given['urdf'] = None if len(tables) == len(paths) else place / 'model' / 'robot.urdf'
         for sentence in simple.provenance.get('assumed', ()):
             remark(f'assumed: {sentence}')
-        if simple.unknown_armature and not given['armature']:
-            remark('assumed: the rotor has no inertia of its own (state it with --armature)')
-            given['armature'] = ['0']
     no_robot = simple is None and given['model'] is None and given['urdf'] is None
     if tables and no_robot and said['mapping'] is None:
         raise ConfigurationError(
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
-            '--free INERTIA, or --urdf FILE with --armature or --model'
+            '--free INERTIA, --urdf FILE or --model'
         )
     bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
     urdf = None if simple is None else simple.urdf

@@ -77,6 +77,11 @@ class DataChecks:
         return {f.joint: f.sentence for f in self.findings if f.level == WARNING}
 
     @property
+    def not_fitted(self) -> dict[str, str]:
+        """Return by joint why it is not fitted though it may report effort."""
+        return {**self.refused, **self.resting}
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """Return what a person should be told: everything that is more than a note."""
         return tuple(f.sentence for f in self.findings if f.level != NOTE)
@@ -103,6 +108,7 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     log = unwrapped(log.select(robot.names))
     log.require_effort()
     findings = [DataFinding('cut_off', '*', LEFT_OUT, recovery)] if recovery else []
+    findings += [DataFinding('held_joints', '*', LEFT_OUT, said) for said in robot.remarks]
     samples = len(log)
     log, backward = _one_pass(log, findings)
     log, repeated = _without_repeats(log, findings)

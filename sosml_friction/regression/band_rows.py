@@ -56,7 +56,13 @@ class BandRows:
         """
         first = signals[0]
         silent = silent_throughout(signals)
-        nominal = make_nominal(first, settings.tolerance, silent, settings.free_inertia)
+        nominal = make_nominal(
+            first,
+            settings.tolerance,
+            silent,
+            settings.free_inertia,
+            settings.unknown_armature,
+        )
         candidates = make_candidates(library, first, silent)
         free = Structure(signals)
         structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]

@@ -114,7 +114,7 @@ class System:
     def penalty(self) -> FloatArray:
         """Return the diagonal that the prior adds to the normal equations, (p,)."""
         size = np.einsum('ibkk->k', self.G)
-        weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-300) ** 2, 0.0)
+        weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-150) ** 2, 0.0)
         # A bound of zero is no freedom at all; its weight would overflow.
         weight = np.where(self.bound > 0.0, weight, 0.0)
         return weight + _FREE * size + 1e-12

@@ -114,6 +114,7 @@ def make_nominal(
     tolerance: float,
     silent: frozenset[int] = frozenset(),
     free_inertia: tuple[str, ...] = (),
+    unknown_armature: tuple[str, ...] = (),
 ) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
@@ -127,6 +128,7 @@ def make_nominal(
     :param silent: joints without rows.
     :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
         they have in the middle of the motion.
+    :param unknown_armature: joints of whose rotor nothing is known.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
@@ -153,6 +155,8 @@ def make_nominal(
                 whole = robot.inertia(np.median(signals.q, axis=0))[i, i]
                 # Some stays: nothing can be simulated without.
                 its_bound = (1.0 - tolerance) * whole
+            if joint in unknown_armature:
+                its_bound = np.inf
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):

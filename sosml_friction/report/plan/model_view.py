@@ -80,9 +80,9 @@ def model_sentences(model: RobotModelFile, robot: Robot, folder: Path) -> list[s
     said += [f'{text[:1].upper()}{text[1:]}.' for text in robot.remarks]
     if model.unknown_armature:
         said.append(
-            f'Not known: the armature of {", ".join(model.unknown_armature)}. Write it into '
-            f'{folder / "model.yaml"}, or state it with --armature where the model is used; 0 if '
-            'the bodies of the URDF have it.'
+            f'Not known: the armature of {", ".join(model.unknown_armature)}. sosml fit finds it '
+            f'from a recording; or write it into {folder / "model.yaml"}, or state it with '
+            '--armature where the model is used; 0 if the bodies of the URDF have it.'
         )
     return said
 
