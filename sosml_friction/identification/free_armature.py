@@ -10,30 +10,46 @@ import numpy as np
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.regression.estimate import Estimate
+from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.nominal import BOUND_SIGMAS
 from sosml_friction.regression.whitened import WhitenedRegression
 
 _FITTED = 'fitted beside friction'
 
 
-def fitted_armature(laboratory: WhitenedRegression, found: Estimate) -> dict[str, Parameter]:
+def fitted_armature(
+    laboratory: WhitenedRegression, found: Estimate, tolerance: float
+) -> dict[str, Parameter]:
     """
     Return by joint the armature of rotors that were free: fitted inertia less that of the bodies.
 
-    It is at least 0, which it is flagged for where the bodies alone are too much, and where the
-    motion does not tell it: where its interval is wider than all inertia that the joint has.
+    The model's bodies, so that both together are what the motion shows; its error has that of
+    their inertia within the tolerance. It is at least 0, which it is flagged for where the bodies
+    alone are too much, and where the motion does not tell it: where its error from the data is
+    more than all inertia that the joint has.
+
+    :param tolerance: how far the bodies may be off, as a share of themselves.
     """
-    robot, names = laboratory.robot, laboratory.nominal.names
+    if not laboratory.settings.unknown_armature:
+        return {}
+    robot, nominal = laboratory.robot, laboratory.nominal
+    names = nominal.names
     bodies = np.diag(robot.inertia(np.median(laboratory.signals[0].q, axis=0)))
+    bound = found.fit.system.bound.copy()
+    known = nominal.rigid_columns[np.isfinite(bound[nominal.rigid_columns])]
+    bound[known] = 0.0
+    x = Fit.make(replace(found.fit.system, bound=bound), laboratory.y).baseline.x
     result = {}
     for i, joint in enumerate(robot.names):
         if joint not in laboratory.settings.unknown_armature:
             continue
         k = names.index(f'{joint} armature')
-        value, error = float(found.fit.baseline.x[k]), float(found.errors[k])
+        value, of_data = float(x[k]), float(found.errors[k])
+        error = float(np.hypot(of_data, tolerance / BOUND_SIGMAS * bodies[i]))
         unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
         low, high = max(value - Z_95 * error, 0.0), max(value + Z_95 * error, 0.0)
         told = Parameter(max(value, 0.0), unit, error, (low, high), reason=_FITTED)
-        if not Z_95 * error < bodies[i] + told.value:
+        if not Z_95 * of_data < bodies[i] + told.value:
             told = replace(
                 told,
                 value=0.0,

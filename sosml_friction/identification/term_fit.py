@@ -287,7 +287,7 @@ def fit_terms(
     placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
     found = estimate(laboratory, placed)
     fitted = _fitted_terms(laboratory, found, wanted)
-    armature = fitted_armature(laboratory, found)
+    armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names
     result = TermFit(
         names=robot.names,

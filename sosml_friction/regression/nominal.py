@@ -16,7 +16,7 @@ from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump
 
 #: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
-_BOUND_SIGMAS = 3.0
+BOUND_SIGMAS = 3.0
 #: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
 #: and the instant at which friction turns around.
 _HOLD = 0.55
@@ -166,7 +166,7 @@ def make_nominal(
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent)
+    return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[IndexArray, FloatArray]:

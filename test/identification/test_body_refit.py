@@ -117,8 +117,8 @@ def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
         found = model.joints[joint].armature
         low, high = found.interval
         assert 0.0 <= low < shipped.joints[joint].armature.value < high
-        # The motion tells it to a tenth of all inertia of the joint at least.
-        assert high - low < 0.1 * shipped.make_robot().inertia(np.zeros(2))[i, i]
+        # As far as the bodies, within 3.5 %, let it, it is told.
+        assert high - low < 0.06 * shipped.make_robot().inertia(np.zeros(2))[i, i]
         assert found.flags == ()
         friction = model.joints[joint].friction.parameters
         assert friction['coulomb'].value == pytest.approx(bp.COULOMB[i], rel=0.03)
@@ -129,13 +129,17 @@ def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
 
 
 def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log, with_free_rotors):
-    known = analyse_log(log, scaled(0.0), FitSettings())
+    found = {n: j.armature.value for n, j in with_free_rotors.model.joints.items()}
+    told = unstated(scaled(0.0)).with_armature(found)
+    known = analyse_log(log, told, FitSettings(body_tolerance=0.0))
     for joint in JOINTS:
         free, stated = (
             a.model.joints[joint].friction.parameters['viscous'].std_error
             for a in (with_free_rotors, known)
         )
-        assert free > stated
+        more = with_free_rotors.body.variance[joint]['viscous']
+        assert more > 0.0
+        assert free**2 == pytest.approx(stated**2 + more)
 
 
 def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
@@ -150,13 +154,12 @@ def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
 
 
 def test_a_motion_that_does_not_tell_the_rotor_says_so():
-    """At constant speeds, but for quick turns, of 60 s: nothing of it is in the model."""
+    """So slow that it takes a hundredth of the noise to accelerate the 2 kg."""
     model = unstated(axis_model(2.0))
     t = np.arange(0.0, 60.0, 0.01)
-    v = 0.1 * np.tanh(np.sin(2.0 * np.pi * t / 10.0) * 3.0)
+    q, v = -0.1 * np.cos(0.3 * t), 0.03 * np.sin(0.3 * t)
     tau = 5.0 * np.tanh(v / 1e-3) + 20.0 * v
-    tau += np.random.default_rng(SEED).normal(0.0, 5.0, len(t))
-    q = np.cumsum(v) * 0.01
+    tau += np.random.default_rng(SEED).normal(0.0, 2.0, len(t))
     log = JointLog(
         ('joint',), np.rint(t * 1e9).astype(np.int64), *(x[:, None] for x in (q, v, tau))
     )
