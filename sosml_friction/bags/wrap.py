@@ -111,7 +111,7 @@ def unwrapped(log: JointLog) -> JointLog:
     return log if q is log.q else replace(log, q=q, wraps=wraps)
 
 
-def near_turn(position: FloatArray, like: FloatArray, period: float) -> FloatArray:
+def near_turn(position: FloatArray, like: FloatArray, period: float | FloatArray) -> FloatArray:
     """Return a position moved by whole periods to less than half of one from another."""
     return np.asarray(position + period * np.round((like - position) / period))
 

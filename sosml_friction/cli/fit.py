@@ -127,7 +127,7 @@ TruthOption = Annotated[
 @takes_tables
 def fit(
     context: typer.Context,
-    bags: options.BagsArgument,
+    bags: list[Path],
     model: options.ModelOption = None,
     armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,

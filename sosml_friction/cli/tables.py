@@ -77,12 +77,14 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     """
     Let a command that reads bags read tables too, and give it options that stand for a robot.
 
-    Its ``bags`` and ``holdout`` may be tables: they are made bags of, in a place that is removed
-    when the command ends. Of its own options it needs ``model``, ``urdf`` and ``armature``.
+    Its ``bags``, or its ``bag``, and ``holdout`` may be tables: they are made bags of, in a place
+    that is removed when the command ends. Of its own options it needs ``model``, ``urdf`` and
+    ``armature``.
     """
     hints = get_type_hints(command, include_extras=True)
-    hints['bags'] = Annotated[
-        list[Path], typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
+    name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
+    hints[name] = Annotated[
+        kind, typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
     ]
     own = dict(inspect.signature(command).parameters)
     for name in _TABLE_OPTIONS:
@@ -120,7 +122,8 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     """
     from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
-    paths = [*given['bags'], *filter(None, [given.get('holdout')])]
+    places = [name for name in ('bags', 'bag', 'holdout') if given.get(name)]
+    paths = [path for name in places for path in _as_list(given[name])]
     tables = [path for path in dict.fromkeys(paths) if is_table(path)]
     others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
@@ -154,10 +157,14 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         _make_bag(path, bags[path], said, urdf)
     for path in others:
         copy_bag(path, bags[path])
-    given['bags'] = [bags.get(path, path) for path in given['bags']]
-    if given.get('holdout') in bags:
-        given['holdout'] = bags[given['holdout']]
+    for name in places:
+        own = [bags.get(path, path) for path in _as_list(given[name])]
+        given[name] = own if name == 'bags' else own[0]
     return bags
+
+
+def _as_list(paths: Path | list[Path]) -> list[Path]:
+    return [paths] if isinstance(paths, Path) else paths
 
 
 def urdf_text(urdf: Path | None, model: Path | None = None) -> str | None:
