@@ -12,7 +12,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_checks import LawCheck
-from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, fit_law
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.fit.findings import (
     caveats,
@@ -145,15 +145,19 @@ def test_the_terminal_hears_of_failed_checks_directions_and_what_to_record(view)
     assert 'record T3, a slow ladder' in text
 
 
-def test_no_stribeck_term_is_claimed_where_no_data_reach(view):
+def test_no_stribeck_term_is_claimed_where_no_data_reach():
     """Extra friction that fades below the slowest speed is not told, in headline or reason."""
-    parameters = dict(next(iter(view.fits.values())).fit.parameters)
-    parameters['stribeck'] = unknown('Nm', (0.448, math.inf))
-    parameters['stribeck_velocity'] = unknown('rad/s', (0.02, 0.4))
-    text = law_sentence('shoulder', parameters, 'stribeck', slowest=0.5)
-    assert '0.448' not in text
-    assert 'begin at 0.5' in text
-    assert '(above 0.4' in law_sentence('shoulder', parameters, 'stribeck', slowest=0.01)
+    v = np.array([1.0, -1.0])[:, None] * np.geomspace(0.5, 8.0, 40)
+    v = v.T.ravel()
+    extra = 0.4 * np.sign(v) * np.exp(-np.abs(v) / 0.12)
+    y = np.sign(v) + 0.1 * v + extra + np.random.default_rng(5).normal(0.0, 1e-3, len(v))
+    fit = fit_law(v, y, np.arange(len(v)) // 4, 'Nm')
+    assert fit.parameters['stribeck'].interval == (0.0, math.inf)
+    text = law_sentence('shoulder', fit.parameters, fit.law, fit.slowest)
+    assert 'above' not in text
+    assert 'is not identifiable from this motion, whose speeds begin at 0.5' in text
+    (told,) = law_remarks(fit)
+    assert re.search(r'at the slowest speed w of the data: 0\.0\d+ to 0\.\d+ Nm', told)
     reach = DataReach('Nm', 0.5, 10.0, 1.0, {'stribeck_velocity': 0.05})
     assert 'begin at 0.5 rad/s' in reason_for('stribeck', reach, (0.448, math.inf))
 
