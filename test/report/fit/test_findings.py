@@ -65,8 +65,8 @@ def changed(view, observers=None, law='coulomb_viscous', derived=None, checks=()
     [
         ((0.0, 1.23), 'is not identifiable from this motion (0 to 1.23 Nm)'),
         ((0.5, math.inf), 'more near standstill, whose size this motion leaves open (above 0.50'),
-        ((0.0, math.inf), 'is not identifiable from this motion ('),
-        (None, 'is not identifiable from this motion ('),
+        ((0.0, math.inf), 'is not identifiable from this motion, whose speeds begin at '),
+        (None, 'is not identifiable from this motion, whose speeds begin at '),
     ],
 )
 def test_a_stribeck_term_that_is_open_is_a_range_in_the_sentence(view, interval, words):
@@ -111,7 +111,7 @@ def test_what_the_data_tell_instead_is_said_with_the_speed(view):
     derived = {STRIBECK_AT_SLOWEST: Parameter(0.049, 'Nm', math.nan, (0.047, 0.051))}
     fit = changed(view, derived=derived).fits['sosml'].fit
     (remark,) = law_remarks(dataclasses.replace(fit, slowest=0.0125))
-    assert remark.endswith('0.0490 ± 0.0020 Nm (w = 0.01250 rad/s).')
+    assert remark.endswith('0.0470 to 0.0510 Nm (w = 0.01250 rad/s).')
     open_ = {STRIBECK_AT_SLOWEST: unknown('Nm', (0.0, 0.3))}
     (remark,) = law_remarks(changed(view, derived=open_).fits['sosml'].fit)
     assert ': 0 to 0.300 Nm (w = ' in remark
