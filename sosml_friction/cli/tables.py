@@ -18,6 +18,7 @@ from sosml_friction.cli.options import is_table, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:
+    from sosml_friction.bags.data_file import DataFile
     from sosml_friction.model.model_folder import RobotModelFile
 
 
@@ -249,12 +250,24 @@ def stated_mapping(
         )
     if said['current'] is not None and said['effort'] is not None:
         raise ConfigurationError('--current and --effort are both the effort: give one')
+    data = DataFile(table)
     entries = {name: parse_names(said[name]) for name in ('position', 'velocity', 'effort')}
     if said['current'] is not None:
         current = parse_names(said['current']) or ()
-        entries['effort'] = tuple(x if ':' in x else f'{x}:A' for x in current)
+        entries['effort'] = tuple(_with_unit(data, x) for x in current)
     quantities = {name: own for name, own in entries.items() if own is not None}
     scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])
     columns = Columns(quantities, said['time'] or '', scales, said['counts_per_turn'])
-    guess = map_columns(DataFile(table), columns, urdf)
+    guess = map_columns(data, columns, urdf)
     return guess.content, [*guess.sentences(), *guess.remarks]
+
+
+def _with_unit(data: DataFile, current: str) -> str:
+    """Return a column of current with its unit: as stated, as its header says, else A."""
+    from sosml_friction.bags.header_words import read_header
+
+    if ':' in current:
+        return current
+    name = current.rpartition('=')[2]
+    unit = read_header(data.find(name) or name).unit
+    return f'{current}:{unit if unit in ("A", "mA") else "A"}'

@@ -49,7 +49,7 @@ def fit_log_terms(
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     logs, bags, reasons = [], [], dict[str, str]()
     for source, recording in recordings.items():
-        log, checks = check_data(recording, robot, source.recovery)
+        log, checks = check_data(recording, robot, source.recovery, nominal.unknown_armature)
         logs.append(log)
         remarks = list(checks.sentences)
         bags.append({'bag': source.name, 'sha256': source.sha256, 'remarks': remarks})

@@ -96,7 +96,7 @@ class BodyRefit:
         changed = with_changes(model.with_armature({'*': 0.0}), [change])
         refused = changed.refused.get(REFIT, '')
         armature = {
-            joint: p if refused else replace(p, value=float(rotors[robot.names.index(joint)]))
+            joint: p if refused else _moved(p, float(rotors[robot.names.index(joint)]))
             for joint, p in fit.armature.items()
         }
         variance = _variance(fit, columns)
@@ -153,6 +153,14 @@ class BodyRefit:
             ],
             'refused': self.refused,
         }
+
+
+def _moved(p: Parameter, value: float) -> Parameter:
+    """Return what is known of a rotor whose value is that beside refitted bodies."""
+    if p.flags:
+        return p
+    half = Z_95 * p.std_error
+    return replace(p, value=value, interval=(max(value - half, 0.0), value + half))
 
 
 def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:

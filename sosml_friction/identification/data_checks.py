@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording, before anything is fitted to it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -91,7 +91,9 @@ class DataChecks:
         return {**asdict(self), 'findings': [asdict(finding) for finding in self.findings]}
 
 
-def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLog, DataChecks]:
+def check_data(
+    log: JointLog, robot: Robot, recovery: str = '', free_rotors: Collection[str] = ()
+) -> tuple[JointLog, DataChecks]:
     """
     Return the part of a recording that can be fitted, and what is wrong with all of it.
 
@@ -102,6 +104,7 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     :param log: the recording; its joints include the robot's.
     :param robot: its limits and gravity are what the data are held against.
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
+    :param free_rotors: joints whose armature is not known.
     :raises DataError: if no joint can be fitted; one sentence: what, where, and what to do.
     """
     # A bag is unwrapped where it is read; a log may come from elsewhere.
@@ -125,7 +128,9 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     for i, name in enumerate(robot.names):
-        joints[name], v[:, i], tau[:, i], own = check_joint(log, robot, i, slopes)
+        joints[name], v[:, i], tau[:, i], own = check_joint(
+            log, robot, i, slopes, name in free_rotors
+        )
         findings += own
     long = steps[steps > _GAP_PERIODS * period]
     if len(long):

@@ -49,7 +49,15 @@ def fitted_armature(
         unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
         low, high = max(value - Z_95 * error, 0.0), max(value + Z_95 * error, 0.0)
         told = Parameter(max(value, 0.0), unit, error, (low, high), reason=_FITTED)
-        if not Z_95 * of_data < bodies[i] + told.value:
+        if f'{joint} coulomb' not in names:
+            told = replace(
+                told,
+                value=0.0,
+                interval=(0.0, np.inf),
+                flags=(NOT_IDENTIFIABLE,),
+                reason='its effort is not known, so it is taken for 0',
+            )
+        elif not Z_95 * of_data < bodies[i] + told.value:
             told = replace(
                 told,
                 value=0.0,
@@ -80,10 +88,8 @@ def armature_sentence(joint: str, p: Parameter) -> str:
     """Return for a person what is known of a rotor that was fitted, without a full stop."""
     assert p.interval is not None
     text = f'The armature of {joint} was not stated and was {_FITTED}: '
-    if p.flags:
-        return (
-            f'{text}{"; ".join(filter(None, (p.reason, p.experiment)))} (95 % interval: 0 to '
-            f'{p.interval[1]:.3g} {p.unit})'
-        )
     low, high = p.interval
+    if p.flags:
+        text += '; '.join(filter(None, (p.reason, p.experiment)))
+        return f'{text} (95 % interval: 0 to {high:.3g} {p.unit})' if np.isfinite(high) else text
     return f'{text}{p.value:.4g} {p.unit} (95 % interval: {low:.3g} to {high:.3g})'

@@ -113,7 +113,7 @@ def analyse_log(
     source = source or log_source(log, 'log')
     settings = settings or FitSettings()
     robot = nominal.with_armature({'*': 0.0}).make_robot()
-    log, checks = check_data(log, robot, source.recovery)
+    log, checks = check_data(log, robot, source.recovery, nominal.unknown_armature)
     log, checks = _with_corrected_effort(log, checks, nominal)
     if body is None:
         progress('comparing the rigid body with the motion')

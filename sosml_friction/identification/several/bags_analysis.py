@@ -110,7 +110,7 @@ def common_body(
     """Return the rigid body refitted to all bags, and settings with which none refits its own."""
     progress('comparing the rigid body with the motion')
     robot = nominal.with_armature({'*': 0.0}).make_robot()
-    logs = [check_data(log, robot)[0] for log in logs]
+    logs = [check_data(log, robot, '', nominal.unknown_armature)[0] for log in logs]
     body = refit_body(logs, nominal, settings.body_tolerance, progress)
     if body is not None:
         # The friction of each bag is put together from its own fits.
