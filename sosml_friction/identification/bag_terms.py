@@ -8,6 +8,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
 from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
@@ -51,11 +53,18 @@ def fit_log_terms(
     for source, recording in recordings.items():
         log, checks = check_data(recording, robot, source.recovery, nominal.unknown_armature)
         logs.append(log)
-        remarks = list(checks.sentences)
+        silent = [n for n in robot.names if not np.isfinite(recording.select([n]).tau).any()]
+        remarks = [
+            *checks.sentences,
+            *(f'{n} reports no effort and is not fitted' for n in silent),
+        ]
+        reasons |= dict.fromkeys(silent, '')
         bags.append({'bag': source.name, 'sha256': source.sha256, 'remarks': remarks})
         reasons |= checks.not_fitted
     fit = fit_terms(logs, nominal, terms, None, step, body_tolerance)
     left = {term: reasons.get(term.partition('@')[2], why) for term, why in fit.left.items()}
+    # What nobody measured is no failure of the fit.
+    left = {term: why for term, why in left.items() if why}
     provenance = {'bags': bags, 'model': nominal.name, 'terms': list(terms)}
     return BagTerms(replace(fit, left=left), provenance)
 

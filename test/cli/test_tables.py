@@ -73,6 +73,14 @@ def test_several_tables_are_fitted_together(sosml, tmp_path):
     assert [bag['label'] for bag in json.loads(out)['bags']] == ['a', 'b']
 
 
+def test_the_header_says_in_what_a_current_is(sosml, tmp_path):
+    table = write_table(tmp_path, header='t,q,f [mA]', scale=(1.0, 1.0, 1e3))
+    code, out, err = sosml('fit', table, '--position', 'q', '--current', 'f', '--kt', '1', *ROBOT,
+                           '--json')  # fmt: skip
+    assert code == 0, err
+    assert friction(out)['coulomb'] == pytest.approx(COULOMB, rel=0.03)
+
+
 def test_a_table_is_simulated_and_tuned_for(sosml, tmp_path):
     table = write_table(tmp_path)
     columns = ('--position', 'q', '--effort', 'f')

@@ -12,6 +12,7 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.body_refit import refit_body
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.model.consistent_inertias import is_possible
@@ -168,6 +169,20 @@ def test_a_motion_that_does_not_tell_the_rotor_says_so():
     assert armature.value == 0.0
     assert armature.interval[1] > 2.0
     assert '--armature' in armature.experiment
+
+
+def test_effort_is_not_held_against_a_rotor_that_nobody_stated():
+    """Twelve times the mass of the body is wrong where the rotor is known, and else is it."""
+    t = np.arange(0.0, 30.0, 0.005)
+    q, v, a = 0.1 * np.sin(3.0 * t), 0.3 * np.cos(3.0 * t), -0.9 * np.sin(3.0 * t)
+    tau = 12.0 * a + 2.0 * np.sign(v) + np.random.default_rng(SEED).normal(0.0, 0.1, len(t))
+    columns = [x[:, None] for x in (q, v, tau)]
+    log = JointLog(('joint',), np.rint(t * 1e9).astype(np.int64), *columns)
+    robot = axis_model(1.0).make_robot()
+    checks = [check_data(log, robot, '', free)[1] for free in ((), ('joint',))]
+    assert [bool({**own.warnings, **own.refused}) for own in checks] == [True, False]
+    (armature,) = refit_body([log], unstated(axis_model(1.0))).armature.values()
+    assert armature.value == pytest.approx(11.0, rel=0.02)
 
 
 @pytest.mark.parametrize('share', [-0.1, float('nan')])
