@@ -11,6 +11,7 @@ from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, interval_of
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis, diagnose_logs
 from sosml_friction.diagnosis.decision.cause import Cause
@@ -122,4 +123,5 @@ def diagnose(
     recordings = [(log_source(log, label), log) for label, log in labelled(logs).items()]
     refuse_copies({source.name: source.sha256 for source, _ in recordings})
     other = None if holdout is None else (log_source(holdout, 'holdout'), holdout)
-    return Diagnosis(diagnose_logs(recordings, model.content, other, without, keep_all=keep_all))
+    nominal = as_recorded(model.content, recordings[0][1])
+    return Diagnosis(diagnose_logs(recordings, nominal, other, without, keep_all=keep_all))

@@ -15,13 +15,18 @@ from sosml_friction.api.result import Result, interval_of, table_text
 from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
-from sosml_friction.identification.several.bags_analysis import BagsAnalysis, consolidate_analyses
+from sosml_friction.identification.several.bags_analysis import (
+    BagsAnalysis,
+    common_body,
+    consolidate_analyses,
+)
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.number_text import value_text
 from sosml_friction.report.common.tables import parameter_table
@@ -52,19 +57,27 @@ class Fit(Result):
         Return what is known of each parameter, by joint and name.
 
         One that is not identifiable has the value NaN, and the range and the reason. A joint that
-        could not be fitted is not among them: :attr:`unavailable` says why.
+        could not be fitted is not among them: :attr:`unavailable` says why. ``armature`` is among
+        them where the model did not know it.
         """
         known = self.analysis
         if isinstance(known, BagsAnalysis):
             told = known.consolidation
-            return {
-                joint: dict(told.joints[joint][observer].parameters)
+            laws = {
+                joint: told.joints[joint][observer].parameters
                 for joint, observer in told.model.items()
             }
+        else:
+            laws = {
+                joint: fits[observer].fit.parameters
+                for joint, fits in known.fit.joints.items()
+                if (observer := preferred_observer(fits)) is not None
+            }
+        one = next(iter(known.bags.values())) if isinstance(known, BagsAnalysis) else known
+        rotors = {} if one.body is None else one.body.armature
         return {
-            joint: dict(fits[observer].fit.parameters)
-            for joint, fits in known.fit.joints.items()
-            if (observer := preferred_observer(fits)) is not None
+            joint: {**own, **({'armature': rotors[joint]} if joint in rotors else {})}
+            for joint, own in laws.items()
         }
 
     @property
@@ -153,7 +166,8 @@ def fit(
     Fit the friction of every joint; several recordings alone first, then together.
 
     :param logs: one recording, or several of one robot, by labels of their own if you like.
-    :param model: rigid body and rotors; its friction is not used, effects of its effort are.
+    :param model: rigid body and rotors; its friction is not used, effects of its effort are. An
+        armature that it does not know is fitted.
     :param method: ``auto``, ``weak``, ``segments``, ``samples`` or ``output_error``; see
         :class:`~sosml_friction.identification.friction_fit.FitSettings`.
     :param law: ``auto``, ``coulomb_viscous`` or ``stribeck``.
@@ -183,12 +197,16 @@ def fit(
         )
     sources = {label: log_source(log, label) for label, log in recordings.items()}
     refuse_copies({label: source.sha256 for label, source in sources.items()})
+    body = None
+    if several:
+        known = list(recordings.values())
+        body, settings = common_body(known, as_recorded(model.content, known[0]), settings)
     analyses = {}
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
-                log, model.content, settings, bandwidth, observers, effort_hold,
-                source=sources[label], require=not several,
+                log, as_recorded(model.content, log), settings, bandwidth, observers, effort_hold,
+                source=sources[label], require=not several, body=body,
             )  # fmt: skip
         except DataError as error:
             if not several:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,11 +13,12 @@ from numpy.typing import ArrayLike
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.recorded_robot import read_nominal, stated_armature
+from sosml_friction.bags.recorded_robot import stated_armature
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.simple_models import skeleton_model
 
 
 class Model:
@@ -42,7 +44,7 @@ class Model:
     def from_urdf(
         cls,
         urdf: str,
-        armature: Mapping[str, float],
+        armature: Mapping[str, float] | None = None,
         name: str = '',
         locked: Mapping[str, float] | None = None,
     ) -> Model:
@@ -51,13 +53,17 @@ class Model:
 
         :param urdf: the document itself, not its path.
         :param armature: by joint, the rotor's inertia at the joint, J N^2 [kg m2 or kg]; 0 where
-            the URDF's bodies have it already. The joints are in this order.
+            the URDF's bodies have it already, NaN where :func:`sosml_friction.fit` is to find it.
+            The joints are in this order; None is all joints that move, with nothing known.
         :param name: of the model; the robot's in the URDF if empty.
         :param locked: where joints of the URDF that are not in ``armature`` are held still [rad
             or m]; the others at 0. One that mimics a joint of ``armature`` follows it.
         :raises ConfigurationError: if the URDF cannot be read, or lacks a joint.
         """
-        robot = Robot(urdf, tuple(armature), tuple(armature.values()), locked)
+        if armature is None:
+            armature = dict.fromkeys(skeleton_model(urdf).joints, math.nan)
+        known = [0.0 if math.isnan(value) else value for value in armature.values()]
+        robot = Robot(urdf, tuple(armature), known, locked)
         units = ['kg m2' if effort == 'Nm' else 'kg' for effort in robot.effort_units]
         joints = {
             joint: JointModel(Parameter(float(value), unit))
@@ -78,15 +84,12 @@ class Model:
 
         :param namespace: which robot, where a bag holds several.
         :param armature: as for :meth:`from_urdf`, where the model does not know it; '*' is every
-            other joint. With it robot_description is enough: the joints are those recorded.
+            other joint. robot_description is enough: the joints are then those recorded.
         :raises BagError: if the bag cannot be read.
-        :raises ConfigurationError: if it holds no robot_description; or no model_description, and
-            no armature is given.
+        :raises ConfigurationError: if it holds no robot_description.
         """
         opened = Bag.open(bag, namespace)
-        if armature is not None:
-            return cls(stated_armature(opened, bag, None, None, armature))
-        return cls(read_nominal(opened, bag, None, None))
+        return cls(stated_armature(opened, bag, None, None, armature or {}))
 
     @property
     def name(self) -> str:

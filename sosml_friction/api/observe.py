@@ -13,6 +13,7 @@ from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.identification.log_analysis import effort_holds
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.observers.configuration import ObserverConfiguration
@@ -97,7 +98,7 @@ def observe(
     :raises ConfigurationError: if an observer is unknown or has no gains by bandwidth.
     :raises DataError: if a joint is missing, no joint has effort, or the log is too short.
     """
-    robot = model.content.make_robot()
+    robot = as_recorded(model.content, log).make_robot()
     log = log.select(robot.names)
     log.require_effort()
     log = replace(log, tau=EffortCorrection(model.content).torque(log.tau))

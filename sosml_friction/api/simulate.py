@@ -9,6 +9,7 @@ from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, table_text
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.report.simulation.document import (
@@ -82,5 +83,5 @@ def simulate(log: JointLog, model: Model, horizon_s: float | None = None) -> Sim
     :raises DataError: if no joint has effort, or no stretch is long enough.
     :raises ConfigurationError: if the model cannot be simulated, or the horizon is no time.
     """
-    found = simulate_model(log, model.content, horizon_s=horizon_s)
+    found = simulate_model(log, as_recorded(model.content, log), horizon_s=horizon_s)
     return Simulation(found, model, log_source(log, 'log'))

@@ -11,8 +11,10 @@ from sosml_friction.api.model import Model
 from sosml_friction.api.result import Result, table_text
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import log_source, refuse_copies
-from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
+from sosml_friction.identification.bag_terms import fit_log_terms
+from sosml_friction.identification.term_fit import FittedTerm, TermFit
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.terms.document import term_fit_document, write_term_fit
 from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
@@ -73,9 +75,7 @@ def fit_terms_of(
     terms: Sequence[str],
 ) -> Terms:
     """Fit terms; parameters and errors as of :func:`sosml_friction.fit` with ``terms``."""
-    recordings = labelled(logs)
-    sources = {label: log_source(log, label) for label, log in recordings.items()}
-    refuse_copies({label: source.sha256 for label, source in sources.items()})
-    found = fit_terms(list(recordings.values()), model.content, terms)
-    bags = [{'bag': s.name, 'sha256': s.sha256} for s in sources.values()]
-    return Terms(found, {'bags': bags, 'model': model.name, 'terms': list(terms)})
+    recordings = {log_source(log, label): log for label, log in labelled(logs).items()}
+    refuse_copies({source.name: source.sha256 for source in recordings})
+    nominal = as_recorded(model.content, next(iter(recordings.values())))
+    return Terms(*fit_log_terms(recordings, nominal, terms))

@@ -245,11 +245,17 @@ class Bag:
         """
         Return stamps (N,), joints and wanted positions (N, n), None if none are recorded.
 
-        They are the JointState messages of ``controller_reference``.
+        They are the JointState messages of ``controller_reference``; one that wraps is made
+        continuous.
 
         :raises BagError: if several topics end so, or a message contradicts itself.
         """
-        return self._series('controller_reference', 'position')
+        found = self._series('controller_reference', 'position')
+        if found is None:
+            return None
+        t_ns, names, q = found
+        nothing = np.full_like(q, np.nan)
+        return t_ns, names, unwrapped(JointLog(names, t_ns, q, nothing, nothing)).q
 
     def injected(self) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
         """

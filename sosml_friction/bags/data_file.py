@@ -5,6 +5,7 @@
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -182,13 +183,27 @@ class DataFile(Mapping[str, NDArray[Any]]):
         numbers: FloatArray = np.empty(len(cells))
         for k, (line, cell) in enumerate(cells):
             try:
-                numbers[k] = np.nan if cell.lower() in _MISSING else float(cell)
+                numbers[k] = np.nan if cell.lower() in _MISSING else _number(cell)
             except ValueError:
                 raise DataError(
                     f'{self.path} line {line}, column {name!r}: {cell!r} is not a number (write '
                     'decimals with a point, leave a missing value empty)'
                 ) from None
         return numbers
+
+
+def _number(cell: str) -> float:
+    """
+    Return a number, or of a date and time (ISO 8601) the seconds since 1970.
+
+    :raises ValueError: if it is neither.
+    """
+    try:
+        return float(cell)
+    except ValueError:
+        when = datetime.fromisoformat(re.sub('[zZ]$', '+00:00', cell))
+        # One without a zone: only differences matter.
+        return (when if when.tzinfo else when.replace(tzinfo=timezone.utc)).timestamp()
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:

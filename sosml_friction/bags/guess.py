@@ -508,11 +508,13 @@ class Guesser:
         if slope is None:
             kind = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
             entry['unit'] = written or kind.get(unit, FILL_IN)
-            return (
-                entry,
-                f'{self.why.get(velocity, "its place says so")}; the joint rests, so '
-                'that nothing but the unit of position tells its own',
-            )
+            why = self.why.get(velocity, 'its place says so')
+            others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
+            if others:
+                why += f', but it is the slope of {others[0]}: look whether columns are swapped'
+                return entry, why
+            rests = 'the joint rests, so that nothing but the unit of position tells its own'
+            return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
         if si is None:
             entry['unit'] = written or FILL_IN

@@ -25,7 +25,15 @@ class RecordedRobot:
     bag: Bag
     log: JointLog
     nominal: RobotModelFile
-    robot: Robot
+
+    @property
+    def robot(self) -> Robot:
+        """
+        Return the rigid body.
+
+        :raises ConfigurationError: if an armature is not known.
+        """
+        return self.nominal.make_robot()
 
 
 def read_recorded_robot(
@@ -54,11 +62,19 @@ def read_recorded_robot(
     bag = Bag.open(path, namespace)
     log = bag.joint_log()
     nominal = read_nominal(bag, path, model, urdf, own_urdf)
-    nominal = nominal.of_measured(log.names).held_where_measured(log.first_positions())
-    robot = nominal.make_robot()
-    log = log.select(robot.names)
+    nominal = as_recorded(nominal, log)
+    log = log.select(nominal.with_armature({'*': 0.0}).make_robot().names)
     log.require_effort()
-    return RecordedRobot(bag, log, nominal, robot)
+    return RecordedRobot(bag, log, nominal)
+
+
+def as_recorded(model: RobotModelFile, log: JointLog) -> RobotModelFile:
+    """
+    Return the model of the robot in a recording: with the other joints held where they were first.
+
+    Without joints that are not recorded and that it has only because the URDF has them.
+    """
+    return model.of_measured(log.names).held_where_measured(log.first_positions())
 
 
 def read_nominal(
@@ -67,11 +83,12 @@ def read_nominal(
     """
     Return the robot in a bag, with its URDF; parameters as for :func:`read_recorded_robot`.
 
-    The URDF of a model whose rigid body was identified comes before the bag's.
+    The URDF of a model whose rigid body was identified comes before the bag's. A bag without a
+    model has that of its URDF, with the joints that its joint_states name and no armature.
 
     :raises ConfigurationError: if no model or URDF is known.
     """
-    nominal = _model_of(bag, path, model)
+    nominal = _model_of(bag, path, model, urdf)
     own = nominal.urdf if own_urdf or nominal.is_rigid_body_identified else None
     if own is None or urdf is not None:
         document = _urdf_of(bag, urdf) or nominal.urdf
@@ -92,40 +109,31 @@ def stated_armature(
     """
     Return the robot in a bag with the armatures that its model does not know.
 
-    A bag without a model has that of its URDF, with the joints that its joint_states name.
-
     :param armature: by joint [kg m2 or kg]; '*': all others.
     :raises BagError: if the bag has no joint_states.
     :raises ConfigurationError: if no URDF is known, it has none of these joints, or an armature
         cannot be.
     """
-    if model is not None or bag.text('model_description') is not None:
-        nominal = read_nominal(bag, path, model, urdf, own_urdf=model is not None)
-    else:
-        document = _urdf_of(bag, urdf)
-        if document is None:
-            raise ConfigurationError(
-                f'bag {path} has no robot_description: give a URDF with --urdf'
-            )
-        nominal = skeleton_model(
-            document, bag.joint_log().reported_together(read_joints(document).joints)
-        )
+    nominal = read_nominal(bag, path, model, urdf, own_urdf=model is not None)
     return nominal.with_armature(armature, 'stated with the recording')
 
 
-def _model_of(bag: Bag, path: str | Path, model: ModelSource) -> RobotModelFile:
+def _model_of(
+    bag: Bag, path: str | Path, model: ModelSource, urdf: str | Path | None
+) -> RobotModelFile:
     if isinstance(model, RobotModelFile):
         return model
     if model is not None:
         return read_model(model)
     text = bag.text('model_description')
-    if text is None:
-        raise ConfigurationError(
-            f'bag {path} has no model_description, so the armature of its joints is not known: '
-            'state it with --armature (J N^2 of the rotor, 0 if the bodies of the URDF have it), '
-            'or give a model folder with --model'
-        )
-    return parse_model(text, f'model_description of {path}')
+    if text is not None:
+        return parse_model(text, f'model_description of {path}')
+    document = _urdf_of(bag, urdf)
+    if document is None:
+        raise ConfigurationError(f'bag {path} has no robot_description: give a URDF with --urdf')
+    return skeleton_model(
+        document, bag.joint_log().reported_together(read_joints(document).joints)
+    )
 
 
 def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:

@@ -53,16 +53,20 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     :param stated: the one that is known to be time.
     """
     rising = {}
+    coarse = []
     for name, values in series.items() if not stated else ():
         steps = np.diff(values)
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
         if grows and (steps > 0).mean() >= 1.0 - _REPEATED:
             rising[name] = float(np.std(steps) / np.mean(steps))
+        elif grows and read_header(name).quantity == 'time':
+            share = 100.0 * float((steps == 0).mean())
+            coarse.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
     by_name = [name for name in rising if read_header(name).quantity == 'time']
     if stated:
         chosen, why = stated, 'stated'
     elif not rising:
-        return Time('', '', 'no column grows all the time')
+        return Time('', '', f'no column grows all the time{"".join(coarse)}')
     elif len(by_name) == 1:
         chosen, why = by_name[0], 'its name says so, and it grows all the time'
     elif len(rising) == 1:

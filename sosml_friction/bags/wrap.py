@@ -59,12 +59,10 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
     sizes, errors = [], []
     for k in jumps[dt[jumps] <= _HOLE * float(np.median(dt))]:
         near = np.r_[max(0, k - _BESIDE) : k, k + 1 : min(k + 1 + _BESIDE, len(steps))]
-        beside = speed[near]
-        # At the edge of the range noise alone goes to and fro: such a step says nothing more.
-        against = (np.sign(beside) == -np.sign(steps[k])).all()
-        if len(near) == 2 * _BESIDE and against and not np.isin(near, jumps).any():
-            sizes.append(abs(steps[k]) + abs(float(np.mean(beside))) * dt[k])
-            errors.append(0.5 * float(np.ptp(beside)) * dt[k])
+        seen = _seen(float(steps[k]), float(dt[k]), speed[near])
+        if len(near) == 2 * _BESIDE and seen is not None and not np.isin(near, jumps).any():
+            sizes.append(seen[0])
+            errors.append(seen[1])
     if not sizes:
         return None
     period = float(np.median(sizes))
@@ -76,6 +74,14 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
         return None
     name = _named(period, max(error, 1e-4 * period))
     return name if name is not None or len(sizes) < _FEWEST else period
+
+
+def _seen(step: float, dt: float, beside: FloatArray) -> tuple[float, float] | None:
+    """Return the period that a step shows, by the speeds beside it, and its error, or None."""
+    # At the edge of the range noise alone goes to and fro: such a step says nothing more.
+    if not (np.sign(beside) == -np.sign(step)).all():
+        return None
+    return abs(step) + abs(float(np.mean(beside))) * dt, 0.5 * float(np.ptp(beside)) * dt
 
 
 def _named(period: float, error: float) -> float | None:
@@ -103,3 +109,62 @@ def unwrapped(log: JointLog) -> JointLog:
         q[known, i] = np.unwrap(q[known, i], period=period)
         wraps[name] = period
     return log if q is log.q else replace(log, q=q, wraps=wraps)
+
+
+def near_turn(position: FloatArray, like: FloatArray, period: float | FloatArray) -> FloatArray:
+    """Return a position moved by whole periods to less than half of one from another."""
+    return np.asarray(position + period * np.round((like - position) / period))
+
+
+class RunningUnwrap:
+    """
+    Make positions continuous as they come; of a recording :func:`unwrapped` does it.
+
+    The first wrap is known by the motion before it and a period that is a turn or a round number,
+    any later one by that period.
+
+    :param n: number of positions in a sample.
+    :param periods: what is known of each (n,), NaN for nothing.
+    """
+
+    def __init__(self, n: int, periods: FloatArray | None = None) -> None:
+        self.periods = np.full(n, np.nan) if periods is None else periods
+        self._turned = np.zeros(n)
+        self._time: list[int] = []
+        self._raw: list[FloatArray] = []
+        self._low, self._high = np.full(n, np.inf), np.full(n, -np.inf)
+
+    def __call__(self, t_ns: int, q: FloatArray) -> FloatArray:
+        """Return the positions (n,) of the next sample, continuous; NaN stays NaN."""
+        if self._time and t_ns <= self._time[-1]:
+            self._time, self._raw = [], []
+        last = self._raw[-1] if self._raw else q
+        known = np.where(np.isfinite(q), q, last)
+        self._low, self._high = np.fmin(self._low, known), np.fmax(self._high, known)
+        for i in np.flatnonzero(np.abs(known - last) > _HALF * (self._high - self._low)):
+            self._look(int(i), t_ns, float(known[i]))
+        wraps = np.isfinite(self.periods)
+        back = near_turn(known, last, np.where(wraps, self.periods, 1.0)) - known
+        self._turned += np.where(wraps & np.isfinite(back), back, 0.0)
+        self._time, self._raw = (
+            [*self._time[-_BESIDE:], t_ns],
+            [*self._raw[-_BESIDE:], known],
+        )
+        return np.asarray(q + self._turned)
+
+    def _look(self, i: int, t_ns: int, position: float) -> None:
+        """Take the period that the step to a position shows, if it shows one."""
+        if len(self._time) <= _BESIDE or np.isfinite(self.periods[i]):
+            return
+        before = np.diff(self._time) * 1e-9
+        dt = (t_ns - self._time[-1]) * 1e-9
+        if dt > _HOLE * float(np.median(before)):
+            return
+        raw = np.array([sample[i] for sample in self._raw])
+        seen = _seen(position - raw[-1], dt, np.diff(raw) / before)
+        if seen is None or self._high[i] - self._low[i] > (1.0 + _SAME) * seen[0]:
+            return
+        period, error = seen
+        if error <= _SAME * period:
+            name = _named(period, max(error, 1e-4 * period))
+            self.periods[i] = np.nan if name is None else name

@@ -15,7 +15,7 @@ from sosml_friction.cli.tables import takes_tables
 @app.command()
 @takes_tables
 def diagnose(
-    bags: options.BagsArgument,
+    bags: list[Path],
     model: Annotated[
         Path | None,
         options.folder_option(

@@ -127,7 +127,7 @@ TruthOption = Annotated[
 @takes_tables
 def fit(
     context: typer.Context,
-    bags: options.BagsArgument,
+    bags: list[Path],
     model: options.ModelOption = None,
     armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,
@@ -231,9 +231,8 @@ def _fit_terms(
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_terms'), view.KIND)
     require_writable(folder)
     with progress(f'reading {bags[0]}') as step:
-        fit, provenance = fit_bag_terms(
-            bags, terms, model, urdf, namespace, command, step, body_tolerance
-        )
+        found = fit_bag_terms(bags, terms, model, urdf, namespace, command, step, body_tolerance)
+        fit, provenance = found
         view.write_term_fit(folder, fit, provenance, step)
     if json:
         print_json(view.term_fit_document(fit, provenance), output=str(folder))
@@ -241,5 +240,7 @@ def _fit_terms(
         table = terminal_table(COLUMNS, term_rows(fit))
         done = f'Model, report.html and fit.json are in {folder}'
         print_blocks([*sentences(fit), table, done])
+    for sentence in found.remarks:
+        remark(sentence)
     if fit.left:
         raise typer.Exit(1)

@@ -38,6 +38,9 @@ LockedOption = Annotated[
 JointOption = Annotated[str, typer.Option(help='Name of the joint, that in the recording.')]
 MassOption = Annotated[float, typer.Option(metavar='KG', help='All that moves.')]
 JsonOption = Annotated[bool, options.json_option('sentences')]
+ForceOption = Annotated[
+    bool, typer.Option('--force', help='Overwrite an earlier model even if you changed it since.')
+]
 
 
 @model_app.command()
@@ -57,6 +60,7 @@ def new(
     locked: LockedOption = None,
     out: Annotated[Path | None, options.out_option('<name of the robot>_model')] = None,
     namespace: options.NamespaceOption = None,
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """
@@ -75,7 +79,7 @@ def new(
     found = skeleton_model(text, recorded if chosen is None else chosen, chosen is not None)
     found = found.with_armature(options.parse_values('--armature', armature or []))
     found = found.with_locked(options.parse_values('--locked', locked or []))
-    _finish(context, found, out or Path(f'{found.name}_model'), json)
+    _finish(context, found, out or Path(f'{found.name}_model'), force, json)
 
 
 @model_app.command()
@@ -99,6 +103,7 @@ def pendulum(
     ] = None,
     joint: JointOption = 'joint',
     out: Annotated[Path, options.out_option('pendulum')] = Path('pendulum'),
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """
@@ -108,7 +113,7 @@ def pendulum(
     """
     from sosml_friction.model.simple_models import pendulum_model
 
-    _finish(context, pendulum_model(mass, length, inertia, armature, joint), out, json)
+    _finish(context, pendulum_model(mass, length, inertia, armature, joint), out, force, json)
 
 
 @model_app.command()
@@ -117,6 +122,7 @@ def axis(
     mass: MassOption,
     joint: JointOption = 'joint',
     out: Annotated[Path, options.out_option('axis')] = Path('axis'),
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """
@@ -126,7 +132,7 @@ def axis(
     """
     from sosml_friction.model.simple_models import axis_model
 
-    _finish(context, axis_model(mass, joint), out, json)
+    _finish(context, axis_model(mass, joint), out, force, json)
 
 
 @model_app.command()
@@ -137,6 +143,7 @@ def free(
     ],
     joint: JointOption = 'joint',
     out: Annotated[Path, options.out_option('shaft')] = Path('shaft'),
+    force: ForceOption = False,
     json: JsonOption = False,
 ) -> None:
     """
@@ -146,7 +153,7 @@ def free(
     """
     from sosml_friction.model.simple_models import free_model
 
-    _finish(context, free_model(inertia, joint), out, json)
+    _finish(context, free_model(inertia, joint), out, force, json)
 
 
 def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | None]:
@@ -171,15 +178,17 @@ def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | N
         ) from error
 
 
-def _finish(context: typer.Context, model: RobotModelFile, out: Path, json: bool) -> None:
+def _finish(
+    context: typer.Context, model: RobotModelFile, out: Path, force: bool, json: bool
+) -> None:
     from dataclasses import replace
 
     from sosml_friction.report.plan import model_view as view
 
     robot = view.robot_of(model)
-    view.check_model_folder(out)
+    view.check_model_folder(out, force)
     made = {'command': command_line(context), **model.provenance}
-    replace(model, provenance=made).write(out)
+    view.with_hashes(replace(model, provenance=made)).write(out)
     if json:
         print_json(view.model_document(model, robot), output=str(out))
     else:

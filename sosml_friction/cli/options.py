@@ -118,17 +118,9 @@ def _refuse_data_file(bag: Path) -> Path:
     return bag
 
 
-def _refuse_data_files(bags: list[Path]) -> list[Path]:
-    return [_refuse_data_file(bag) for bag in bags]
-
-
 BagArgument = Annotated[
     Path,
     typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_file),
-]
-BagsArgument = Annotated[
-    list[Path],
-    typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_files),
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]

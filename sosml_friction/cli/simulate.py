@@ -9,11 +9,13 @@ import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.tables import takes_tables
 
 
 @app.command()
+@takes_tables
 def simulate(
-    bag: options.BagArgument,
+    bag: Path,
     model: Annotated[
         Path | None, options.folder_option("Model folder to simulate; default: the bag's own.")
     ] = None,

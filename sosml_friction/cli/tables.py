@@ -18,6 +18,7 @@ from sosml_friction.cli.options import is_table, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:
+    from sosml_friction.bags.data_file import DataFile
     from sosml_friction.model.model_folder import RobotModelFile
 
 
@@ -77,12 +78,14 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     """
     Let a command that reads bags read tables too, and give it options that stand for a robot.
 
-    Its ``bags`` and ``holdout`` may be tables: they are made bags of, in a place that is removed
-    when the command ends. Of its own options it needs ``model``, ``urdf`` and ``armature``.
+    Its ``bags``, or its ``bag``, and ``holdout`` may be tables: they are made bags of, in a place
+    that is removed when the command ends. Of its own options it needs ``model``, ``urdf`` and
+    ``armature``.
     """
     hints = get_type_hints(command, include_extras=True)
-    hints['bags'] = Annotated[
-        list[Path], typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
+    name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
+    hints[name] = Annotated[
+        kind, typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
     ]
     own = dict(inspect.signature(command).parameters)
     for name in _TABLE_OPTIONS:
@@ -120,7 +123,8 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     """
     from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
-    paths = [*given['bags'], *filter(None, [given.get('holdout')])]
+    places = [name for name in ('bags', 'bag', 'holdout') if given.get(name)]
+    paths = [path for name in places for path in _as_list(given[name])]
     tables = [path for path in dict.fromkeys(paths) if is_table(path)]
     others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
@@ -140,14 +144,11 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         given['urdf'] = None if len(tables) == len(paths) else place / 'model' / 'robot.urdf'
         for sentence in simple.provenance.get('assumed', ()):
             remark(f'assumed: {sentence}')
-        if simple.unknown_armature and not given['armature']:
-            remark('assumed: the rotor has no inertia of its own (state it with --armature)')
-            given['armature'] = ['0']
     no_robot = simple is None and given['model'] is None and given['urdf'] is None
     if tables and no_robot and said['mapping'] is None:
         raise ConfigurationError(
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
-            '--free INERTIA, or --urdf FILE with --armature or --model'
+            '--free INERTIA, --urdf FILE or --model'
         )
     bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
     urdf = None if simple is None else simple.urdf
@@ -157,10 +158,14 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         _make_bag(path, bags[path], said, urdf)
     for path in others:
         copy_bag(path, bags[path])
-    given['bags'] = [bags.get(path, path) for path in given['bags']]
-    if given.get('holdout') in bags:
-        given['holdout'] = bags[given['holdout']]
+    for name in places:
+        own = [bags.get(path, path) for path in _as_list(given[name])]
+        given[name] = own if name == 'bags' else own[0]
     return bags
+
+
+def _as_list(paths: Path | list[Path]) -> list[Path]:
+    return [paths] if isinstance(paths, Path) else paths
 
 
 def urdf_text(urdf: Path | None, model: Path | None = None) -> str | None:
@@ -245,12 +250,24 @@ def stated_mapping(
         )
     if said['current'] is not None and said['effort'] is not None:
         raise ConfigurationError('--current and --effort are both the effort: give one')
+    data = DataFile(table)
     entries = {name: parse_names(said[name]) for name in ('position', 'velocity', 'effort')}
     if said['current'] is not None:
         current = parse_names(said['current']) or ()
-        entries['effort'] = tuple(x if ':' in x else f'{x}:A' for x in current)
+        entries['effort'] = tuple(_with_unit(data, x) for x in current)
     quantities = {name: own for name, own in entries.items() if own is not None}
     scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])
     columns = Columns(quantities, said['time'] or '', scales, said['counts_per_turn'])
-    guess = map_columns(DataFile(table), columns, urdf)
+    guess = map_columns(data, columns, urdf)
     return guess.content, [*guess.sentences(), *guess.remarks]
+
+
+def _with_unit(data: DataFile, current: str) -> str:
+    """Return a column of current with its unit: as stated, as its header says, else A."""
+    from sosml_friction.bags.header_words import read_header
+
+    if ':' in current:
+        return current
+    name = current.rpartition('=')[2]
+    unit = read_header(data.find(name) or name).unit
+    return f'{current}:{unit if unit in ("A", "mA") else "A"}'

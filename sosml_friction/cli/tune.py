@@ -9,6 +9,7 @@ import typer
 
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.tables import takes_tables
 
 ObserversOption = Annotated[
     str | None,
@@ -38,8 +39,9 @@ ReversalTimeOption = Annotated[
 
 
 @app.command()
+@takes_tables
 def tune(
-    bag: options.BagArgument,
+    bag: Path,
     observers: ObserversOption = None,
     position_noise: PositionNoiseOption = None,
     velocity_noise: VelocityNoiseOption = None,

@@ -15,6 +15,7 @@ from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.body_refit import refit_body
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -107,6 +108,13 @@ def diagnose_logs(
             f'the bag left out (holdout), {holdout[0].name}, is the recording '
             f'{hashes[holdout[0].sha256]}: the gain has to be measured on another one'
         )
+    fitted: list[Check] = []
+    if unknown := nominal.unknown_armature:
+        settings = replace(settings or DiagnosisSettings(), unknown_armature=unknown)
+        rotors = refit_body([log for _, log in logs], nominal, 0.0, step)
+        assert rotors is not None
+        nominal = rotors.model
+        fitted = [Check('armature', 'warning', '*', said) for said in rotors.sentences()]
     diagnosis = diagnose(
         [log for _, log in logs],
         nominal,
@@ -126,7 +134,7 @@ def diagnose_logs(
         'model': nominal.name,
         'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
     }
-    diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held))
+    diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held, *fitted))
     return BagDiagnosis(diagnosis, nominal, provenance)
 
 

@@ -45,6 +45,7 @@ from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
@@ -150,6 +151,17 @@ def diagnose(
         )
     selector = Selector(laboratory, step)
     selection = selector.run()
+    stood_out = [*selection.accepted, *filter(None, (selection.rejected, selection.masked))]
+    if any(isinstance(cause.effect, TransmissionTerm) for cause in stood_out):
+        # A gear that gives moves the nominal body, whose inertia the other causes may have hidden.
+        beside = [cause.placed for cause in selection.accepted]
+        untold = untold_inertia(laboratory, beside)
+        if new := [name for name in untold if name not in settings.free_inertia]:
+            checks += [untold[name] for name in new]
+            settings = replace(settings, free_inertia=(*settings.free_inertia, *new))
+            laboratory = WhitenedRegression.make(signals, library, settings, step)
+            selector = Selector(laboratory, step)
+            selection = selector.run()
     step('measuring the gain')
     folds = folds_left_out(laboratory)
     held = folds if others is None else another_recording(laboratory, others)

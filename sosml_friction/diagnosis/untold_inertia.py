@@ -2,17 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """Joints whose effort has nothing of the inertia that the model gives them."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.inertia import Inertia
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.estimate import Placed, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
-def untold_inertia(laboratory: WhitenedRegression) -> dict[str, Check]:
+def untold_inertia(
+    laboratory: WhitenedRegression, beside: Sequence[Placed] = ()
+) -> dict[str, Check]:
     """
     Return the joints whose effort contradicts the inertia of the model altogether, and the check.
 
@@ -20,14 +25,18 @@ def untold_inertia(laboratory: WhitenedRegression) -> dict[str, Check]:
     impossible, the model's is none of this motion: a wrong model, or acceleration that noise and
     late stamps of position have spoiled. What the model's inertia would need is no effort that
     anybody measured then, and it would hide all else.
+
+    :param beside: causes that are fitted too: what they explain is no error of the inertia. Not
+        those of a transmission, which pass on what the inertia needs: it is to be told first.
     """
+    known = [each for each in beside if not isinstance(each.term, TransmissionTerm)]
     robot = laboratory.robot
     result = {}
     for i in range(robot.n):
         placed = Placed(Inertia(), i, {}, laboratory.single(Inertia(), i, {}))
         if not placed.columns.C.any():
             continue
-        found = estimate(laboratory, [placed])
+        found = estimate(laboratory, [placed, *known])
         fitted = found.fitted(laboratory)[0]
         change, error = float(fitted.amplitude[0]), float(fitted.error[0])
         if change > -BEYOND_CHANCE * error or not Inertia().implausible(fitted):
@@ -43,7 +52,7 @@ def untold_inertia(laboratory: WhitenedRegression) -> dict[str, Check]:
             name,
             f'the effort of {name} has an inertia of {seen:.2g} ± {Z_95 * error:.2g} {unit}, '
             f'and the model {nominal:.3g}: correct its armature or record faster motion; here the '
-            'inertia is fitted freely',
+            'inertia is fitted freely, and no gear that gives is looked for',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},
         )
     return result

@@ -2,16 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """From bags to the values of a list of terms: what ``sosml fit --terms`` does."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
-from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
+from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.term_fit import TermFit, fit_terms
+from sosml_friction.model.model_folder import RobotModelFile
 
 
 class BagTerms(NamedTuple):
@@ -19,6 +24,49 @@ class BagTerms(NamedTuple):
 
     fit: TermFit
     provenance: dict[str, Any]
+
+    @property
+    def remarks(self) -> list[str]:
+        """Return what is wrong with the recordings, sentences without full stops."""
+        bags = self.provenance['bags']
+        return [
+            f'{bag["bag"]}: {said}' if len(bags) > 1 else said
+            for bag in bags
+            for said in bag['remarks']
+        ]
+
+
+def fit_log_terms(
+    recordings: Mapping[Source, JointLog],
+    nominal: RobotModelFile,
+    terms: Sequence[str],
+    step: Callable[[str], None] = lambda text: None,
+    body_tolerance: float | None = None,
+) -> BagTerms:
+    """
+    Estimate the values of terms from recordings of one robot, after the checks of their data.
+
+    Parameters and errors as for :func:`~sosml_friction.identification.term_fit.fit_terms`.
+    """
+    robot = nominal.with_armature({'*': 0.0}).make_robot()
+    logs, bags, reasons = [], [], dict[str, str]()
+    for source, recording in recordings.items():
+        log, checks = check_data(recording, robot, source.recovery, nominal.unknown_armature)
+        logs.append(log)
+        silent = [n for n in robot.names if not np.isfinite(recording.select([n]).tau).any()]
+        remarks = [
+            *checks.sentences,
+            *(f'{n} reports no effort and is not fitted' for n in silent),
+        ]
+        reasons |= dict.fromkeys(silent, '')
+        bags.append({'bag': source.name, 'sha256': source.sha256, 'remarks': remarks})
+        reasons |= checks.not_fitted
+    fit = fit_terms(logs, nominal, terms, None, step, body_tolerance)
+    left = {term: reasons.get(term.partition('@')[2], why) for term, why in fit.left.items()}
+    # What nobody measured is no failure of the fit.
+    left = {term: why for term, why in left.items() if why}
+    provenance = {'bags': bags, 'model': nominal.name, 'terms': list(terms)}
+    return BagTerms(replace(fit, left=left), provenance)
 
 
 def fit_bag_terms(
@@ -51,8 +99,11 @@ def fit_bag_terms(
         robots[label] = read_recorded_robot(
             path, model, urdf, namespace, own_urdf=model is not None
         )
-    hashes = {label: bag_hash(path) for label, path in labels.items()}
-    refuse_copies(hashes)
+    sources = {
+        label: bag_source(path, robots[label].bag)._replace(name=label)
+        for label, path in labels.items()
+    }
+    refuse_copies({label: source.sha256 for label, source in sources.items()})
     first, one = next(iter(robots.items()))
     for label, other in robots.items():
         if one.nominal.joint_names != other.nominal.joint_names:
@@ -60,15 +111,9 @@ def fit_bag_terms(
                 f'bags {first} and {label} are not of the same robot: their joints are '
                 f'{", ".join(one.nominal.joint_names)} and {", ".join(other.nominal.joint_names)}'
             )
-    fit = fit_terms(
-        [robot.log for robot in robots.values()], one.nominal, terms, None, step, body_tolerance
-    )
-    provenance = {
-        'bags': [{'bag': label, 'sha256': digest} for label, digest in hashes.items()],
-        'model': one.nominal.name,
-        'terms': list(terms),
-        'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
-        'command': command,
-    }
+    logs = {sources[label]: robot.log for label, robot in robots.items()}
+    fit, own = fit_log_terms(logs, one.nominal, terms, step, body_tolerance)
+    now = datetime.now(timezone.utc).isoformat(timespec='seconds')
+    provenance = {**own, 'fitted': now, 'command': command}
     fitted = replace(fit.model, provenance={**one.nominal.provenance, **provenance})
     return BagTerms(replace(fit, model=fitted), provenance)

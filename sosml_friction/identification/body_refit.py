@@ -5,13 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
@@ -47,8 +49,9 @@ class BodyRefit:
     show it. ``tolerance``: how far each number was allowed to be off, as a share of itself;
     ``log_evidence``: of tolerances against the usual one, empty where it was told.
     ``deviations``: by name, refitted minus the model's. ``variance``: by joint and parameter, what
-    not knowing the bodies adds to its variance. ``refused``: why the bodies are not in the model,
-    '' if they are.
+    not knowing bodies and rotors adds to its variance. ``refused``: why the bodies are not in the
+    model, '' if they are. ``armature``: by joint, of rotors that the model did not know; where
+    nothing else was refitted, ``deviations`` is empty.
     """
 
     model: RobotModelFile
@@ -59,6 +62,15 @@ class BodyRefit:
     deviations: Mapping[str, Parameter]
     variance: Mapping[str, Mapping[str, float]]
     refused: str = ''
+    armature: Mapping[str, Parameter] = field(default_factory=dict)
+
+    @classmethod
+    def of_rotors(cls, fit: TermFit, model: RobotModelFile) -> BodyRefit:
+        """Return the rotors that a fit of terms has beside them, and the model with these."""
+        names = fit.laboratory.nominal.names
+        variance = _variance(fit, np.array([names.index(f'{j} armature') for j in fit.armature]))
+        known = with_fitted(model, fit.armature)
+        return cls(known, {}, (), 0.0, {}, {}, variance, armature=fit.armature)
 
     @classmethod
     def of(cls, fit: TermFit, model: RobotModelFile) -> BodyRefit:
@@ -69,6 +81,9 @@ class BodyRefit:
         x = np.array([fit.refit[nominal.names[k]] for k in columns])
         precision = body_precision(fit.estimate.fit.system, columns)
         bodies, rotors, deviation = nearest_bodies(robot, nominal.rigid.tolist(), x, precision)
+        for i, joint in enumerate(robot.names):
+            if joint in fit.armature and fit.armature[joint].flags:
+                rotors[i] = fit.armature[joint].value
         change = Change(
             REFIT, bodies - robot.inertial_parameters(), rotors - np.array(robot.armature)
         )
@@ -77,26 +92,19 @@ class BodyRefit:
             for (label, unit), value, k in zip(
                 _labels(nominal, robot), deviation, columns, strict=True
             )
+            if label.removesuffix(' armature') not in fit.armature
         }
-        changed = with_changes(model, [change])
-        # A joint whose effort nobody knows has no friction.
-        told = [n for n in robot.names if f'{n} coulomb' in nominal.names]
+        changed = with_changes(model.with_armature({'*': 0.0}), [change])
+        refused = changed.refused.get(REFIT, '')
+        armature = {
+            joint: p if refused else _moved(p, float(rotors[robot.names.index(joint)]))
+            for joint, p in fit.armature.items()
+        }
+        variance = _variance(fit, columns)
         curved = {term.joint for term in fit.terms if term.term == _STRIBECK}
-        plain = [n for n in told if n not in curved]
-        variance = {
-            joint: {
-                name: body_variance(
-                    fit.estimate.fit.system,
-                    nominal.rigid_columns,
-                    nominal.names.index(f'{joint} {name}'),
-                )
-                for name in ('coulomb', 'viscous', 'bias')
-            }
-            for joint in told
-        }
         return cls(
-            changed.model,
-            {joint: _law(fit, i) for i, joint in enumerate(robot.names) if joint in plain},
+            with_fitted(changed.model, armature),
+            {n: _law(fit, i) for i, n in enumerate(robot.names) if n in {*variance} - curved},
             tuple(
                 EffectTerm(term.term, term.joint, term.parameters)
                 for term in fit.terms
@@ -106,11 +114,16 @@ class BodyRefit:
             fit.body.log_evidence,
             deviations,
             variance,
-            changed.refused.get(REFIT, ''),
+            refused,
+            armature,
         )
 
-    def sentence(self) -> str:
-        """Return for a person what was done, and why."""
+    def sentences(self) -> list[str]:
+        """Return for a person what was done, and why, without full stops."""
+        told = [armature_sentence(joint, p) for joint, p in self.armature.items()]
+        return [*told, self._of_bodies()] if self.deviations else told
+
+    def _of_bodies(self) -> str:
         share = f'{100.0 * self.tolerance:g} % of itself'
         if not self.log_evidence:
             text = f'each number of the rigid body was refitted within {share}, as told'
@@ -143,6 +156,28 @@ class BodyRefit:
         }
 
 
+def _moved(p: Parameter, value: float) -> Parameter:
+    """Return what is known of a rotor whose value is that beside refitted bodies."""
+    if p.flags:
+        return p
+    half = Z_95 * p.std_error
+    return replace(p, value=value, interval=(max(value - half, 0.0), value + half))
+
+
+def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
+    """Return what not knowing the parameters ``columns`` adds to the variance of friction."""
+    names, system = fit.laboratory.nominal.names, fit.estimate.fit.system
+    return {
+        joint: {
+            name: body_variance(system, columns, names.index(f'{joint} {name}'))
+            for name in ('coulomb', 'viscous', 'bias')
+        }
+        for joint in fit.names
+        # A joint whose effort nobody knows has no friction.
+        if f'{joint} coulomb' in names
+    }
+
+
 def refit_body(
     logs: Sequence[JointLog],
     model: RobotModelFile,
@@ -152,6 +187,8 @@ def refit_body(
     """
     Return the rigid body that fits, None where the model's does within the usual tolerance.
 
+    An armature that the model does not know is fitted in either case.
+
     Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off is
     not taken for friction, nor friction by load for a weight. A recording that begins with
     breakaway tests stands there: the friction of a stop at an end is judged as that of any other.
@@ -159,20 +196,27 @@ def refit_body(
     :param logs: the motion; its joints include the model's.
     :param tolerance: how far each number may be off, as a share of itself; None for what the data
         say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at all.
-    :raises DataError: if a tolerance was told and the recording is too short for a refit.
+    :raises DataError: if a tolerance was told, or an armature is not known, and the recording is
+        too short for a refit.
     """
-    if tolerance == 0.0:
+    unknown = model.unknown_armature
+    if tolerance == 0.0 and not unknown:
         return None
     bare = replace(model, effects=())
     settings = DiagnosisSettings(end_stops=True)
     try:
         fit = fit_terms(logs, bare, _FRICTION, settings, step, tolerance, settled=False)
-    except DataError:
+    except DataError as error:
+        if unknown:
+            raise DataError(
+                f'{error}; or state the armature of {", ".join(unknown)} with --armature: it is '
+                'fitted as it is not known'
+            ) from error
         if tolerance is None:
             return None
         raise
-    if tolerance is None and not fit.body.is_wider:
-        return None
+    if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
+        return BodyRefit.of_rotors(fit, model) if unknown else None
     shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]
     step('fitting beside the friction that the data show')
     again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is wrong with a recording, before anything is fitted to it."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -77,6 +77,11 @@ class DataChecks:
         return {f.joint: f.sentence for f in self.findings if f.level == WARNING}
 
     @property
+    def not_fitted(self) -> dict[str, str]:
+        """Return by joint why it is not fitted though it may report effort."""
+        return {**self.refused, **self.resting}
+
+    @property
     def sentences(self) -> tuple[str, ...]:
         """Return what a person should be told: everything that is more than a note."""
         return tuple(f.sentence for f in self.findings if f.level != NOTE)
@@ -86,7 +91,9 @@ class DataChecks:
         return {**asdict(self), 'findings': [asdict(finding) for finding in self.findings]}
 
 
-def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLog, DataChecks]:
+def check_data(
+    log: JointLog, robot: Robot, recovery: str = '', free_rotors: Collection[str] = ()
+) -> tuple[JointLog, DataChecks]:
     """
     Return the part of a recording that can be fitted, and what is wrong with all of it.
 
@@ -97,12 +104,14 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     :param log: the recording; its joints include the robot's.
     :param robot: its limits and gravity are what the data are held against.
     :param recovery: what a cut-off bag says of itself, empty for a whole one.
+    :param free_rotors: joints whose armature is not known.
     :raises DataError: if no joint can be fitted; one sentence: what, where, and what to do.
     """
     # A bag is unwrapped where it is read; a log may come from elsewhere.
     log = unwrapped(log.select(robot.names))
     log.require_effort()
     findings = [DataFinding('cut_off', '*', LEFT_OUT, recovery)] if recovery else []
+    findings += [DataFinding('held_joints', '*', LEFT_OUT, said) for said in robot.remarks]
     samples = len(log)
     log, backward = _one_pass(log, findings)
     log, repeated = _without_repeats(log, findings)
@@ -119,7 +128,9 @@ def check_data(log: JointLog, robot: Robot, recovery: str = '') -> tuple[JointLo
     joints = {}
     v, tau, slopes = log.v.copy(), log.tau.copy(), Slopes.of(log)
     for i, name in enumerate(robot.names):
-        joints[name], v[:, i], tau[:, i], own = check_joint(log, robot, i, slopes)
+        joints[name], v[:, i], tau[:, i], own = check_joint(
+            log, robot, i, slopes, name in free_rotors
+        )
         findings += own
     long = steps[steps > _GAP_PERIODS * period]
     if len(long):

@@ -91,7 +91,7 @@ class JointChecks:
 
 
 def check_joint(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes | None = None
+    log: JointLog, robot: Robot, i: int, slopes: Slopes | None = None, free_rotor: bool = False
 ) -> tuple[JointChecks, FloatArray, FloatArray, list[DataFinding]]:
     """
     Return what was measured of joint i, velocity and effort as far as they can be used (N,).
@@ -100,6 +100,7 @@ def check_joint(
 
     :param log: stamps that rise, every position known, joints in the order of ``robot``.
     :param slopes: those of ``log``; None to compute them.
+    :param free_rotor: whether its armature is not known.
     """
     slopes = slopes or Slopes.of(log)
     name, limit = robot.names[i], robot.limits[i]
@@ -151,7 +152,7 @@ def check_joint(
         # What it reports is what the others load it with, and no friction of a motion.
         findings.append(DataFinding('rest', name, LEFT_OUT, rest))
         return found, own_v, np.full_like(tau, np.nan), findings
-    effort = effort_relation(log, robot, i, slopes, usable)
+    effort = effort_relation(log, robot, i, slopes, usable, free_rotor)
     refusal = _refusal(robot, i, q, tau, found, effort, _fewest_runs(v, usable))
     if refusal:
         check, sentence = refusal

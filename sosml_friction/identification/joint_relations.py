@@ -226,9 +226,18 @@ class EffortRelation:
 
 
 def effort_relation(
-    log: JointLog, robot: Robot, i: int, slopes: Slopes, usable: BoolArray
+    log: JointLog,
+    robot: Robot,
+    i: int,
+    slopes: Slopes,
+    usable: BoolArray,
+    free_rotor: bool = False,
 ) -> EffortRelation | None:
-    """Return how the effort of joint i follows from the motion; None if too little is known."""
+    """
+    Return how the effort of joint i follows from the motion; None if too little is known.
+
+    :param free_rotor: whether its armature is not known: acceleration alone shows nothing then.
+    """
     # What is differenced over a window twice is a mean over it twice: so is the other side.
     effort = _mean(_mean(log.tau[:, i], slopes.half), slopes.half)
     sign = _mean(_mean(np.sign(slopes.v[:, i]), slopes.half), slopes.half)
@@ -240,7 +249,8 @@ def effort_relation(
         return None
     q, v, a = log.q[rows], slopes.v[rows], slopes.a[rows]
     tau = effort[rows]
-    friction = np.column_stack([sign[rows], slow[rows], np.ones(len(rows))])
+    rotor = [a[:, i]] if free_rotor else []
+    friction = np.column_stack([sign[rows], slow[rows], np.ones(len(rows)), *rotor])
     size = float(np.std(tau))
     if size == 0.0:
         return None

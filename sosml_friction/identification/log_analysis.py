@@ -117,10 +117,8 @@ def analyse_log(
     """
     source = source or log_source(log, 'log')
     settings = settings or FitSettings()
-    robot = nominal.make_robot()
-    log, checks = check_data(log, robot, source.recovery)
-    held = [DataFinding('held_joints', '*', NOTE, said) for said in robot.remarks]
-    checks = replace(checks, findings=(*checks.findings, *held))
+    robot = nominal.with_armature({'*': 0.0}).make_robot()
+    log, checks = check_data(log, robot, source.recovery, nominal.unknown_armature)
     log, checks = _with_corrected_effort(log, checks, nominal)
     if body is None:
         progress('comparing the rigid body with the motion')
@@ -128,8 +126,8 @@ def analyse_log(
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
-        found = DataFinding('rigid_body', ALL_JOINTS, NOTE, body.sentence())
-        checks = replace(checks, findings=(*checks.findings, found))
+        found = [DataFinding('rigid_body', ALL_JOINTS, NOTE, told) for told in body.sentences()]
+        checks = replace(checks, findings=(*checks.findings, *found))
     holds = effort_holds(robot.names, effort_hold or {}, recorded)
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
@@ -165,7 +163,7 @@ def analyse_log(
             unavailable = _with_warnings(fit.unavailable, checks)
             reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
             raise DataError(f'no joint can be fitted. {reasons}')
-    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.resting, **checks.refused}
+    unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
     fit = replace(fit, unavailable=unavailable)
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
     widths = {
@@ -180,7 +178,7 @@ def analyse_log(
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}
     fit, ripple, checks = _with_ripple(log, robot, fit, checks)
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
-    if body is not None:
+    if body is not None and body.deviations:
         provenance['rigid_body'] = body.to_dict()
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
     return BagAnalysis(

@@ -3,7 +3,7 @@
 """The values of a given list of terms, by the regression that a diagnosis searches with."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.free_armature import fitted_armature, with_fitted
 from sosml_friction.identification.term_parameters import (
     spread_text,
     term_parameters,
@@ -73,7 +74,7 @@ class TermFit:
     ``before`` and ``after`` (n,) [Nm or N]: effort that is not explained in the band, root mean
     square, with the nominal model refitted without any of the terms, and with them;
     ``measured`` (n,): the effort itself. ``left``: what was left out, and why. ``body``: how far
-    the rigid body may be off.
+    the rigid body may be off. ``armature``: by joint, of rotors that the model does not know.
     """
 
     names: tuple[str, ...]
@@ -91,6 +92,7 @@ class TermFit:
     body: BodyWidth
     laboratory: WhitenedRegression
     estimate: Estimate
+    armature: Mapping[str, Parameter] = field(default_factory=dict)
 
     def of_joint(self, joint: str) -> tuple[FittedTerm, ...]:
         """Return the terms of a joint, those of the whole robot last."""
@@ -183,6 +185,7 @@ class TermFit:
             'rows': self.rows,
             'band_hz': self.band_hz,
             'left_out': dict(self.left),
+            'armature': {name: p.to_dict() for name, p in self.armature.items()},
         }
 
     def __repr__(self) -> str:
@@ -258,7 +261,8 @@ def fit_terms(
     settings: so the terms that a diagnosis named come out as it had them. A joint of which
     Coulomb or viscous friction is listed has its whole law fitted: what is not listed of it is 0,
     but for its bias, which no recording is without. A rigid body that the data contradict within
-    that tolerance is refitted within the one that they make most likely.
+    that tolerance is refitted within the one that they make most likely. An armature that the
+    model does not know is free.
 
     :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
@@ -269,7 +273,9 @@ def fit_terms(
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.
     :raises DataError: if a recording is too short, or lacks a joint.
     """
-    settings = settings or DiagnosisSettings()
+    unknown = model.unknown_armature
+    settings = replace(settings or DiagnosisSettings(), unknown_armature=unknown)
+    model = model.with_armature({'*': 0.0})
     robot = model.make_robot()
     wanted = parse_terms(terms, robot.names)
     nominal = _without(model, wanted)
@@ -287,12 +293,13 @@ def fit_terms(
     placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
     found = estimate(laboratory, placed)
     fitted = _fitted_terms(laboratory, found, wanted)
+    armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names
     result = TermFit(
         names=robot.names,
         units=robot.effort_units,
         terms=fitted,
-        model=_model(model, nominal, fitted),
+        model=with_fitted(_model(model, nominal, fitted), armature),
         refit=dict(zip(names, found.fit.baseline.x.tolist(), strict=False)),
         refit_errors=dict(zip(names, found.errors.tolist(), strict=False)),
         before=np.zeros(robot.n),
@@ -304,6 +311,7 @@ def fit_terms(
         body=body,
         laboratory=laboratory,
         estimate=found,
+        armature=armature,
     )
     return replace(
         result, before=_rms(_without_terms(laboratory, wanted)), after=_rms(result.residual())
@@ -405,7 +413,7 @@ def _keys(
     names = laboratory.robot.names
     for joint, terms in wanted.items():
         for term in terms:
-            if term in NOMINAL:
+            if term in NOMINAL and f'{joint} {term}' in laboratory.nominal.names:
                 continue
             index = next(
                 (

@@ -237,8 +237,9 @@ class RobotModelFile:
         if self.unknown_armature:
             raise ConfigurationError(
                 f'the armature of joint {", ".join(self.unknown_armature)} is not known (model '
-                f'{self.name}): set it in model.yaml, or state it with --armature, in a node with '
-                'the parameter armature: J N^2 of the rotor, 0 if the bodies of the URDF have it'
+                f'{self.name}): sosml fit finds it, or set it in model.yaml, or state it with '
+                '--armature, in a node with the parameter armature: J N^2 of the rotor, 0 if the '
+                'bodies of the URDF have it'
             )
         armature = [joint.armature.value for joint in self.joints.values()]
         robot = Robot(document, self.joint_names, armature, self.locked)

@@ -216,6 +216,8 @@ class IdentifierNode(ProgramNode):
         self._latched: dict[str, bytes] = {}
         self._controllers: dict[str, dict[str, Any]] = {}
         self._last_state: bytes | None = None
+        # The observers' copy of it, in which no position wraps.
+        self._last_estimate: bytes | None = None
         self._last_state_at = 0.0
         self._run: _Run | None = None
         self._phase_since = time.monotonic()
@@ -344,6 +346,8 @@ class IdentifierNode(ProgramNode):
             if topic == f'friction_estimate/{self._observers[0]}':
                 self._look_for_beginning(run, data)
         elif self._phase == 'moving':
+            if topic == f'friction_estimate/{self._observers[0]}':
+                self._last_estimate = data
             self._record(run, topic, data, now_ns)
             self._look_for_end(run, topic, data)
 
@@ -491,8 +495,8 @@ class IdentifierNode(ProgramNode):
             silent = time.monotonic() - max(self._last_state_at, self._phase_since)
             if silent > 2.0:
                 self._fail('joint_states fell silent for 2 s: see the diagnostics of the driver')
-            elif self._last_state is not None:
-                self._check_tracking(self._run, self._last_state)
+            elif self._last_estimate is not None:
+                self._check_tracking(self._run, self._last_estimate)
         elif self._phase in ('fitting', 'diagnosing') and self._job is not None:
             self._attend(self._run, self._job)
 

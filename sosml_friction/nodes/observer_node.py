@@ -4,8 +4,9 @@
 observer_node: joint_states in, friction_estimate out, at whatever rate they come.
 
 Everything follows from the messages and their stamps, so a replayed bag gives the same numbers at
-any speed. ``friction_estimate`` is the friction torque tau_f in ``effort``, positive for positive
-velocity; NaN in it marks a fresh start (first sample, after a gap, after ``~/reset``).
+any speed. A position that wraps is made continuous. ``friction_estimate`` is the friction torque
+tau_f in ``effort``, positive for positive velocity; NaN in it marks a fresh start (first sample,
+after a gap, after ``~/reset``).
 
 Of the effects that a diagnosed model lists, those of the effort's measurement are undone before
 the observers (:class:`~sosml_friction.model.effort_correction.EffortCorrection`); the others are
@@ -31,6 +32,7 @@ from std_srvs.srv import Trigger
 
 from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.wrap import RunningUnwrap
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
@@ -277,6 +279,7 @@ class ObserverNode(ProgramNode):
         configuration = self._configure(robot)
         refuse_offline(configuration.gains)
         self._estimator = configuration.make_estimator(robot)
+        self._unwrap = RunningUnwrap(robot.n)
         self._joints = list(robot.names)
         self._outputs = {
             name: self.create_publisher(JointState, f'friction_estimate/{name}', JOINT_STATES)
@@ -396,6 +399,7 @@ class ObserverNode(ProgramNode):
                 'velocity_source to position_difference',
             )
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        q = self._unwrap(t_ns, q)
         if self._correction is not None:
             tau = self._correction.torque(tau)
         estimates = self._estimator.update(t_ns, q, v, tau)
@@ -427,6 +431,8 @@ class ObserverNode(ProgramNode):
             response.success, response.message = False, 'waiting for robot_description'
             return response
         self._estimator.reset()
+        # As measured again: a period is known for good.
+        self._unwrap = RunningUnwrap(len(self._joints), self._unwrap.periods)
         response.success, response.message = True, 'the next joint_states starts the observers'
         return response
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.candidate import Candidate, make_candidates
 from sosml_friction.regression.kernels import acts
 from sosml_friction.regression.nominal import Nominal, make_nominal
@@ -56,8 +57,20 @@ class BandRows:
         """
         first = signals[0]
         silent = silent_throughout(signals)
-        nominal = make_nominal(first, settings.tolerance, silent, settings.free_inertia)
-        candidates = make_candidates(library, first, silent)
+        nominal = make_nominal(
+            first,
+            settings.tolerance,
+            silent,
+            settings.free_inertia,
+            settings.unknown_armature,
+        )
+        # A gear that gives moves the nominal body, of which a free inertia says that it is not so.
+        candidates = tuple(
+            candidate
+            for candidate in make_candidates(library, first, silent)
+            if not isinstance(candidate.effect, TransmissionTerm)
+            or first.robot.names[candidate.joint] not in settings.free_inertia
+        )
         free = Structure(signals)
         structures = [Candidate(free, i, ({},)) for i in range(first.robot.n)]
         return cls(

@@ -103,6 +103,8 @@ def with_width(laboratory: WhitenedRegression, tolerance: float) -> WhitenedRegr
     nominal = laboratory.nominal
     factor = np.ones(len(nominal.bound))
     factor[nominal.rigid_columns] = tolerance / laboratory.settings.tolerance
+    # What the model does not know has no tolerance.
+    factor[np.isinf(nominal.bound)] = 1.0
     nominal = replace(nominal, bound=nominal.bound * factor, prior=nominal.prior * factor)
     system = replace(laboratory.system, bound=nominal.bound, prior=nominal.prior)
     rows = replace(laboratory.rows, nominal=nominal)

@@ -16,7 +16,7 @@ from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump
 
 #: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
-_BOUND_SIGMAS = 3.0
+BOUND_SIGMAS = 3.0
 #: Share of a sampling interval by which effort may be off, it holds at its start, middle or end,
 #: and the instant at which friction turns around.
 _HOLD = 0.55
@@ -114,6 +114,7 @@ def make_nominal(
     tolerance: float,
     silent: frozenset[int] = frozenset(),
     free_inertia: tuple[str, ...] = (),
+    unknown_armature: tuple[str, ...] = (),
 ) -> Nominal:
     """
     Return the deviations of a nominal model and their bounds.
@@ -127,6 +128,7 @@ def make_nominal(
     :param silent: joints without rows.
     :param free_inertia: joints whose rotor may be off by all but the tolerance of the inertia that
         they have in the middle of the motion.
+    :param unknown_armature: joints of whose rotor nothing is known.
     """
     scales, robot = signals.scales, signals.robot
     names: list[str] = []
@@ -153,6 +155,8 @@ def make_nominal(
                 whole = robot.inertia(np.median(signals.q, axis=0))[i, i]
                 # Some stays: nothing can be simulated without.
                 its_bound = (1.0 - tolerance) * whole
+            if joint in unknown_armature:
+                its_bound = np.inf
         bound.append(float(its_bound))
     for i, joint in told:
         for name in reversal_columns(signals, i):
@@ -162,7 +166,7 @@ def make_nominal(
     names.append('effort hold')
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / _BOUND_SIGMAS, rigid, rigid_columns, silent)
+    return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[IndexArray, FloatArray]:

@@ -25,7 +25,8 @@ class DiagnosisSettings:
     share of folds that must gain. ``most_causes``: largest number of named causes, and
     ``most_terms`` with their harmonics.
     ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
-    ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely.
+    ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
+    ``unknown_armature``: joints of whose rotor nothing is known.
     """
 
     band: float | None = None
@@ -48,3 +49,4 @@ class DiagnosisSettings:
     end_stops: bool = False
     seed: int = 0
     free_inertia: tuple[str, ...] = ()
+    unknown_armature: tuple[str, ...] = ()

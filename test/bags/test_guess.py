@@ -3,6 +3,8 @@
 """Proposals for tables whose columns are known: any order, layout, unit and name."""
 
 import math
+import re
+from datetime import datetime, timedelta, timezone
 
 import numpy as np
 import pytest
@@ -305,6 +307,36 @@ def test_a_span_that_no_joint_has_in_rad_is_asked_for(tmp_path):
     log = read_recording(data.path, parse_mapping(map_columns(data, stated).content, data.path))
     np.testing.assert_allclose(log.q[:, 0], q)
     np.testing.assert_allclose(log.tau[:, 0], 2.0 * current)
+
+
+def test_dates_are_times(tmp_path):
+    t, q, _, current = joint(9)
+    begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
+    for k, zone in enumerate(('', 'Z', '+02:00')):
+        stamps = [
+            (begin + timedelta(seconds=x)).replace(tzinfo=None).isoformat(' ', 'microseconds')
+            for x in t
+        ]
+        lines = [f'{x}{zone},{y:.9f},{z:.9f}' for x, y, z in zip(stamps, q, current, strict=True)]
+        path = tmp_path / f'{k}.csv'
+        path.write_text('\n'.join(['date,q,i', *lines]))
+        content = guess_mapping(DataFile(path)).content
+        assert content['time'] == {'variable': 'date', 'unit': 's'}
+        np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
+
+
+def test_a_time_with_too_few_digits_is_named(tmp_path):
+    t, q, _, current = joint(9)
+    guess = guess_mapping(save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i']))
+    assert re.search(r't repeats \d+(\.\d)? % of its stamps', ' '.join(guess.sentences()))
+
+
+def test_velocities_in_one_another_s_columns_are_told(tmp_path):
+    (t, q, v, i), (_, q2, v2, i2) = joint(9), joint(10)
+    names = ['t', 'q1', 'q2', 'dq1', 'dq2', 'tau1', 'tau2']
+    told = ' '.join(guess_mapping(save(tmp_path, [t, q, q2, v2, v, i, i2], names)).sentences())
+    assert 'dq1 [rad/s]: its name says so, but it is the slope of q2: look whether' in told
+    assert 'rests' not in told
 
 
 MEASURED = {

@@ -10,7 +10,7 @@ import pytest
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.wrap import unwrapped, wrap_period
+from sosml_friction.bags.wrap import RunningUnwrap, near_turn, unwrapped, wrap_period
 
 T = 0.02 * np.arange(3000)
 
@@ -62,3 +62,47 @@ def test_a_bag_is_read_unwrapped_and_says_so(tmp_path):
     assert read.wraps == {'shaft': 25.0}
     np.testing.assert_allclose(read.q, q, atol=1e-9)
     assert unwrapped(read) is read
+
+
+@pytest.mark.parametrize('period', [25.0, 2.0 * np.pi, 8.0])
+def test_sample_by_sample_a_position_becomes_the_same_as_a_recording(period):
+    noise = np.random.default_rng(0).normal(0.0, 1e-3, len(T))
+    raw = np.column_stack([wrapped(turning(0.6 * period) + noise, period), np.sin(T)])
+    raw[[50, 900], 0] = np.nan
+    t_ns = np.rint(T * 1e9).astype(np.int64)
+    running = RunningUnwrap(2)
+    found = np.array([running(int(t), q) for t, q in zip(t_ns, raw, strict=True)])
+    nothing = np.full_like(raw, np.nan)
+    np.testing.assert_allclose(
+        found, unwrapped(JointLog(('a', 'b'), t_ns, raw, nothing, nothing)).q
+    )
+    assert running.periods[0] == period
+    assert np.isnan(running.periods[1])
+    # Started again it knows the period, and begins where it was measured.
+    again = RunningUnwrap(2, running.periods)
+    for k in range(2):
+        position = np.array([(0.5 - 0.01 * k) * period * (-1) ** k, 0.0])
+        assert again(k * 20_000_000, position)[0] == pytest.approx((0.5 + 0.01 * k) * period)
+
+
+@pytest.mark.parametrize(
+    'q',
+    [
+        turning(),
+        np.where(np.arange(len(T)) == 700, 0.0, turning() + 100.0),
+        np.sign(np.sin(T)),
+        np.rint(np.sin(T)) * 1e-4,
+        np.zeros(len(T)),
+    ],
+    ids=['motion', 'outlier', 'square', 'two_counts', 'rest'],
+)
+def test_sample_by_sample_what_is_no_wrap_is_none(q):
+    running = RunningUnwrap(1)
+    found = [running(round(t * 1e9), np.array([x]))[0] for t, x in zip(T, q, strict=True)]
+    np.testing.assert_array_equal(found, q)
+
+
+def test_a_reference_in_another_turn_comes_to_that_of_the_motion():
+    motion = turning()
+    wanted = wrapped(motion + 0.1, 25.0)
+    np.testing.assert_allclose(near_turn(wanted, motion, 25.0), motion + 0.1)

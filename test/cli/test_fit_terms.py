@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -95,3 +96,40 @@ def test_what_nobody_knows_is_refused_in_one_sentence(folder, capsys, given, wor
     assert words in err
     assert len(err.splitlines()) == 1
     assert not (folder / 'none').exists()
+
+
+def test_the_data_are_checked_as_for_any_fit(log, folder, tmp_path, capsys):
+    """A joint that rests is named, and the other goes on; from Python too."""
+    still = np.random.default_rng(4).normal(0.0, 1e-5, len(log))
+    q, v, tau = log.q.copy(), log.v.copy(), log.tau.copy()
+    q[:, 1], v[:, 1], tau[:, 1] = 0.2 + still, 0.0, 0.3
+    part = JointLog(JOINTS, log.t_ns, q, v, tau)
+    model = folder / 'nominal'
+    write_joint_log(part, tmp_path / 'bag', read_model(model).urdf)
+    told = {}
+    for more in ([], ['--terms', 'coulomb,viscous']):
+        out = str(tmp_path / f'out{len(more)}')
+        assert (
+            main(['fit', str(tmp_path / 'bag'), '--model', str(model), *more, '--out', out]) == 1
+        )
+        told[len(more)] = capsys.readouterr().err
+    (rests,) = (line for line in told[0].splitlines() if 'rest' in line)
+    assert rests in told[2].splitlines()
+    result = sf.fit(part, sf.Model.read(model), terms=['coulomb', 'viscous'])
+    assert set(result.conf_int()) == {'coulomb@shoulder', 'viscous@shoulder'}
+    assert 'as resting' in result.to_dict()['left_out']['coulomb@elbow']
+
+
+def test_a_rotor_that_is_not_known_is_fitted_with_the_terms(log):
+    model = nominal_model()
+    joints = {
+        name: replace(joint, armature=replace(joint.armature, value=np.nan))
+        for name, joint in model.joints.items()
+    }
+    unknown = sf.Model(replace(model, joints=joints))
+    result = sf.fit(log, unknown, terms=TERMS.split(','))
+    jsonschema.validate(result.to_dict(), json.loads(SCHEMA.read_text()))
+    for name, joint in model.joints.items():
+        low, high = result.model.content.joints[name].armature.interval
+        assert low < joint.armature.value < high
+        assert f'The armature of {name} was not stated' in result.summary()

@@ -63,6 +63,32 @@ def test_what_is_stated_is_in_the_model(sosml, make_serial_arm, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ('file', 'old', 'new'),
+    [
+        ('model.yaml', 'value: null', 'value: 0.1'),
+        ('model.yaml', 'name: pendulum', '# mine\nname: pendulum'),
+        ('robot.urdf', 'mass value="1.0"', 'mass value="1.1"'),
+    ],
+    ids=['value', 'comment', 'urdf'],
+)
+def test_a_model_that_a_person_changed_is_overwritten_by_force_alone(
+    sosml, tmp_path, file, old, new
+):
+    make = ('model', 'pendulum', '--mass', '1', '--length', '0.25')
+    assert sosml(*make)[0] == 0
+    path = tmp_path / 'pendulum' / file
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    code, _, err = sosml(*make)
+    assert code == 2
+    assert f'{file} in pendulum changed since' in err
+    assert new in path.read_text()
+    assert sosml(*make, '--force')[0] == 0
+    assert new not in path.read_text()
+
+
+@pytest.mark.parametrize(
     ('arguments', 'words'),
     [
         (('axis', '--mass', '-1'), 'the mass is -1 kg'),

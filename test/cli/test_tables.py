@@ -73,6 +73,28 @@ def test_several_tables_are_fitted_together(sosml, tmp_path):
     assert [bag['label'] for bag in json.loads(out)['bags']] == ['a', 'b']
 
 
+def test_the_header_says_in_what_a_current_is(sosml, tmp_path):
+    table = write_table(tmp_path, header='t,q,f [mA]', scale=(1.0, 1.0, 1e3))
+    code, out, err = sosml('fit', table, '--position', 'q', '--current', 'f', '--kt', '1', *ROBOT,
+                           '--json')  # fmt: skip
+    assert code == 0, err
+    assert friction(out)['coulomb'] == pytest.approx(COULOMB, rel=0.03)
+
+
+def test_a_table_is_simulated_and_tuned_for(sosml, tmp_path):
+    table = write_table(tmp_path)
+    columns = ('--position', 'q', '--effort', 'f')
+    assert sosml('fit', table, *columns, *ROBOT, '--out', 'axis')[0] == 0
+    for command, schema in (('simulate', 'simulation'), ('tune', 'tune')):
+        code, out, err = sosml(command, table, *columns, '--model', 'axis', '--json')
+        assert code == 0, err
+        assert list(checked(out, schema)['joints']) == ['joint']
+    assert sosml('tune', table, *columns, *ROBOT)[0] == 0
+    code, _, err = sosml('tune', table, '--position', 'q', '--current', 'f', *ROBOT)
+    assert code == 2
+    assert '--kt' in err
+
+
 def test_a_mapping_does_for_the_columns(sosml, tmp_path):
     table = write_table(tmp_path)
     (tmp_path / 'm.yaml').write_text(

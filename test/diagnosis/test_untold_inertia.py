@@ -11,23 +11,29 @@ import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
 
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
+from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.model.terms.inertia import Inertia
+from sosml_friction.model.terms.joint_elasticity import JointElasticity
+from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression
 
 MODEL = slider_model(20.0, 200.0)
+#: Of a ripple of the effort [rad/m].
+FREQUENCY = 300.0
 
 
-def regression(mass, **settings):
-    """Return the rows of a slider that moves as if it had this mass [kg]."""
+def regression(mass, ripple=0.0, **settings):
+    """Return the rows of a slider that moves as if it had this mass [kg], with a ripple [N]."""
     t = np.arange(0.0, 24.0, 5e-3)
     q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
-    tau = mass * a + 20.0 * smooth_sign(q, v) + 200.0 * v
+    tau = mass * a + ripple * np.sin(FREQUENCY * q) + 20.0 * smooth_sign(q, v) + 200.0 * v
     tau += np.random.default_rng(2).normal(0.0, 1.0, len(t))
     asked = replace(DiagnosisSettings(), **settings)
     signals = prepare([recording(('slider',), t, q, tau)], MODEL, MODEL.make_robot(), asked)
-    return WhitenedRegression.make(signals, {'inertia': Inertia()}, asked)
+    library = {'inertia': Inertia(), 'joint_elasticity': JointElasticity()}
+    return WhitenedRegression.make(signals, library, asked)
 
 
 def test_an_inertia_that_is_not_there_is_told_with_both_numbers():
@@ -41,6 +47,24 @@ def test_an_inertia_that_is_not_there_is_told_with_both_numbers():
 @pytest.mark.parametrize('mass', [0.5 * SLIDER_MASS, SLIDER_MASS, 2.0 * SLIDER_MASS])
 def test_an_inertia_that_a_cause_can_correct_is_left_to_it(mass):
     assert not untold_inertia(regression(mass))
+
+
+def test_a_cause_that_hides_how_small_an_inertia_is_stands_beside_it():
+    """A ripple of the effort of three times what the mass needs: beside it, it is told."""
+    ripple = Cogging()
+    rows = regression(0.2 * SLIDER_MASS, ripple=60.0)
+    inner = {'frequency': FREQUENCY}
+    placed = Placed(ripple, 0, inner, rows.single(ripple, 0, inner))
+    alone, beside = untold_inertia(rows), untold_inertia(rows, [placed])
+    assert not alone
+    assert beside['slider'].values['seen'] == pytest.approx(0.2 * SLIDER_MASS, rel=0.2)
+
+
+def test_a_gear_is_no_candidate_where_the_inertia_is_not_told():
+    found = [regression(10.0, free_inertia=free).candidates for free in ((), ('slider',))]
+    assert [{c.effect.identifier for c in each} for each in found] == [
+        {'inertia', 'joint_elasticity'}, {'inertia'},
+    ]  # fmt: skip
 
 
 def test_a_free_inertia_may_be_off_by_all_but_the_tolerance():

@@ -12,9 +12,12 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.body_refit import refit_body
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.model.consistent_inertias import is_possible
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE
+from sosml_friction.model.simple_models import axis_model
 from sosml_friction.model.urdf_bodies import with_bodies
 from validation import plant as bp
 from validation.motion import reference
@@ -90,6 +93,96 @@ def test_the_fit_of_a_log_uses_the_refitted_bodies_and_says_so(log):
     for i, joint in enumerate(JOINTS):
         friction = analysis.model.joints[joint].friction
         assert friction.parameters['coulomb'].value == pytest.approx(bp.COULOMB[i], rel=0.05)
+
+
+def unstated(model):
+    """Return a model whose rotors nobody knows."""
+    joints = {
+        name: replace(joint, armature=replace(joint.armature, value=np.nan))
+        for name, joint in model.joints.items()
+    }
+    return replace(model, joints=joints)
+
+
+@pytest.fixture(scope='module')
+def with_free_rotors(log):
+    return analyse_log(log, unstated(scaled(0.0)), FitSettings())
+
+
+def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
+    """And the bodies, which fit, stay: the plant's rotors are those of the shipped model."""
+    model, shipped = with_free_rotors.model, nominal_model()
+    assert model.urdf == scaled(0.0).urdf
+    assert not model.unknown_armature
+    for i, joint in enumerate(JOINTS):
+        found = model.joints[joint].armature
+        low, high = found.interval
+        assert 0.0 <= low < shipped.joints[joint].armature.value < high
+        # As far as the bodies, within 3.5 %, let it, it is told.
+        assert high - low < 0.06 * shipped.make_robot().inertia(np.zeros(2))[i, i]
+        assert found.flags == ()
+        friction = model.joints[joint].friction.parameters
+        assert friction['coulomb'].value == pytest.approx(bp.COULOMB[i], rel=0.03)
+    told = [f for f in with_free_rotors.data_checks.findings if f.check == 'rigid_body']
+    assert [f.sentence.split(' was not')[0] for f in told] == [
+        f'The armature of {joint}' for joint in JOINTS
+    ]
+
+
+def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log, with_free_rotors):
+    found = {n: j.armature.value for n, j in with_free_rotors.model.joints.items()}
+    told = unstated(scaled(0.0)).with_armature(found)
+    known = analyse_log(log, told, FitSettings(body_tolerance=0.0))
+    for joint in JOINTS:
+        free, stated = (
+            a.model.joints[joint].friction.parameters['viscous'].std_error
+            for a in (with_free_rotors, known)
+        )
+        more = with_free_rotors.body.variance[joint]['viscous']
+        assert more > 0.0
+        assert free**2 == pytest.approx(stated**2 + more)
+
+
+def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
+    found = refit_body([log], unstated(scaled(0.4)))
+    assert found.deviations
+    assert set(found.armature) == set(JOINTS)
+    assert not any(name.endswith('armature') for name in found.deviations)
+    true, whole = nominal_model().make_robot(), found.model.make_robot()
+    for q in np.random.default_rng(SEED).uniform(-1.5, 1.5, (20, 2)):
+        off = np.abs(whole.inertia(q) - true.inertia(q)).max()
+        assert off < 0.1 * true.inertia(q).max()
+
+
+def test_a_motion_that_does_not_tell_the_rotor_says_so():
+    """So slow that it takes a hundredth of the noise to accelerate the 2 kg."""
+    model = unstated(axis_model(2.0))
+    t = np.arange(0.0, 60.0, 0.01)
+    q, v = -0.1 * np.cos(0.3 * t), 0.03 * np.sin(0.3 * t)
+    tau = 5.0 * np.tanh(v / 1e-3) + 20.0 * v
+    tau += np.random.default_rng(SEED).normal(0.0, 2.0, len(t))
+    log = JointLog(
+        ('joint',), np.rint(t * 1e9).astype(np.int64), *(x[:, None] for x in (q, v, tau))
+    )
+    (armature,) = refit_body([log], model).armature.values()
+    assert armature.flags == (NOT_IDENTIFIABLE,)
+    assert armature.value == 0.0
+    assert armature.interval[1] > 2.0
+    assert '--armature' in armature.experiment
+
+
+def test_effort_is_not_held_against_a_rotor_that_nobody_stated():
+    """Twelve times the mass of the body is wrong where the rotor is known, and else is it."""
+    t = np.arange(0.0, 30.0, 0.005)
+    q, v, a = 0.1 * np.sin(3.0 * t), 0.3 * np.cos(3.0 * t), -0.9 * np.sin(3.0 * t)
+    tau = 12.0 * a + 2.0 * np.sign(v) + np.random.default_rng(SEED).normal(0.0, 0.1, len(t))
+    columns = [x[:, None] for x in (q, v, tau)]
+    log = JointLog(('joint',), np.rint(t * 1e9).astype(np.int64), *columns)
+    robot = axis_model(1.0).make_robot()
+    checks = [check_data(log, robot, '', free)[1] for free in ((), ('joint',))]
+    assert [bool({**own.warnings, **own.refused}) for own in checks] == [True, False]
+    (armature,) = refit_body([log], unstated(axis_model(1.0))).armature.values()
+    assert armature.value == pytest.approx(11.0, rel=0.02)
 
 
 @pytest.mark.parametrize('share', [-0.1, float('nan')])

@@ -209,6 +209,26 @@ def test_reset_starts_the_observers_afresh(ros, urdf_path, start_node):
     assert known == [False] + [True] * 9 + [False, True]
 
 
+def test_a_position_that_wraps_is_continuous_in_the_estimate(ros, urdf_path, start_node):
+    """The estimate is that of the same motion without a wrap, but for the joint's weight."""
+    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
+    received = estimates['friction_estimate']
+    sent = []
+    for k in range(100):
+        state = message(k)
+        position = 3.0 + 4.0 * k / HZ
+        sent.append(position)
+        state.position[0] = (position + np.pi) % (2.0 * np.pi) - np.pi
+        state.velocity[0] = 4.0
+        output.publish(state)
+    ros.spin_until(lambda: len(received) == 100)
+    np.testing.assert_allclose([state.position[0] for state in received], sent, atol=1e-9)
+    effort = np.array([state.effort for state in received])
+    assert np.isfinite(effort[1:]).all()
+    # A momentum that had jumped by a turn would show as an estimate of hundreds of Nm.
+    assert np.abs(effort[1:]).max() < 20.0
+
+
 def test_joints_are_found_by_name_whatever_their_order_and_company(ros, urdf_path, start_node):
     output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
     for k in range(3):

@@ -867,7 +867,9 @@ class _Search:
                         v_s,
                     ),
                 }, True
-        low, high = profile.stribeck_interval()
+        # What may fade below the slowest speed may be anything at standstill: no data reach there.
+        reaches = v_s[0] >= self.slowest
+        low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
         # C + S is the level at standstill, and C not negative.
         flags: tuple[str, ...] = (NOT_IDENTIFIABLE,)
         if not shown:

@@ -8,12 +8,16 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import ModelSource, read_nominal, read_recorded_robot
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.body_refit import BodyRefit, refit_body
+from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.fitted_model import friction_of, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -80,9 +84,9 @@ def analyse_bags(
         hashes[label] = bag_hash(path)
         refuse_copies(hashes)
         require_same_robot(models)
-    body, settings = _common_body(
-        labels, model, urdf, settings or FitSettings(), namespace, progress
-    )
+    robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
+    logs = [recorded.log for recorded in robots]
+    body, settings = common_body(logs, robots[0].nominal, settings or FitSettings(), progress)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
@@ -97,19 +101,17 @@ def analyse_bags(
     return consolidate_analyses(analyses, roles, own_bias, command)
 
 
-def _common_body(
-    labels: Mapping[str, str | Path],
-    model: ModelSource,
-    urdf: str | Path | None,
+def common_body(
+    logs: Sequence[JointLog],
+    nominal: RobotModelFile,
     settings: FitSettings,
-    namespace: str | None,
-    progress: Callable[[str], None],
+    progress: Callable[[str], None] = lambda step: None,
 ) -> tuple[BodyRefit | None, FitSettings]:
     """Return the rigid body refitted to all bags, and settings with which none refits its own."""
     progress('comparing the rigid body with the motion')
-    robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
-    logs = [recorded.log for recorded in robots]
-    body = refit_body(logs, robots[0].nominal, settings.body_tolerance, progress)
+    robot = nominal.with_armature({'*': 0.0}).make_robot()
+    logs = [check_data(log, robot, '', nominal.unknown_armature)[0] for log in logs]
+    body = refit_body(logs, nominal, settings.body_tolerance, progress)
     if body is not None:
         # The friction of each bag is put together from its own fits.
         body = replace(body, laws={}, loads=())
@@ -178,9 +180,11 @@ def require_same_robot(models: Mapping[str, RobotModelFile]) -> None:
             )
         for name, joint in one.joints.items():
             armature = other.joints[name].armature
-            if joint.armature.value != armature.value or joint.armature.unit != armature.unit:
+            own = joint.armature
+            same = np.array_equal([own.value], [armature.value], equal_nan=True)
+            if not same or own.unit != armature.unit:
                 raise ConfigurationError(
-                    f'{said}the armature of {name} is {joint.armature.value:g} and '
+                    f'{said}the armature of {name} is {own.value:g} and '
                     f'{armature.value:g} {armature.unit}; give the right model for both with '
                     '--model'
                 )

@@ -63,7 +63,7 @@ def law_sentence(
     # Below zero it cannot be: a range that begins above it is extra friction all the same.
     seen = stribeck.interval is not None and stribeck.interval[0] > 0.0
     if told or seen:
-        parts.append(_stribeck(stribeck, parameters['stribeck_velocity'], slowest))
+        parts.append(_stribeck(stribeck, parameters['stribeck_velocity']))
     text = f'{joint}: {", ".join(parts[:-1])} and {parts[-1]}'
     bias = parameters['bias']
     if NOT_IDENTIFIABLE in bias.flags:
@@ -72,7 +72,11 @@ def law_sentence(
         text += f', on a bias of {_with_error(bias)} that does not change with direction'
     if not (told or seen):
         text += '; extra friction near standstill (Stribeck) is not identifiable from this motion'
-        text += _range('stribeck', stribeck)
+        allowed = _range('stribeck', stribeck)
+        if not allowed and not math.isnan(slowest):
+            speed = unit_of('stribeck_velocity', stribeck.unit)
+            allowed = f', whose speeds begin at {format_number(slowest)} {speed}'
+        text += allowed
     return text
 
 
@@ -98,6 +102,9 @@ def derived_sentence(fit: LawFit, name: str) -> str:
     known = _with_error(parameter)
     if NOT_IDENTIFIABLE in parameter.flags:
         known = f'{value_text("stribeck", parameter)} {parameter.unit}'
+    elif not math.isfinite(parameter.std_error):
+        # From a profile, lopsided: half of it is no error of the value.
+        known = f'{range_text("stribeck", parameter)} {parameter.unit}'
     text = DERIVED.get(name, name.replace('_', ' '))
     return f'{text[:1].upper()}{text[1:]}: {known}.'
 
@@ -240,7 +247,7 @@ def _range(name: str, parameter: Parameter) -> str:
     return f' ({text} {parameter.unit})' if text else ''
 
 
-def _stribeck(stribeck: Parameter, velocity: Parameter, slowest: float) -> str:
+def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
     if NOT_IDENTIFIABLE not in stribeck.flags:
         fading = (
             f'a speed that it leaves open{_range("stribeck_velocity", velocity)}'
@@ -248,11 +255,6 @@ def _stribeck(stribeck: Parameter, velocity: Parameter, slowest: float) -> str:
             else _with_error(velocity)
         )
         return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
-    if velocity.interval is not None and slowest > velocity.interval[0]:
-        return (
-            f'more at the slowest speeds of the data, which begin at {format_number(slowest)} '
-            f'{velocity.unit}: how much it is nearer to standstill they do not tell'
-        )
     return (
         f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
     )

@@ -71,7 +71,7 @@ def run_fit(
             folder,
             dict(zip(bags, analysis.bags.values(), strict=True)),
             document,
-            found=[*bags_answers(analysis), *_body_sentence(next(iter(analysis.bags.values())))],
+            found=[*bags_answers(analysis), *_body_sentences(next(iter(analysis.bags.values())))],
             table=bags_table(analysis, known),
             open_ends=(),
             failed=[*apart.unavailable, *(n for n in apart.joints if n in without)],
@@ -81,15 +81,14 @@ def run_fit(
         folder,
         {bags[0]: analysis},
         document,
-        found=[*answers(views), *_body_sentence(analysis)],
+        found=[*answers(views), *_body_sentences(analysis)],
         table=parameter_table(analysis, known),
         open_ends=caveats(views),
         failed=[j for j in fit.unavailable if j not in fit.joints] + list(analysis.unmodelled),
     )
 
 
-def _body_sentence(analysis: BagAnalysis) -> list[str]:
+def _body_sentences(analysis: BagAnalysis) -> list[str]:
     if analysis.body is None:
         return []
-    text = analysis.body.sentence()
-    return [f'{text[:1].upper()}{text[1:]}.']
+    return [f'{text[:1].upper()}{text[1:]}.' for text in analysis.body.sentences()]

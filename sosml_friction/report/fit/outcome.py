@@ -39,10 +39,7 @@ class FitOutcome:
     def is_no(self) -> bool:
         """Tell whether a joint that reports effort has no fit: it rests, or was refused."""
         return any(
-            (
-                one.data_checks is not None
-                and {**one.data_checks.refused, **one.data_checks.resting}
-            )
+            (one.data_checks is not None and one.data_checks.not_fitted)
             or any(np.isfinite(one.log.select([joint]).tau).any() for joint in self.failed)
             for one in self.analyses.values()
         )

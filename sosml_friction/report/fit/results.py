@@ -119,7 +119,10 @@ def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, An
     if analysis.output_error is not None:
         entry['output_error'] = analysis.output_error.to_dict()
     if analysis.body is not None:
-        entry['rigid_body'] = analysis.body.to_dict()
+        if analysis.body.deviations:
+            entry['rigid_body'] = analysis.body.to_dict()
+        if armature := analysis.body.armature:
+            entry['armature'] = {name: p.to_dict() for name, p in armature.items()}
     if analysis.ripple:
         entry['ripple'] = {
             name: [plateau.to_dict() for plateau in found]

@@ -3,6 +3,8 @@
 """What ``sosml model`` says of a model that it made."""
 
 import math
+from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -16,24 +18,57 @@ from sosml_friction.report.common.table import terminal_table
 FORMAT = 'sosml_friction/model_made/1'
 #: How the entry command of a folder begins that may be made anew.
 _OURS = 'sosml model '
+#: Where the provenance has the SHA-256 of each file as it was written.
+_HASHES = 'sha256'
 
 
-def check_model_folder(folder: Path) -> None:
+def check_model_folder(folder: Path, force: bool = False) -> None:
     """
-    Refuse a folder that holds something else than a model of ``sosml model``.
+    Refuse a folder that holds something else than a model as ``sosml model`` made it.
 
-    :raises ConfigurationError: with the folder.
+    :param force: whether a model that was changed since may be overwritten.
+    :raises ConfigurationError: with the folder, and the files that were changed.
     """
     try:
-        is_free = not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
-        if is_free or str(read_model(folder).provenance.get('command', '')).startswith(_OURS):
+        if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
             return
+        model = read_model(folder)
+        is_ours = str(model.provenance.get('command', '')).startswith(_OURS)
+        changed = _changed(folder, model)
     except (OSError, ConfigurationError):
-        pass
-    raise ConfigurationError(
-        f'{folder} exists and was not made by sosml model, so it is not overwritten: choose '
-        'another place with --out'
-    )
+        is_ours = False
+    if not is_ours:
+        raise ConfigurationError(
+            f'{folder} exists and was not made by sosml model, so it is not overwritten: choose '
+            'another place with --out'
+        )
+    if changed and not force:
+        raise ConfigurationError(
+            f'{" and ".join(changed)} in {folder} changed since sosml model made the folder, so '
+            'it is not overwritten: choose another place with --out, or say --force'
+        )
+
+
+def with_hashes(model: RobotModelFile) -> RobotModelFile:
+    """Return the model with what its files are known by, in its provenance."""
+    return replace(model, provenance={**model.provenance, _HASHES: _hashes(model)})
+
+
+def _hashes(model: RobotModelFile) -> dict[str, str]:
+    own = {key: value for key, value in model.provenance.items() if key != _HASHES}
+    texts = {
+        'model.yaml': replace(model, provenance=own).to_yaml(),
+        'robot.urdf': '\n'.join((model.urdf or '').splitlines()),
+    }
+    return {name: sha256(text.encode()).hexdigest() for name, text in texts.items()}
+
+
+def _changed(folder: Path, model: RobotModelFile) -> list[str]:
+    """Return the files of a model that are not as they were written, comments included."""
+    known = model.provenance.get(_HASHES, {})
+    changed = [name for name, own in _hashes(model).items() if known.get(name) != own]
+    rewritten = (folder / 'model.yaml').read_text(encoding='utf-8') != model.to_yaml()
+    return list(dict.fromkeys([*(['model.yaml'] if rewritten else []), *changed]))
 
 
 def robot_of(model: RobotModelFile) -> Robot:
@@ -80,9 +115,9 @@ def model_sentences(model: RobotModelFile, robot: Robot, folder: Path) -> list[s
     said += [f'{text[:1].upper()}{text[1:]}.' for text in robot.remarks]
     if model.unknown_armature:
         said.append(
-            f'Not known: the armature of {", ".join(model.unknown_armature)}. Write it into '
-            f'{folder / "model.yaml"}, or state it with --armature where the model is used; 0 if '
-            'the bodies of the URDF have it.'
+            f'Not known: the armature of {", ".join(model.unknown_armature)}. sosml fit finds it '
+            f'from a recording; or write it into {folder / "model.yaml"}, or state it with '
+            '--armature where the model is used; 0 if the bodies of the URDF have it.'
         )
     return said
 

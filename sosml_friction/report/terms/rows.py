@@ -4,6 +4,7 @@
 
 import math
 
+from sosml_friction.identification.free_armature import armature_sentence
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.report.common.number_text import (
     error_text,
@@ -62,4 +63,5 @@ def sentences(fit: TermFit) -> list[str]:
         f'{len(fit.terms)} terms were fitted together, with one covariance of all that is free. '
         f'Effort that is not explained, without the terms and with them: {", ".join(parts)}.'
     ]
-    return [*told, *(f'Left out: {why}.' for why in fit.left.values())]
+    told += [f'Left out: {why}.' for why in dict.fromkeys(fit.left.values())]
+    return told + [f'{armature_sentence(n, p)}.' for n, p in fit.armature.items()]

@@ -10,6 +10,7 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import CASCADE, read_controllers
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.wrap import near_turn
 from sosml_friction.simulation.cascade_loop import CascadeController
 
 
@@ -45,6 +46,9 @@ def recorded_controllers(bag: Bag, log: JointLog) -> dict[str, ControlledJoint]:
     for name, entry in cascades.items():
         if name not in wanted or name not in log.names:
             continue
+        if name in log.wraps:
+            measured = log.q[:, log.names.index(name)]
+            wanted[name] = near_turn(wanted[name], measured, log.wraps[name])
         gains = {key: float(value) for key, value in entry.items() if key != 'kind'}
         # A joint without such a signal has NaN throughout.
         own = injected.get(name, np.full(len(log), np.nan))

@@ -1,0 +1,95 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Rotors of which nobody said how large they are: what the motion tells of them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.regression.estimate import Estimate
+from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.nominal import BOUND_SIGMAS
+from sosml_friction.regression.whitened import WhitenedRegression
+
+_FITTED = 'fitted beside friction'
+
+
+def fitted_armature(
+    laboratory: WhitenedRegression, found: Estimate, tolerance: float
+) -> dict[str, Parameter]:
+    """
+    Return by joint the armature of rotors that were free: fitted inertia less that of the bodies.
+
+    The model's bodies, so that both together are what the motion shows; its error has that of
+    their inertia within the tolerance. It is at least 0, which it is flagged for where the bodies
+    alone are too much, and where the motion does not tell it: where its error from the data is
+    more than all inertia that the joint has.
+
+    :param tolerance: how far the bodies may be off, as a share of themselves.
+    """
+    if not laboratory.settings.unknown_armature:
+        return {}
+    robot, nominal = laboratory.robot, laboratory.nominal
+    names = nominal.names
+    bodies = np.diag(robot.inertia(np.median(laboratory.signals[0].q, axis=0)))
+    bound = found.fit.system.bound.copy()
+    known = nominal.rigid_columns[np.isfinite(bound[nominal.rigid_columns])]
+    bound[known] = 0.0
+    x = Fit.make(replace(found.fit.system, bound=bound), laboratory.y).baseline.x
+    result = {}
+    for i, joint in enumerate(robot.names):
+        if joint not in laboratory.settings.unknown_armature:
+            continue
+        k = names.index(f'{joint} armature')
+        value, of_data = float(x[k]), float(found.errors[k])
+        error = float(np.hypot(of_data, tolerance / BOUND_SIGMAS * bodies[i]))
+        unit = 'kg m2' if robot.effort_units[i] == 'Nm' else 'kg'
+        low, high = max(value - Z_95 * error, 0.0), max(value + Z_95 * error, 0.0)
+        told = Parameter(max(value, 0.0), unit, error, (low, high), reason=_FITTED)
+        if f'{joint} coulomb' not in names:
+            told = replace(
+                told,
+                value=0.0,
+                interval=(0.0, np.inf),
+                flags=(NOT_IDENTIFIABLE,),
+                reason='its effort is not known, so it is taken for 0',
+            )
+        elif not Z_95 * of_data < bodies[i] + told.value:
+            told = replace(
+                told,
+                value=0.0,
+                flags=(NOT_IDENTIFIABLE,),
+                reason='the motion does not tell it, so it is taken for 0',
+                experiment='record faster motion, or state it with --armature',
+            )
+        elif value < 0.0:
+            told = replace(
+                told,
+                flags=(AT_BOUND,),
+                reason=f'the effort has {-value:.2g} ± {Z_95 * error:.2g} {unit} less inertia '
+                'than the bodies of the URDF, so it is taken for 0',
+            )
+        result[joint] = told
+    return result
+
+
+def with_fitted(model: RobotModelFile, armature: Mapping[str, Parameter]) -> RobotModelFile:
+    """Return the model with armatures that were fitted."""
+    joints = dict(model.joints)
+    for name, value in armature.items():
+        joints[name] = replace(joints[name], armature=value)
+    return replace(model, joints=joints)
+
+
+def armature_sentence(joint: str, p: Parameter) -> str:
+    """Return for a person what is known of a rotor that was fitted, without a full stop."""
+    assert p.interval is not None
+    text = f'The armature of {joint} was not stated and was {_FITTED}: '
+    low, high = p.interval
+    if p.flags:
+        text += '; '.join(filter(None, (p.reason, p.experiment)))
+        return f'{text} (95 % interval: 0 to {high:.3g} {p.unit})' if np.isfinite(high) else text
+    return f'{text}{p.value:.4g} {p.unit} (95 % interval: {low:.3g} to {high:.3g})'
