@@ -279,10 +279,10 @@ class WeakForm:
         # one: the mean of friction is then that of f about it. Faster than this the law is next
         # to straight over the noise.
         rows = np.concatenate([piece.rows for piece in pieces])
-        before = np.concatenate([piece.before for piece in pieces])
-        variance = 0.5 * (self._variance[before, i] + self._variance[rows, i])
+        first = np.concatenate([piece.before for piece in pieces])
+        variance = 0.5 * (self._variance[first, i] + self._variance[rows, i])
         # And the mean over both ends of an interval is not that of their mean velocity.
-        variance += 0.25 * (self._log.v[rows, i] - self._log.v[before, i]) ** 2
+        variance += 0.25 * (self._log.v[rows, i] - self._log.v[first, i]) ** 2
         smoothed = np.isfinite(variance)
         half = _SMOOTHED if smoothed.all() else self._half
         sign = np.where(smoothed, 1.0, -1.0)
@@ -320,15 +320,17 @@ class WeakForm:
         zero_band = self.settings.zero_band
         v0 = smoothing_velocity
         if v0 is None:
-            first = beyond(zero_band)
+            tried = beyond(zero_band)
             # What is slow enough to be called standstill is not the slowest that was recorded.
-            speeds = np.abs(first.mean_v[first.keep])
+            speeds = np.abs(tried.mean_v[tried.keep])
             slowest = float(np.quantile(speeds, 0.02)) if len(speeds) else 0.0
-            v0 = min(first.smoothing(), _STANDSTILL * slowest)
+            v0 = min(tried.smoothing(), _STANDSTILL * slowest)
         found = beyond(max(zero_band, v0))
         if self._unsmoothed is None or not smoothed.any():
             return found
-        return replace(found, unsmoothed=self._unsmoothed.rows(i, smoothing_velocity))
+        # The same rows, so that nothing but the velocities differs.
+        before = self._unsmoothed.rows(i, smoothing_velocity)
+        return replace(found, unsmoothed=replace(before, keep=before.keep & found.keep))
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:

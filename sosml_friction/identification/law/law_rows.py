@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
@@ -54,7 +54,10 @@ class LawRows:
         if self.unsmoothed is None:
             return fit
         try:
-            before = self.unsmoothed._fit(effort_unit).drawn
+            same = replace(
+                self.unsmoothed, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False
+            )
+            before = same._fit(effort_unit).drawn
         except DataError:
             return fit
         return fit.with_shift(
