@@ -199,8 +199,8 @@ def fit(
     refuse_copies({label: source.sha256 for label, source in sources.items()})
     body = None
     if several:
-        known = list(recordings.values())
-        body, settings = common_body(known, as_recorded(model.content, known[0]), settings)
+        nominal = as_recorded(model.content, next(iter(recordings.values())))
+        body, settings = common_body(recordings, nominal, settings)
     analyses = {}
     for label, log in recordings.items():
         try:

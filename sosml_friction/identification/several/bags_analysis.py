@@ -85,7 +85,7 @@ def analyse_bags(
         refuse_copies(hashes)
         require_same_robot(models)
     robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
-    logs = [recorded.log for recorded in robots]
+    logs = {f'bag {label}': one.log for label, one in zip(labels, robots, strict=True)}
     body, settings = common_body(logs, robots[0].nominal, settings or FitSettings(), progress)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
@@ -102,7 +102,7 @@ def analyse_bags(
 
 
 def common_body(
-    logs: Sequence[JointLog],
+    logs: Mapping[str, JointLog],
     nominal: RobotModelFile,
     settings: FitSettings,
     progress: Callable[[str], None] = lambda step: None,
@@ -110,8 +110,13 @@ def common_body(
     """Return the rigid body refitted to all bags, and settings with which none refits its own."""
     progress('comparing the rigid body with the motion')
     robot = nominal.with_armature({'*': 0.0}).make_robot()
-    logs = [check_data(log, robot, '', nominal.unknown_armature)[0] for log in logs]
-    body = refit_body(logs, nominal, settings.body_tolerance, progress)
+    checked = []
+    for label, log in logs.items():
+        try:
+            checked.append(check_data(log, robot, '', nominal.unknown_armature)[0])
+        except DataError as error:
+            raise DataError(f'{label}: {error}') from error
+    body = refit_body(checked, nominal, settings.body_tolerance, progress)
     if body is not None:
         # The friction of each bag is put together from its own fits.
         body = replace(body, laws={}, loads=())
