@@ -40,6 +40,8 @@ _DEGREE = 3
 _NOISES, _STRAIGHT = 5.0, 40.0
 #: Largest share of the slowest speed that is left out as standstill.
 _STANDSTILL = 0.8
+#: Share of the torque below which what a law leaves is rounding.
+_EXACT = 1e-6
 #: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
 _SMOOTHED = 5
 #: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
@@ -175,11 +177,16 @@ class WeakForm:
         noise, factor = [], np.ones(self.robot.n)
         for i, fit in enumerate(fits):
             forcing = np.concatenate([each.samples.forcing[:, i] for each in self._stretches])
+            known = forcing[np.isfinite(forcing)]
+            level = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
+            if not level > 0.0:
+                return self
             noise.append(
                 JointNoise(
                     self._q_noise[i],
                     _white_noise(forcing),
-                    fit.fit.residual_std if fit else 0.0,
+                    # Friction without a law is anything up to the torque.
+                    max(fit.fit.residual_std, _EXACT * level) if fit else level,
                     self._v_noise[i],
                     self.settings.zero_band,
                     self._support,
