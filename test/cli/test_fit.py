@@ -12,6 +12,7 @@ import pytest
 from slider_bags import COULOMB, EMPS, VISCOUS, checked, record, slider_log, text_bag
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.cli.main import main
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
@@ -135,9 +136,11 @@ def test_a_bag_that_knows_no_urdf_is_refused(refused, tmp_path):
     assert '--urdf' in refused('fit', bag)
 
 
-def test_a_bag_that_knows_no_model_is_refused(refused, tmp_path):
+def test_a_bag_that_knows_its_urdf_only_has_its_armature_fitted(tmp_path):
     bag = record(tmp_path / 'bare', slider_log(), model=False)
-    assert '--model' in refused('fit', bag)
+    assert main(['fit', str(bag), '--out', str(tmp_path / 'result')]) == 0
+    found = json.loads((tmp_path / 'result' / 'fit.json').read_text())
+    assert list(found['armature']) == ['slider']
 
 
 def test_joint_names_that_differ_are_refused(refused, tmp_path):

@@ -18,11 +18,10 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.registry import OBSERVERS
 
 
-@pytest.mark.parametrize('command', ['tune', 'simulate', 'info'])
 @pytest.mark.parametrize('suffix', ['csv', 'MAT', 'npz', 'npy'])
-def test_a_file_that_is_no_bag_is_to_be_imported_first(refused, tmp_path, command, suffix):
+def test_a_file_that_is_no_bag_is_to_be_imported_first(refused, tmp_path, suffix):
     (tmp_path / f'joint.{suffix}').write_text('t,q\n0,1\n')
-    err = refused(command, f'joint.{suffix}')
+    err = refused('info', f'joint.{suffix}')
     assert f'turn it into one first with sosml import joint.{suffix}' in err
 
 

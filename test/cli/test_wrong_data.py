@@ -273,7 +273,7 @@ def test_a_bag_with_joint_states_alone_says_what_it_needs(good, tmp_path, monkey
     assert cli.main(['fit', str(bag), '--out', 'result']) == 2
     err = capsys.readouterr().err
     assert err.count('\n') == 1
-    assert 'give a model folder with --model' in err
+    assert 'give a URDF with --urdf' in err
     assert not (tmp_path / 'result').exists()
 
 

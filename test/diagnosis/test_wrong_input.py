@@ -48,8 +48,8 @@ def refused(refused):
 
 def test_a_bag_without_model(refused, tmp_path):
     err = refused(bag_of(tmp_path / 'bag', model=None))
-    assert 'no model_description' in err
-    assert '--model' in err
+    assert 'no robot_description' in err
+    assert '--urdf' in err
 
 
 def test_a_model_folder_that_is_not_there(refused, tmp_path):

@@ -3,12 +3,14 @@
 """A class that is a figure is in its report; every figure says what it has to."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common import figure as module
 from sosml_friction.report.common.figure import REPORTS, Figure, figures, figures_of
@@ -19,6 +21,9 @@ from sosml_friction.report.fit.joint_view import JointView, joint_views
 
 #: Labels that are a count or say their unit themselves.
 WITHOUT_BRACKETS = {'periods per turn', 'periods per metre', '... that this one explains'}
+#: Two plateaus, of which the second ripples.
+EVEN = PlateauRipple(1.0, 2.0, 0.1, 1e-4, 1e-4, 1e-6, 2e-4, 0.5, 20.0)
+UNEVEN = PlateauRipple(3.0, 4.0, 0.05, 5e-3, 2e-4, 3e-5, 2e-4, 1e-9, 24.0, 'ripple', 1e-3)
 EVERY = [(report, figure.identifier) for report in REPORTS for figure in figures(report)]
 
 
@@ -35,7 +40,7 @@ def views(analysis, truth, bags, diagnosis, tiny_study, simulated, fitted_terms)
     entry = model_entry(bags.consolidation, 'shoulder')
     fits = {bag: one.fit for bag, one in bags.bags.items()}
     return {
-        'fit': [view],
+        'fit': [replace(view, ripple=(EVEN, UNEVEN))],
         'bags': [BagsJoint(bags.consolidation, entry, fits), view],
         'diagnosis': [*joint_residuals(diagnosis), diagnosis],
         'study': [tiny_study],
@@ -49,7 +54,7 @@ class Scatter(Figure[JointView]):
 
     title = 'Effort against velocity'
     report = 'fit'
-    order = 35
+    order = 36
     caption = 'Effort of joint {view.name} against its velocity.'
 
     def draw(self, view):
@@ -66,14 +71,14 @@ def test_a_figure_from_elsewhere_is_in_the_report_in_its_place(analysis, monkeyp
     monkeypatch.setattr(module, 'to_png', lambda drawing: drawn.append(drawing) or b'png')
     text = render_report(analysis)
     order = [figure.identifier for figure in figures('fit')]
-    assert order == ['s_shape', 'overview', 'parameters', 'mine', 'residual', 'profile']
+    assert order == ['s_shape', 'overview', 'parameters', 'ripple', 'mine', 'residual', 'profile']
     for view in joint_views(analysis):
         caption = f'Effort of joint {view.name} against its velocity.'
         assert text.index(f'Parameters of joint {view.name} with') < text.index(caption)
         assert text.index(caption) < text.index(
             f'What the law leaves of friction of joint {view.name}.'
         )
-    assert len(drawn) == len(order) * len(analysis.log.names)
+    assert len(drawn) == sum(len(figures_of('fit', view)) for view in joint_views(analysis))
 
 
 def test_a_figure_that_does_not_say_all_it_has_to_is_refused():
