@@ -79,7 +79,8 @@ validate: $(STAMP)
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
 	  test/identification/test_identifiability.py test/study/test_targets.py \
 	  test/identification/test_emulated_quantisation.py \
-	  test/identification/test_emulated_trajectories.py test/validation/test_campaign.py
+	  test/identification/test_emulated_trajectories.py test/identification/test_rippling_loop.py \
+	  test/diagnosis/test_sizes.py test/validation/test_campaign.py
 
 .PHONY: campaign
 campaign: $(STAMP)
