@@ -14,9 +14,9 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
-#: How often friction is linearised about the velocities found before. Each joint is driven by the
-#: friction of the others, so that one pass is not enough; the third changes velocities by less
-#: than a tenth of their errors (docs/identification.md).
+#: How often friction is linearised about the velocities found before. On T3 of the rippling
+#: exoskeleton three times leave the elbow's velocity wrong by up to 2.5 mrad/s rms, four by 1.7,
+#: where the slope of its position is wrong by 6.
 _PASSES = 4
 #: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
 #: a torque that explains the motion wholly to one that says nothing of it.
@@ -93,8 +93,8 @@ class VelocitySmoother:
         self._first = v
         self._still = (np.abs(v) <= [x.zero_band for x in noise]) | [law is None for law in laws]
         # After a standstill the filter has to find its way again.
-        moving, lost = ~self._still.any(axis=1), round(lasting[0] / step)
-        self._counted = minimum_filter1d(moving, 2 * lost + 1)
+        lost = round(lasting[0] / step)
+        self._counted = minimum_filter1d(~self._still, 2 * lost + 1, axis=0)
         self._overlap = int(5.0 * lasting[0] / step)
 
     def run(self) -> tuple[FloatArray, FloatArray]:
@@ -180,6 +180,8 @@ class VelocitySmoother:
         parts = [slice(k, k + length) for k in range(0, len(self.q), length)]
         part = max(parts, key=lambda part: int(self._counted[part].sum()))
         for i in range(len(self.noise)):
+            if not self._counted[part, i].any():
+                continue
 
             def unlikely(x: float, i: int = i) -> float:
                 self._factor[i] = np.exp(x)
@@ -256,7 +258,7 @@ def _smooth(
             K = P[:, i].copy() / variance
             x = x + K * error
             P = P - np.outer(K, P[i].copy())
-            if counted[k]:
+            if counted[k, i]:
                 likelihood -= 0.5 * (error * error / variance + np.log(variance))
         for i in range(n):
             if still[k, i]:

@@ -146,3 +146,14 @@ def test_pieces_of_a_long_stretch_agree_with_the_whole(monkeypatch, longest):
     own = smoother(torque, q, v, VISCOUS)
     own._overlap, own._weigh = 100, lambda problem: None
     np.testing.assert_allclose(own.run()[0], expected, atol=2e-4)
+
+
+def test_a_joint_at_rest_does_not_hide_how_well_the_torque_explains_the_other():
+    torque, v, q = driven(3)
+    torque[:, 1], v[:, 1], q[:, 1] = 0.0, 0.0, np.random.default_rng(3).normal(0.0, POSITION, 301)
+    # What holds the second joint keeps it from being driven by the first one's acceleration.
+    rough = v + np.random.default_rng(4).normal(0.0, 1e-2, v.shape) * [1.0, 0.0]
+    own = smoother(torque, q, rough, VISCOUS)
+    own.run()
+    assert own._factor[0] != 1.0
+    assert own._factor[1] == 1.0
