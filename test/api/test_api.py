@@ -42,6 +42,8 @@ def record(model, seed, asymmetry=0.0):
     q, v, a = spline(t), spline(t, 1), spline(t, 2)
     tau = np.array([robot.inverse_dynamics(*state) for state in zip(q, v, a, strict=True)])
     tau += COULOMB * np.tanh(v / 5e-4) + VISCOUS * v + asymmetry * np.abs(v)
+    # A sample of effort holds until the next one: what it was on average over that time.
+    tau[:-1] = 0.5 * (tau[:-1] + tau[1:])
     tau += np.random.default_rng(seed).normal(0.0, 0.3, v.shape)
     return sf.JointLog(robot.names, np.rint(t * 1e9).astype(np.int64), q, v, tau)
 
