@@ -193,7 +193,7 @@ class VelocitySmoother:
             self._factor[i] = np.exp(found.x)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _smooth(
     h: FloatArray,
     q: FloatArray,
