@@ -53,7 +53,16 @@ class Chain(CanChain):
         return self.start_driver(*PATIENT, 'host_timeout:=10.0', *parameters)
 
     def enable(self, on: bool = True):
-        return self.ros.call(SetBool, 'driver_node/enable', SetBool.Request(data=on))
+        """Return the answer; ask again while lost cycles leave a joint without velocity."""
+        answers = []
+
+        def answered() -> bool:
+            request = SetBool.Request(data=on)
+            answers.append(self.ros.call(SetBool, 'driver_node/enable', request))
+            return 'has no velocity yet' not in answers[-1].message
+
+        self.ros.spin_until(answered)
+        return answers[-1]
 
     def send(self, times, positions) -> None:
         self.ros.spin_until(lambda: self.trajectories.get_subscription_count() > 0)
