@@ -21,9 +21,10 @@ _PASSES = 4
 #: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
 #: a torque that explains the motion wholly to one that says nothing of it.
 _FACTORS = (-9.0, 9.0)
-#: A torque whose noise has this many times the variance that its own differences show does not
-#: explain the motion. Chosen: the emulated exoskeleton has 0.05 to 2, the EMPS axis 250.
-_UNEXPLAINED = 10.0
+#: A velocity this many times less sure than the noise of the slope of the position tells of the
+#: noise of the torque, not of the motion. Chosen between the elbow of the rippling exoskeleton (4
+#: at most) and a servo read at 47 Hz (9); the EMPS axis has 100.
+_UNSURE = 6.0
 #: Samples in one go, which bounds the memory.
 _LONGEST = 4000
 
@@ -101,7 +102,7 @@ class VelocitySmoother:
         """
         Return velocities and their variances, (N + 1, n) each.
 
-        A joint whose torque does not explain its motion keeps its velocity; its variance is NaN.
+        A joint whose torque says too little of its motion keeps its velocity; its variance is NaN.
         """
         for number in range(_PASSES):
             problem = self._linearised()
@@ -115,8 +116,7 @@ class VelocitySmoother:
                 self._about[kept] += self._moved[kept]
                 self.v[kept], self.variance[kept] = v[own], variance[own]
         for i, noise in enumerate(self.noise):
-            less = np.median(self.variance[:, i]) > noise.velocity**2
-            if self._factor[i] > _UNEXPLAINED and less:
+            if np.median(self.variance[:, i]) > (_UNSURE * noise.velocity) ** 2:
                 self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
         return self.v, self.variance
 
