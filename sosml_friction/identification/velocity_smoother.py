@@ -14,16 +14,17 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
-#: How often friction is linearised about the velocities found before. On T3 of the rippling
-#: exoskeleton three times leave the elbow's velocity wrong by up to 2.5 mrad/s rms, four by 1.7,
-#: where the slope of its position is wrong by 6.
+#: How often friction is linearised about the velocities found before. Each time they go half of the
+#: way, so that an eighth of the first change is left; test/identification/test_rippling_loop.py
+#: prints the errors that remain.
 _PASSES = 4
 #: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
 #: a torque that explains the motion wholly to one that says nothing of it.
 _FACTORS = (-9.0, 9.0)
 #: A velocity this many times less sure than the noise of the slope of the position tells of the
-#: noise of the torque, not of the motion. Chosen between the elbow of the rippling exoskeleton (4
-#: at most) and a servo read at 47 Hz (9); the EMPS axis has 100.
+#: noise of the torque, not of the motion. Chosen: the elbow of the rippling exoskeleton has 2.6 on
+#: T3 (test/identification/test_rippling_loop.py prints it), a servo read at 47 Hz, whose slow rows
+#: it would cost, had 9 (the rows of Damiao motor 5 in ``make records`` need it).
 _UNSURE = 6.0
 #: Samples in one go, which bounds the memory.
 _LONGEST = 4000

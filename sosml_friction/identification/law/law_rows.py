@@ -12,9 +12,9 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import LawFit, find_smoothing_velocity, fit_law
 from sosml_friction.identification.law.law_form import LawForm
 
-#: How far the velocities may be wrong after smoothing, as a share of what it changed: the root
-#: mean square over joints, motions and seeds 1 to 10 of the rippling exoskeleton
-#: (test/identification/test_rippling_loop.py prints it).
+#: How far the velocities may be wrong after smoothing, as a share of what it changed. Chosen
+#: by S of the rippling exoskeleton, seeds 1 to 5; test/identification/test_rippling_loop.py prints
+#: the share of other seeds.
 _UNSURE = 0.25
 
 
