@@ -14,9 +14,9 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
-#: How often friction is linearised about the velocities found before. Each time they go half of the
-#: way, so that an eighth of the first change is left; test/identification/test_rippling_loop.py
-#: prints the errors that remain.
+#: How often friction is linearised about the velocities found before. Each time they go half of
+#: the way, so that an eighth of the first change is left; what errors remain is printed by
+#: test/identification/test_rippling_loop.py.
 _PASSES = 4
 #: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
 #: a torque that explains the motion wholly to one that says nothing of it.
