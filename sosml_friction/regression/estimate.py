@@ -25,8 +25,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: Step of an inner parameter for the slope of the columns, as a share of it: the error of the
 #: central difference is of the order of its square.
 _STEP = 1e-3
-#: The search is over where a round lowers the cost by less than this [noise variances], a
-#: thirtieth of a standard error squared; the shares of a step that are tried.
+#: The search is over where a round lowers the cost by less than this [noise variances], which is a
+#: thirtieth of a standard error, or after so many rounds. Chosen.
 _SETTLED, _MOST_ROUNDS = 1e-3, 12
 #: Correlation of two columns that are one.
 _SAME_COLUMN = 1.0 - 1e-9
@@ -38,6 +38,7 @@ _AT_BOUND = 0.999
 #: A row is beside a reversal where what a reversal may add is more than this share of its largest.
 #: Chosen, no measurement.
 _BESIDE = 0.1
+#: Shares of a step that are tried, until one lowers the cost.
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 
 
