@@ -11,6 +11,7 @@ from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.identification.segments import unsure_sign
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
@@ -68,6 +69,8 @@ class VelocitySmoother:
     :param v: velocity to begin with, (N + 1, n) [rad/s or m/s].
     :param laws: of each joint, None where it is not known.
     :param inertia_factor: on all inertial torque of each joint, (n,).
+    :param half: samples on either side over which ``v`` is a mean: near a start, stop or reversal
+        it does not say on which side a sample is.
     """
 
     def __init__(
@@ -78,6 +81,7 @@ class VelocitySmoother:
         laws: Sequence[FrictionLaw | None],
         noise: Sequence[JointNoise],
         inertia_factor: FloatArray,
+        half: int,
     ) -> None:
         self.samples, self.q, self.v, self.laws, self.noise = samples, q, v.copy(), laws, noise
         self.variance = np.square([x.velocity for x in noise]) * np.ones_like(v)
@@ -93,10 +97,15 @@ class VelocitySmoother:
         self._factor = np.ones(len(noise))
         step = float(np.median(samples.h))
         self._first = v
-        self._still = (np.abs(v) <= [x.zero_band for x in noise]) | [law is None for law in laws]
-        # After a standstill the filter has to find its way again.
+        unsure = np.column_stack(
+            [unsure_sign(x, each.zero_band, half) for x, each in zip(v.T, noise, strict=True)]
+        )
+        still = np.abs(v) <= [x.zero_band for x in noise]
+        # Where the law does not say what friction is.
+        self.free = still | unsure | [law is None for law in laws]
+        # After it the filter has to find its way again.
         lost = round(lasting[0] / step)
-        self._counted = minimum_filter1d(~self._still, 2 * lost + 1, axis=0)
+        self._counted = minimum_filter1d(~self.free, 2 * lost + 1, axis=0)
         self._overlap = int(5.0 * lasting[0] / step)
 
     def run(self) -> tuple[FloatArray, FloatArray]:
@@ -140,15 +149,15 @@ class VelocitySmoother:
         white = self._white.copy()
         for i, law in enumerate(self.laws):
             v = middle[:, i]
-            still = self._still[1:, i]
+            free = self.free[1:, i]
             if law is not None:
                 step = np.sqrt(self.variance[1:, i] + moved[:, i] ** 2)
                 above, below = law.torque(v + step), law.torque(v - step)
-                slope[:, i] = np.where(still, 0.0, (above - below) / (2.0 * step))
+                slope[:, i] = np.where(free, 0.0, (above - below) / (2.0 * step))
                 friction = 0.5 * (above + below) - slope[:, i] * v
-                drive[:, i] -= np.where(still, 0.0, friction)
+                drive[:, i] -= np.where(free, 0.0, friction)
             # Where the sign is not known, friction is anything up to the torque.
-            white[:, i] += np.where(still, self._unsure[:, i], 0.0)
+            white[:, i] += np.where(free, self._unsure[:, i], 0.0)
         return drive, slope, white
 
     def _smoothed(
@@ -167,7 +176,7 @@ class VelocitySmoother:
             np.exp(-h / self.noise[0].lasting_s),
             np.array([x.position**2 for x in self.noise]),
             self._first[part],
-            self._still[part],
+            self.free[part],
             self._counted[part],
             np.array([x.velocity**2 for x in self.noise]),
             back,
@@ -206,7 +215,7 @@ def _smooth(
     kept: FloatArray,
     position: FloatArray,
     slow: FloatArray,
-    still: BoolArray,
+    free: BoolArray,
     counted: BoolArray,
     velocity: FloatArray,
     back: bool,
@@ -214,7 +223,7 @@ def _smooth(
     """
     Filter (q, v, d) forwards and, if ``back``, go back; return v, its variance, log likelihood.
 
-    At a standstill the velocity is measured: the ``slow`` one, which is that of the position.
+    Where friction is ``free``, the velocity is measured: the ``slow`` one, that of the position.
     M v' = drive - slope v - d, with drive and d as they are over an interval; q by the trapezoid.
     """
     count, n = q.shape
@@ -262,7 +271,7 @@ def _smooth(
             if counted[k, i]:
                 likelihood -= 0.5 * (error * error / variance + np.log(variance))
         for i in range(n):
-            if still[k, i]:
+            if free[k, i]:
                 j = n + i
                 K = P[:, j].copy() / (P[j, j] + velocity[i])
                 x = x + K * (slow[k, i] - x[j])

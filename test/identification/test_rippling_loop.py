@@ -73,7 +73,8 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
 
     The fourth is how unsure the smoothed one is, over the noise of the slope: six is the limit.
     """
-    moving = (np.abs(rough._log.v[:, i]) > 5e-3) & np.isfinite(smooth._variance[:, i])
+    speed = np.abs(rough._log.v[:, i])
+    moving = (speed > 5e-3) & np.isfinite(smooth._variance[:, i]) & ~smooth._free[:, i]
     variance = smooth._variance[moving, i]
     squares = [
         (rough._log.v[moving, i] - true[moving, i]) ** 2,
@@ -81,7 +82,7 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
         variance,
     ]
     unsure = np.sqrt(np.median(variance)) / rough._v_noise[i]
-    return np.array([*(np.sqrt(np.median(x)) for x in squares), unsure])
+    return np.array([*(np.sqrt(np.mean(x)) for x in squares), unsure])
 
 
 def identify(seed: int, rippling: bool) -> tuple[Fits, np.ndarray]:

@@ -28,8 +28,9 @@ def stretch(torque, q):
 def smoother(torque, q, v, laws, inertia_factor=1.0):
     noise = JointNoise(POSITION, EFFORT, FRICTION, 1e-2, 1e-3, LASTING)
     n = q.shape[1]
+    # The velocities to begin with are no means over a window: each is a sample's own.
     return VelocitySmoother(
-        stretch(torque, q), q, v, laws, [noise] * n, np.full(n, inertia_factor)
+        stretch(torque, q), q, v, laws, [noise] * n, np.full(n, inertia_factor), 0
     )
 
 
@@ -160,3 +161,20 @@ def test_a_joint_at_rest_does_not_hide_how_well_the_torque_explains_the_other():
     own.run()
     assert own._factor[0] != 1.0
     assert own._factor[1] == 1.0
+
+
+def test_where_a_mean_of_velocity_may_hide_a_stop_the_law_says_nothing():
+    """Within the window about a standstill; elsewhere friction is the law's."""
+    torque, v, q = driven(1)
+    v[:] = 0.2
+    v[150:160] = 0.0
+    noise = JointNoise(POSITION, EFFORT, FRICTION, 1e-2, 1e-3, LASTING)
+    own = VelocitySmoother(stretch(torque, q), q, v, VISCOUS, [noise] * 2, np.ones(2), 20)
+    free = np.flatnonzero(own.free[:, 0])
+    np.testing.assert_array_equal(free, np.arange(130, 180))
+    drive, slope, white = own._linearised()
+    assert (slope[140:170] == 0.0).all()
+    np.testing.assert_array_equal(drive[140:170], torque[140:170])
+    # What friction may be there is as large as the torque: far above its noise.
+    assert (white[140:170, 0] > 100.0 * EFFORT**2).all()
+    np.testing.assert_allclose(white[:100, 0], EFFORT**2)
