@@ -22,11 +22,6 @@ _PASSES = 4
 #: Logarithms of the factors on the variances of torque between which the likelihood chooses: from
 #: a torque that explains the motion wholly to one that says nothing of it.
 _FACTORS = (-9.0, 9.0)
-#: A velocity this many times less sure than the noise of the slope of the position tells of the
-#: noise of the torque, not of the motion. Chosen: the elbow of the rippling exoskeleton has 2.6 on
-#: T3 (test/identification/test_rippling_loop.py prints it), a servo read at 47 Hz, whose slow rows
-#: it would cost, had 9 (the rows of Damiao motor 5 in ``make records`` need it).
-_UNSURE = 6.0
 #: Samples in one go, which bounds the memory.
 _LONGEST = 4000
 
@@ -112,7 +107,8 @@ class VelocitySmoother:
         """
         Return velocities and their variances, (N + 1, n) each.
 
-        A joint whose torque says too little of its motion keeps its velocity; its variance is NaN.
+        A joint whose torque says too little of its motion to make its velocity surer keeps the one
+        to begin with; its variance is NaN.
         """
         for number in range(_PASSES):
             problem = self._linearised()
@@ -126,7 +122,13 @@ class VelocitySmoother:
                 self._about[kept] += self._moved[kept]
                 self.v[kept], self.variance[kept] = v[own], variance[own]
         for i, noise in enumerate(self.noise):
-            if np.median(self.variance[:, i]) > (_UNSURE * noise.velocity) ** 2:
+            # Two estimates differ by the errors of both: what is left is that of the first.
+            sure = ~self.free[:, i]
+            if not sure.any():
+                continue
+            variance = np.median(self.variance[sure, i])
+            apart = np.mean(np.square(self.v[sure, i] - self._first[sure, i]))
+            if not variance < max(noise.velocity**2, apart - variance):
                 self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
         return self.v, self.variance
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -36,10 +37,13 @@ TRUTH = (
 )
 BAGS = {'T1 + T2 + T3': ('T1', 'T2', 'T3'), 'rich': ('rich',)} if FULL else {'T3': ('T3',)}
 PLANTS = {'rippling': True, 'shipped': False} if FULL else {'rippling': True}
+#: Encoders that read the first of the bags again, on the rippling plant.
+BITS = (12, 14, 16, 19, 21) if FULL else (14, 21)
 #: Whether velocities are smoothed by the torque, or slopes of the position as before.
 WAYS = ('position', 'smoothed')
 
 Fits = dict[tuple[str, str, int], LawFit]
+Run = tuple[Fits, np.ndarray, dict[tuple[int, int], LawFit]]
 
 
 def stacked(parts: list[LawRows]) -> LawFit:
@@ -51,20 +55,34 @@ def stacked(parts: list[LawRows]) -> LawFit:
     return stack_rows(parts, weights).rows.fit('Nm')
 
 
-def recorded(name: str, seed: int, rippling: bool) -> tuple[JointLog, np.ndarray]:
-    """Return what the driver measured and the plant's velocities at its stamps, (N, 2)."""
+def recorded(name: str, seed: int, rippling: bool) -> tuple[JointLog, np.ndarray, np.ndarray]:
+    """Return what the driver measured; the plant's positions and velocities at its stamps."""
     emulator = emulated_exoskeleton(seed, rippling=rippling)
     states, step = [], emulator.plant.step
 
     def watched(effort, h):
         step(effort, h)
-        states.append((emulator.time_ns * 1e-9 + h, *emulator.plant.v))
+        states.append((emulator.time_ns * 1e-9 + h, *emulator.plant.q, *emulator.plant.v))
 
     emulator.plant.step = watched
     trajectory = build_trajectory(name, HANGING, CENTRE, {})
     log = run_lockstep(trajectory, emulator).select(nominal_robot().names)
-    at, *v = np.array(states).T
-    return log, np.column_stack([np.interp(log.t_ns * 1e-9, at, each) for each in v])
+    at, *true = np.array(states).T
+    true = np.column_stack([np.interp(log.t_ns * 1e-9, at, each) for each in true])
+    return log, true[:, :2], true[:, 2:]
+
+
+def fitted(log: JointLog) -> tuple[WeakForm, WeakForm]:
+    """Return the weak form by slopes of the position, and with smoothed velocities."""
+    rough = WeakForm(log, nominal_robot(), 'end')
+    return rough, rough.with_laws([rough.fit(i) for i in range(2)])
+
+
+def read_by(bits: int, logs: list[tuple[JointLog, np.ndarray]]) -> list[LawFit]:
+    """Return the fit of each joint as if an encoder of so many bits had read its position."""
+    step = 2.0 * np.pi / 2**bits
+    forms = [fitted(replace(log, q=step * np.round(q / step)))[1] for log, q in logs]
+    return [stacked([form.rows(i) for form in forms]) for i in range(2)]
 
 
 def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int) -> np.ndarray:
@@ -85,15 +103,14 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
     return np.array([*(np.sqrt(np.mean(x)) for x in squares), unsure])
 
 
-def identify(seed: int, rippling: bool) -> tuple[Fits, np.ndarray]:
-    """Return the fits by bags, way and joint, and velocity errors on T3 (joint, 4)."""
-    robot = nominal_robot()
+def identify(seed: int, rippling: bool) -> Run:
+    """Return fits by bags, way and joint, velocity errors on T3 (joint, 4), and fits by bits."""
     names = sorted({name for bags in BAGS.values() for name in bags})
-    rough, smooth = {}, {}
+    rough, smooth, logs = {}, {}, {}
     for name in names:
-        log, true = recorded(name, seed, rippling)
-        rough[name] = WeakForm(log, robot, 'end')
-        smooth[name] = rough[name].with_laws([rough[name].fit(i) for i in range(2)])
+        log, q, true = recorded(name, seed, rippling)
+        logs[name] = log, q
+        rough[name], smooth[name] = fitted(log)
         if name == 'T3':
             errors = [velocity_errors(rough[name], smooth[name], true, i) for i in range(2)]
     fits = {
@@ -102,11 +119,17 @@ def identify(seed: int, rippling: bool) -> tuple[Fits, np.ndarray]:
         for way, forms in zip(WAYS, (rough, smooth), strict=True)
         for i in range(2)
     }
-    return fits, np.array(errors)
+    first = [logs[name] for name in next(iter(BAGS.values()))]
+    by_bits = {
+        (bits, i): fit
+        for bits in (BITS if rippling else ())
+        for i, fit in enumerate(read_by(bits, first))
+    }
+    return fits, np.array(errors), by_bits
 
 
 @pytest.fixture(scope='module')
-def runs() -> dict[str, list[tuple[Fits, np.ndarray]]]:
+def runs() -> dict[str, list[Run]]:
     """Return what each plant has by seed, and print tables."""
     seeds = range(101, 101 + SEEDS)
     found = {}
@@ -114,24 +137,25 @@ def runs() -> dict[str, list[tuple[Fits, np.ndarray]]]:
         for plant, rippling in PLANTS.items():
             found[plant] = list(pool.map(partial(identify, rippling=rippling), seeds))
     for plant, some in found.items():
-        fits = [one for one, _ in some]
+        fits = [one for one, _, _ in some]
         for title in BAGS:
             for way in WAYS:
                 print_table(f'{plant}, {title}, {way}', fits, title, way)
             print(f'left over what smoothing changed, S: {share_left(fits, title):.2f} rms')
-        for i, (slope, smoothed, stated, unsure) in enumerate(np.mean([e for _, e in some], 0)):
+        for i, (slope, smoothed, stated, unsure) in enumerate(np.mean([e for _, e, _ in some], 0)):
             print(
                 f'{plant}, T3, velocity of joint {i} [mrad/s]: slope wrong by {1e3 * slope:.2f}, '
                 f'smoothed by {1e3 * smoothed:.2f}, stated {1e3 * stated:.2f}; '
                 f'{unsure:.1f} times the noise of the slope'
             )
+    print_bits([by_bits for _, _, by_bits in found['rippling']])
     return found
 
 
 @pytest.fixture(scope='module')
 def results(runs) -> dict[str, list[Fits]]:
     """Return the fits of each plant by seed."""
-    return {plant: [fits for fits, _ in some] for plant, some in runs.items()}
+    return {plant: [fits for fits, _, _ in some] for plant, some in runs.items()}
 
 
 def share_left(fits: list[Fits], title: str) -> float:
@@ -156,6 +180,23 @@ def print_table(head: str, fits: list[Fits], title: str, way: str) -> None:
                 f'{i}     {name:18} {error.mean():+.5f} {error.std():8.5f} {se.mean():8.5f} '
                 f'{np.sqrt(np.mean((error / se) ** 2)):9.2f} {hits(found, value):9} of {len(fits)}'
             )
+
+
+def print_bits(runs: list[dict[tuple[int, int], LawFit]]) -> None:
+    print('\nrippling, the same motion read by an encoder of so many bits')
+    print('bits joint  mean error of S  mean half interval  in 95 % (all parameters)')
+    for bits in BITS:
+        for i, truth in enumerate(TRUTH):
+            S = [one[bits, i].drawn['stribeck'] - truth['stribeck'] for one in runs]
+            held = sum(hits([one[bits, i].parameters[n]], x) for one in runs
+                       for n, x in truth.items())  # fmt: skip
+            wide = np.mean([half_width(one[bits, i].parameters['stribeck']) for one in runs])
+            print(f'{bits:4} {i:5} {np.mean(S):+16.5f} {wide:19.5f} {held:8} of {4 * len(runs)}')
+
+
+def half_width(parameter):
+    low, high = parameter.interval
+    return 0.5 * (high - low)
 
 
 def hits(found, value):
@@ -188,7 +229,18 @@ def test_the_elbow_s_ripple_no_longer_hides_its_knee(results):
 
 def test_smoothed_velocities_are_nearer_to_the_plant_s(runs):
     """By half and more where the joint ripples; what is stated is not less than the error."""
-    errors = np.mean([errors for _, errors in runs['rippling']], axis=0)
+    errors = np.mean([errors for _, errors, _ in runs['rippling']], axis=0)
     slope, smoothed, stated, _ = errors.T
     assert (smoothed < 0.5 * slope).all()
     assert (stated > 0.5 * smoothed).all()
+
+
+def test_a_better_encoder_makes_the_fit_better(runs):
+    """S of both joints from the finest encoder: nearer, and of a narrower interval that holds."""
+    runs = [by_bits for _, _, by_bits in runs['rippling']]
+    coarse, fine = BITS[0], BITS[-1]
+    for i, truth in enumerate(TRUTH):
+        by = {bits: [one[bits, i].parameters['stribeck'] for one in runs] for bits in BITS}
+        wide = {bits: np.mean([half_width(p) for p in found]) for bits, found in by.items()}
+        assert wide[fine] <= wide[coarse]
+        assert hits(by[fine], truth['stribeck']) >= binom.ppf(1e-3, len(runs), 0.95)
