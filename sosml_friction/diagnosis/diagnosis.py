@@ -19,7 +19,6 @@ from sosml_friction.diagnosis.data_checks import (
     velocity_lag,
     without_bad,
 )
-from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
@@ -172,8 +171,7 @@ def diagnose(
     before, after = forward_gate(judge, laboratory, selection)
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
-        selector.judge_structure(selection)
-        selection.leftovers = leftovers(laboratory, selection.accepted)
+        selection.judge_remainder(laboratory)
     kept, own_gains = selection, cause_gains(laboratory, selection, held)
     if others is not None:
         carried, own_gains = what_carries_over(laboratory, selection, held)
@@ -222,7 +220,7 @@ def diagnose(
         # The nominal's deviations come first, the amplitudes of the causes after them.
         refit=dict(zip(nominal, kept.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
-        structure=_structure(selection, robot.names),
+        structure=_structure(laboratory, selection),
         stages=tuple(stages(folds, laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
@@ -282,20 +280,23 @@ def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _structure(selection: Selection, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return ``structure`` of diagnosis.json: what free curves explain beside the causes."""
+def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str, Any]:
+    """Return ``structure`` of diagnosis.json: what is left that is not noise."""
+    names, left = laboratory.robot.names, selection.remainder
+    largest = [left.largest(i) for i in range(len(names))]
+    rows = laboratory.known
     return {
-        'cv_gain': [float(x) for x in selection.structure_gain],
-        'floor': [float(x) for x in selection.structure_floor],
+        'cv_gain': [None if x is None else float(x.energy / rows[x.joint]) for x in largest],
+        'floor': [None if x is None else float(x.floor / rows[x.joint]) for x in largest],
         'axes': [
             {
                 'axis': x.axis,
                 'joint': names[x.joint],
-                'energy': x.gain,
-                'floor': x.floor,
-                'share': x.share,
+                'energy': float(x.energy),
+                'floor': float(x.floor),
+                'share': float(x.share),
                 'unknown': x.significant,
             }
-            for x in selection.leftovers
+            for x in left.found
         ],
     }

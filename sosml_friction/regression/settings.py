@@ -17,10 +17,8 @@ class DiagnosisSettings:
     out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
     ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
     whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
-    the largest gain of a null does too. ``structure_floor``: the same for curves without physics.
-    A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
-    what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
-    recordings: for recordings without more the ratio was up to 2.5.
+    the largest gain of a null does too. Named causes are the whole of a joint unless a free curve
+    explains more than ``axis_share`` of what both explain.
     ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
     share of folds that must gain. ``most_causes``: largest number of named causes, and
     ``most_terms`` with their harmonics.
@@ -35,11 +33,8 @@ class DiagnosisSettings:
     blocks: int = 14
     folds: int = 7
     nulls: int = 12
-    axis_nulls: int = 8
-    axis_margin: float = 3.0
     axis_share: float = 0.03
     floor: float = 0.005
-    structure_floor: float = 0.03
     floor_margin: float = 1.5
     largest_p: float = 0.01
     least_bic: float = 10.0

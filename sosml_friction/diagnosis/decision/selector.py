@@ -8,9 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding, with_amplitudes
-from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates, structure_floor
+from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
@@ -52,9 +51,8 @@ class Selector:
             if not self._eliminate(result):
                 break
         self._settle(result)
-        self.judge_structure(result)
-        self.step('looking for more along the axes of the causes')
-        result.leftovers = leftovers(lab, result.accepted)
+        self.step('looking for what is left')
+        result.judge_remainder(lab)
         return result
 
     def _settle(self, result: Selection) -> None:
@@ -135,17 +133,6 @@ class Selector:
             return 0.0
         share = finding.score.cv_gain / finding.score.energy
         return _BELOW_IMPOSSIBLE * self._impossible * share
-
-    def judge_structure(self, result: Selection) -> None:
-        """Measure what free curves without physics still predict on data left out."""
-        lab = self.laboratory
-        floor = structure_floor(lab, result.fit, 100 + len(result.accepted))
-        scores = [result.fit.score(its) for its in lab.structure_columns]
-        left = np.maximum(result.after.held_out.sum(axis=1), 1e-300)
-        result.structure_gain = np.array([s.cv_gain for s in scores])
-        result.structure_floor = np.maximum(floor, _BELOW_IMPOSSIBLE * self._impossible / left)
-        result.structure_energy = np.array([s.energy for s in scores])
-        result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
 
     def _eliminate(self, result: Selection) -> bool:
         """
