@@ -50,10 +50,10 @@ class Tone:
         for x in q.T:
             speed = np.abs(np.diff(x)) / step
             slow, fast = np.quantile(speed[speed > _MOVES * speed.max()], (0.1, 0.9))
-            ends = 2.0 * np.pi * self.hertz / np.array([fast, slow])
+            low, high = 2.0 * np.pi * self.hertz / fast, 2.0 * np.pi * self.hertz / slow
             # Half of a line's width over the range apart.
-            count = np.ptp(ends) * np.ptp(x) / np.pi + 2.0
-            w = np.linspace(*ends, int(min(count, _MOST_LINES)))
+            count = (high - low) * float(np.ptp(x)) / np.pi + 2.0
+            w = np.linspace(low, high, int(min(count, _MOST_LINES)))
             for sign in (-1.0, 1.0):
                 alike = np.abs(turn @ np.exp(1j * sign * np.outer(x, w))) / len(x)
                 if alike.max() ** 2 > _ALIKE:
