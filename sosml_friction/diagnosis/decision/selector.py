@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -81,6 +82,11 @@ class Selector:
                 break
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
+            if friction := self._wrong_friction(result, of_grid, top[0]):
+                result.accepted += friction
+                result.refit(lab)
+                self.step('found the friction of the nominal to be wrong')
+                continue
             rivals = Rivals(lab, result.system, top, found)
             best, result.masked = chosen(rivals, partial(self._judged, result, of_grid))
             if best.failed:
@@ -126,6 +132,54 @@ class Selector:
         finding = replace(finding, floor=max(floor, self._misfit(finding)))
         known = any(other.key == finding.key for other in accepted)
         return replace(finding, failed=failed_gates(finding, self.settings, known))
+
+    def _wrong_friction(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        best: Finding,
+    ) -> list[Finding]:
+        """
+        Return the parameters of a joint's nominal friction where all of them are off.
+
+        They are one candidate: together they explain more than the best alone, and each passes
+        its gates beside the others. One after the other, another cause would have stood for both.
+        """
+        lab, most = self.laboratory, best.delta_bic
+        friction: list[tuple[str, int]] = []
+        for i in range(lab.robot.n):
+            keys = [
+                c.key for c in lab.candidates if c.joint == i and _of_nominal_friction(c.effect)
+            ]
+            if len(keys) < 2 or any(finding.key in keys for finding in result.accepted):
+                continue
+            C = np.concatenate([of_grid[key].C for key in keys], axis=3)
+            columns = CandidateColumns.make(result.system, of_grid[keys[0]].rows, C)
+            gain = result.fit.score(columns).gain
+            evidence = gain - len(keys) * float(np.log(lab.known[i]))
+            if evidence > most:
+                most, friction = evidence, keys
+        parts = [self._beside(result, of_grid, key, friction) for key in friction]
+        return [] if any(part.failed for part in parts) else parts
+
+    def _beside(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        key: tuple[str, int],
+        keys: Sequence[tuple[str, int]],
+    ) -> Finding:
+        """Return a candidate without inner parameters, judged beside others of a joint."""
+        lab, others = self.laboratory, [of_grid[other] for other in keys if other != key]
+        fit = Fit.make(result.system.extended(others), lab.y)
+        (finding,) = (
+            self.scorer.finding(fit, candidate, of_grid[key])
+            for candidate in lab.candidates
+            if candidate.key == key
+        )
+        floor = candidate_floor(lab, fit, finding, of_grid[key], len(result.accepted))
+        finding = replace(finding, floor=floor)
+        return replace(finding, failed=failed_gates(finding, self.settings))
 
     def _misfit(self, finding: Finding) -> float:
         """Return the floor that impossible candidates set, as a share of the held-out energy."""
@@ -177,6 +231,11 @@ class Selector:
             if reason := finding.effect.implausible(fit):
                 return k, reason
         return None
+
+
+def _of_nominal_friction(effect: Term) -> bool:
+    """Tell whether a cause is a parameter of the nominal friction that is off."""
+    return effect.of_law and effect.parameter_error
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:
