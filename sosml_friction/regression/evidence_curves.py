@@ -43,7 +43,9 @@ class Curves:
     left: FloatArray
 
 
-def fit_curves(fit: Fit, curves: Sequence[tuple[int, FloatArray]]) -> Curves:
+def fit_curves(
+    fit: Fit, curves: Sequence[tuple[int, FloatArray]], loose: Sequence[int] = ()
+) -> Curves:
     """
     Return what curves explain, each of a size tau_g that the evidence says.
 
@@ -55,15 +57,18 @@ def fit_curves(fit: Fit, curves: Sequence[tuple[int, FloatArray]]) -> Curves:
     Nominal parameters are anywhere within their bounds alike; those at one stay there.
 
     :param curves: the joint and the whitened hats (rows, h) of each.
+    :param loose: nominal parameters of which nothing is known here.
     """
     system, x, y = fit.system, fit.baseline.x, fit.target.y
-    free = np.flatnonzero(np.abs(x) < _AT_BOUND * system.bound)
+    known = np.isin(np.arange(len(x)), loose, invert=True)
+    free = np.flatnonzero((np.abs(x) < _AT_BOUND * system.bound) | ~known)
     held = np.setdiff1d(np.arange(len(x)), free)
     target = y - system.Z[:, :, held] @ x[held]
     bases = [(joint, _standard(hats)) for joint, hats in curves]
     G, r = _normal(system.Z[:, :, free], bases, target)
     parts = _own(len(free), [base.shape[1] for _, base in bases])
-    prior = system.penalty()[free] - (1.0 - 1.0 / _UNIFORM) * system.prior_weight()[free]
+    certain = np.where(known, 1.0 - 1.0 / _UNIFORM, 1.0) * system.prior_weight()
+    prior = (system.penalty() - certain)[free]
     size = np.full(len(parts), 0.1)
     alive = [g for g, part in enumerate(parts) if G[part, part].any()]
     for _ in range(_MOST_ROUNDS):
@@ -76,8 +81,8 @@ def fit_curves(fit: Fit, curves: Sequence[tuple[int, FloatArray]]) -> Curves:
         before, tried = size.copy(), alive
         own = _own(len(free), [len(parts[g]) for g in tried])
         for g, at in zip(tried, own, strict=True):
-            known = len(at) - np.trace(inverse[np.ix_(at, at)]) / size[g] ** 2
-            size[g] = np.sqrt(mean[at] @ mean[at] / (known + _EXPONENT))
+            told = len(at) - np.trace(inverse[np.ix_(at, at)]) / size[g] ** 2
+            size[g] = np.sqrt(mean[at] @ mean[at] / (told + _EXPONENT))
         alive = [g for g in tried if size[g] >= _LEAST]
         if alive == tried and np.all(np.abs(np.log(size / before)) < _SETTLED):
             break

@@ -94,7 +94,9 @@ def remainder(
         for g, hats in enumerate(_hats(parts, i)):
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
-    result = fit_curves(fit, curves)
+    # How friction turns around at a reversal is no cause, and bounds on it are a guess.
+    turns = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
+    result = fit_curves(fit, curves, turns)
     residual = _residual(fit, fit.baseline)
     alone = _residual(Fit(laboratory.system, fit.target, before), before)
     energy = np.array([np.sum(x**2, axis=0) for x in (alone, residual, result.left)])
