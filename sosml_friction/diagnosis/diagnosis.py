@@ -39,6 +39,7 @@ from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
+from sosml_friction.diagnosis.trust import check_trust, trusting
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -111,12 +112,13 @@ def diagnose(
     :param step: called with what is being done.
     :param keep_all: keep causes in the extended model that ``holdout`` contradicts.
     :raises DataError: if a joint of the model is not in a recording.
-    :raises ConfigurationError: if ``holdout`` is of no use.
+    :raises ConfigurationError: if ``holdout`` is of no use, or ``settings.trust`` says nothing.
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
     logs = [unwrapped(log.select(robot.names)) for log in logs]
     library = make_library(without)
+    check_trust(settings.trust)
     # A term of the model that cannot be used is refused before anything is computed.
     known_terms(model)
     step('checking the data')
@@ -130,11 +132,11 @@ def diagnose(
         lags = [velocity_lag(logs[0], signals[0], i) for i in told]
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        laboratory = WhitenedRegression.make(signals, library, settings, step)
+        laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
         if untold := untold_inertia(laboratory):
             checks += untold.values()
             settings = replace(settings, free_inertia=(*settings.free_inertia, *untold))
-            laboratory = WhitenedRegression.make(signals, library, settings, step)
+            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)
@@ -158,7 +160,7 @@ def diagnose(
         if new := [name for name in untold if name not in settings.free_inertia]:
             checks += [untold[name] for name in new]
             settings = replace(settings, free_inertia=(*settings.free_inertia, *new))
-            laboratory = WhitenedRegression.make(signals, library, settings, step)
+            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
             selector = Selector(laboratory, step)
             selection = selector.run()
     step('measuring the gain')

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a diagnosis looks at data, and what it takes to name a cause."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,8 @@ class DiagnosisSettings:
     ``most_terms`` with their harmonics.
     ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
-    ``unknown_armature``: joints of whose rotor nothing is known.
+    ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a
+    group of nominal parameters (:mod:`sosml_friction.diagnosis.trust`) where it is another.
     """
 
     band: float | None = None
@@ -45,3 +47,4 @@ class DiagnosisSettings:
     seed: int = 0
     free_inertia: tuple[str, ...] = ()
     unknown_armature: tuple[str, ...] = ()
+    trust: Mapping[str, float] = field(default_factory=dict)
