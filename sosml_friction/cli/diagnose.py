@@ -65,8 +65,8 @@ def diagnose(
     causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
     it would predict recordings simulated without it, is physically possible, and does not make the
     forward simulation worse; causes that the data cannot separate come as a set, with the
-    experiment that would separate them. Where free curves without physics still predict more than
-    the causes do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
+    experiment that would separate them. Where more is left than noise and the model's own
+    uncertainty make, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
     diagnosis.json, report.html and, with a cause that a model can have, the extended model.
     docs/diagnosis.md has the effects and the gates.
 
