@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.evidence import Fit
 
 #: Over how many hats a curve is smooth: the length of its Gaussian kernel. Chosen: two hats bend
@@ -44,7 +44,9 @@ class Curves:
 
 
 def fit_curves(
-    fit: Fit, curves: Sequence[tuple[int, FloatArray]], loose: Sequence[int] = ()
+    fit: Fit,
+    curves: Sequence[tuple[int, FloatArray]],
+    told: BoolArray | None = None,
 ) -> Curves:
     """
     Return what curves explain, each of a size tau_g that the evidence says.
@@ -57,18 +59,18 @@ def fit_curves(
     Nominal parameters are anywhere within their bounds alike; those at one stay there.
 
     :param curves: the joint and the whitened hats (rows, h) of each.
-    :param loose: nominal parameters of which nothing is known here.
+    :param told: rows (rows, n) that say something of curves; None for all.
     """
     system, x, y = fit.system, fit.baseline.x, fit.target.y
-    known = np.isin(np.arange(len(x)), loose, invert=True)
-    free = np.flatnonzero((np.abs(x) < _AT_BOUND * system.bound) | ~known)
+    free = np.flatnonzero(np.abs(x) < _AT_BOUND * system.bound)
     held = np.setdiff1d(np.arange(len(x)), free)
-    target = y - system.Z[:, :, held] @ x[held]
-    bases = [(joint, _standard(hats)) for joint, hats in curves]
-    G, r = _normal(system.Z[:, :, free], bases, target)
+    told = np.ones(y.shape, dtype=bool) if told is None else told
+    target = told * (y - system.Z[:, :, held] @ x[held])
+    Z = told[:, :, None] * system.Z[:, :, free]
+    bases = [(joint, _standard(told[:, joint, None] * hats)) for joint, hats in curves]
+    G, r = _normal(Z, bases, target)
     parts = _own(len(free), [base.shape[1] for _, base in bases])
-    certain = np.where(known, 1.0 - 1.0 / _UNIFORM, 1.0) * system.prior_weight()
-    prior = (system.penalty() - certain)[free]
+    prior = system.penalty()[free] - (1.0 - 1.0 / _UNIFORM) * system.prior_weight()[free]
     size = np.full(len(parts), 0.1)
     alive = [g for g, part in enumerate(parts) if G[part, part].any()]
     for _ in range(_MOST_ROUNDS):
@@ -81,12 +83,12 @@ def fit_curves(
         before, tried = size.copy(), alive
         own = _own(len(free), [len(parts[g]) for g in tried])
         for g, at in zip(tried, own, strict=True):
-            told = len(at) - np.trace(inverse[np.ix_(at, at)]) / size[g] ** 2
-            size[g] = np.sqrt(mean[at] @ mean[at] / (told + _EXPONENT))
+            known = len(at) - np.trace(inverse[np.ix_(at, at)]) / size[g] ** 2
+            size[g] = np.sqrt(mean[at] @ mean[at] / (known + _EXPONENT))
         alive = [g for g in tried if size[g] >= _LEAST]
         if alive == tried and np.all(np.abs(np.log(size / before)) < _SETTLED):
             break
-    energy, left = np.zeros(len(parts)), target - system.Z[:, :, free] @ mean[: len(free)]
+    energy, left = np.zeros(len(parts)), target - Z @ mean[: len(free)]
     for g, at in zip(tried, own, strict=True):
         energy[g] = mean[at] @ np.linalg.solve(inverse[np.ix_(at, at)], mean[at])
         left[:, bases[g][0]] -= bases[g][1] @ mean[at]

@@ -18,11 +18,9 @@ class DiagnosisSettings:
     out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
     ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
     whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
-    the largest gain of a null does too. Named causes are the whole of a joint unless a free curve
-    explains more than ``axis_share`` of what both explain.
-    ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
-    share of folds that must gain. ``most_causes``: largest number of named causes, and
-    ``most_terms`` with their harmonics.
+    the largest gain of a null does too. A named cause is the whole of its axis unless a free curve
+    explains more than ``axis_share`` of what both explain. ``most_causes``: largest number of
+    named causes, and ``most_terms`` with their harmonics.
     ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
     ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a
@@ -38,9 +36,6 @@ class DiagnosisSettings:
     axis_share: float = 0.03
     floor: float = 0.005
     floor_margin: float = 1.5
-    largest_p: float = 0.01
-    least_bic: float = 10.0
-    folds_improved: float = 4 / 7
     most_causes: int = 4
     most_terms: int = 10
     end_stops: bool = False

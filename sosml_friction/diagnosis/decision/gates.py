@@ -9,7 +9,6 @@ import numpy as np
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
 from sosml_friction.regression.evidence import CandidateColumns, Fit
-from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -42,9 +41,7 @@ def candidate_floor(
     return max(settings.floor * choice, settings.floor_margin * most, laboratory.feigned)
 
 
-def failed_gates(
-    finding: Finding, settings: DiagnosisSettings, known: bool = False
-) -> tuple[str, ...]:
+def failed_gates(finding: Finding, known: bool = False) -> tuple[str, ...]:
     """
     Return what speaks against naming a finding.
 
@@ -55,17 +52,11 @@ def failed_gates(
     failed = []
     if finding.objection:
         failed.append(finding.objection)
-    if not finding.delta_bic > settings.least_bic:
-        failed.append(f'delta BIC is {finding.delta_bic:.1f}')
-    if not finding.p_adjusted < settings.largest_p:
-        failed.append(f'p is {finding.p_adjusted:.2g}')
     if not s.cv_gain > finding.floor:
         failed.append(
             f'it removes {100 * s.cv_gain:.1f} % of what is unexplained on data left out, '
             f'within the floor of {100 * finding.floor:.1f} %'
         )
-    if s.improved < settings.folds_improved and not known:
-        failed.append(f'{100 * s.improved:.0f} % of the folds improve')
     if s.cv_gain < s.cv_se and not known:
         failed.append('the gain is within its standard error over the folds')
     return tuple(failed)

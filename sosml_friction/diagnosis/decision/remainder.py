@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.leftover import (
     ACCELERATION,
@@ -24,6 +24,7 @@ from sosml_friction.diagnosis.decision.leftover import (
 from sosml_friction.diagnosis.decision.tone import strongest_tone
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
+from sosml_friction.regression.estimate import BESIDE
 from sosml_friction.regression.evidence import Baseline, CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.structure import HATS
@@ -41,6 +42,8 @@ _FEIGNED = 4.0
 #: recordings of the blind plant without a tone it was at most 0.119, with one of SNR 0.9 and more
 #: 0.35 and more.
 _TONE_SHARE = 0.2
+#: Largest probability that noise has such a tone: once in a hundred recordings.
+_TONE_CHANCE = 0.01
 #: By how much more one power of speed has to explain, beside ``BIC_CLOSE``, as a share of what is
 #: named: by so much an effect of the catalogue in other equations may differ.
 _MORE_SHARE = 0.005
@@ -86,7 +89,8 @@ def remainder(
 
     :param before: the fit without causes; ``fit``: with the accepted ones.
     """
-    rows, settings = laboratory.known, laboratory.settings
+    far, settings = _far_from_reversals(laboratory), laboratory.settings
+    rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
     curves: list[tuple[int, FloatArray]] = []
     axes: list[tuple[str, bool]] = []
@@ -96,11 +100,9 @@ def remainder(
         for g, hats in enumerate(_hats(parts, i)):
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
-    # How friction turns around at a reversal is no cause, and bounds on it are a guess.
-    turns = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
-    result = fit_curves(fit, curves, turns)
-    residual = _residual(fit, fit.baseline)
-    alone = _residual(Fit(laboratory.system, fit.target, before), before)
+    result = fit_curves(fit, curves, far)
+    residual = far * _residual(fit, fit.baseline)
+    alone = far * _residual(Fit(laboratory.system, fit.target, before), before)
     energy = np.array([np.sum(x**2, axis=0) for x in (alone, residual, result.left)])
     named = np.maximum(energy[0] - energy[1], 0.0)
     explained = np.clip(1.0 - energy[2] / np.maximum(energy[1], 1e-300), 0.0, 1.0)
@@ -110,16 +112,17 @@ def remainder(
     found = []
     for (i, _), (axis, friction), own in zip(curves, axes, result.energy, strict=True):
         feigned = _FEIGNED * laboratory.feigned if axis in (ACCELERATION, LOAD) else 0.0
-        floor = (LEAST + feigned) * rows[i]
+        # The evidence of a cause of two parameters, as curves that are seen have.
+        chance = BIC_CLOSE + 2.0 * float(np.log(rows[i]))
+        floor = max((LEAST + feigned) * rows[i], chance)
         # Along the axis of a cause nothing is left where it is the right one.
         least = settings.axis_share if (axis, i) in own_axes else REST
         if axis == NEIGHBOURS:
             # No cause of the catalogue is a function of where another joint is; but those that
             # follow the nominal's load are off by its tolerance, in energy by the square.
             least = settings.tolerance**2
-            if friction:
-                # Neither is anything of the nominal: the evidence of a cause of two parameters.
-                floor = min(floor, settings.least_bic + 2.0 * float(np.log(rows[i])))
+            # Neither is any friction of the nominal.
+            floor = chance if friction else floor
         share = own / max(named[i] + own, 1e-300) if i in acted else 1.0
         name = f'{FRICTION_BY}{axis}' if friction else axis
         found.append(Leftover(name, i, own, floor, share, least))
@@ -128,6 +131,15 @@ def remainder(
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
+
+
+def _far_from_reversals(laboratory: WhitenedRegression) -> BoolArray:
+    """Return where no joint turns around (rows, n): how friction does so is no cause."""
+    names = laboratory.nominal.names
+    which = [k for k, name in enumerate(names) if ' reversal ' in name]
+    peaks = np.abs(laboratory.system.Z[:, :, which])
+    share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
+    return np.asarray((share < BESIDE).all(axis=2))
 
 
 def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:
@@ -156,7 +168,7 @@ def _tones(
     q = signals.q[band.first :: band.factor][: band.count(len(signals.q))][-len(rows) :]
     for i in joints:
         tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
-        if tone.share < _TONE_SHARE or tone.chance > laboratory.settings.largest_p:
+        if tone.share < _TONE_SHARE or tone.chance > _TONE_CHANCE:
             continue
         if not tone.follows(q, band.output_step):
             energy, floor = (share * laboratory.known[i] for share in (tone.share, _TONE_SHARE))

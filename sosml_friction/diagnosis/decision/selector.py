@@ -131,7 +131,7 @@ class Selector:
         floor = candidate_floor(self.laboratory, result.fit, finding, columns, len(accepted))
         finding = replace(finding, floor=max(floor, self._misfit(finding)))
         known = any(other.key == finding.key for other in accepted)
-        return replace(finding, failed=failed_gates(finding, self.settings, known))
+        return replace(finding, failed=failed_gates(finding, known))
 
     def _wrong_friction(
         self,
@@ -179,7 +179,7 @@ class Selector:
         )
         floor = candidate_floor(lab, fit, finding, of_grid[key], len(result.accepted))
         finding = replace(finding, floor=floor)
-        return replace(finding, failed=failed_gates(finding, self.settings))
+        return replace(finding, failed=failed_gates(finding))
 
     def _misfit(self, finding: Finding) -> float:
         """Return the floor that impossible candidates set, as a share of the held-out energy."""
