@@ -16,6 +16,7 @@ from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis, diagnose_logs
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.output import check_output_folder
 from sosml_friction.report.diagnosis.document import (
     KIND,
@@ -106,6 +107,7 @@ def diagnose(
     *,
     without: Sequence[str] = (),
     keep_all: bool = False,
+    trust: Mapping[str, float] | None = None,
 ) -> Diagnosis:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -116,12 +118,17 @@ def diagnose(
         ``logs`` that are left out in turn.
     :param without: effects not to look for.
     :param keep_all: keep causes in the model that ``holdout`` contradicts.
-    :raises ConfigurationError: if an effect is unknown, a recording is given twice, or
-        ``holdout`` is of no use.
+    :param trust: by how much of itself, or inf, a nominal parameter may be off and be refitted
+        without being a cause: of masses, armature, friction, torque_constant; else 0.035.
+    :raises ConfigurationError: if an effect or a group of ``trust`` is unknown, a recording is
+        given twice, or ``holdout`` is of no use.
     :raises DataError: if a joint of the model is not in a recording.
     """
     recordings = [(log_source(log, label), log) for label, log in labelled(logs).items()]
     refuse_copies({source.name: source.sha256 for source, _ in recordings})
     other = None if holdout is None else (log_source(holdout, 'holdout'), holdout)
     nominal = as_recorded(model.content, recordings[0][1])
-    return Diagnosis(diagnose_logs(recordings, nominal, other, without, keep_all=keep_all))
+    settings = DiagnosisSettings(trust=dict(trust or {}))
+    return Diagnosis(
+        diagnose_logs(recordings, nominal, other, without, settings, keep_all=keep_all)
+    )

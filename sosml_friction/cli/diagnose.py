@@ -36,6 +36,15 @@ def diagnose(
     without: Annotated[
         str | None, typer.Option(metavar='EFFECT,...', help='Causes not to look for.')
     ] = None,
+    trust: Annotated[
+        str | None,
+        typer.Option(
+            metavar='GROUP=SHARE,...',
+            help='How far nominal parameters may be off and be refitted without being a cause, as '
+            'a share of themselves or inf: masses, armature, friction, torque_constant; default '
+            '0.035 each. A friction that is a guess: friction=inf.',
+        ),
+    ] = None,
     keep_all: Annotated[
         bool,
         typer.Option(
@@ -56,8 +65,8 @@ def diagnose(
     causes of the catalogue. A cause is named if it predicts data it was not fitted to better than
     it would predict recordings simulated without it, is physically possible, and does not make the
     forward simulation worse; causes that the data cannot separate come as a set, with the
-    experiment that would separate them. Where free curves without physics still predict more than
-    the causes do, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
+    experiment that would separate them. Where more is left than noise and the model's own
+    uncertainty make, the verdict is unknown_structure: the catalogue lacks what is missing. Writes
     diagnosis.json, report.html and, with a cause that a model can have, the extended model.
     docs/diagnosis.md has the effects and the gates.
 
@@ -67,16 +76,28 @@ def diagnose(
     """
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
+    from sosml_friction.diagnosis.trust import check_trust
+    from sosml_friction.regression.settings import DiagnosisSettings
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.diagnosis import document as view
 
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
     leave = options.parse_names(without or None) or ()
+    told = options.parse_values('--trust', list(options.parse_names(trust or None) or ()))
+    check_trust(told)
     with progress(f'reading {bags[0]}') as step:
         source = options.stated_model(bags[0], model, armature, urdf, namespace)
         found = diagnose_bags(
-            bags, source, urdf, namespace, holdout, leave, step=step, keep_all=keep_all
+            bags,
+            source,
+            urdf,
+            namespace,
+            holdout,
+            leave,
+            DiagnosisSettings(trust=told),
+            step,
+            keep_all,
         )
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)

@@ -19,7 +19,6 @@ from sosml_friction.diagnosis.data_checks import (
     velocity_lag,
     without_bad,
 )
-from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
@@ -40,6 +39,7 @@ from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
+from sosml_friction.diagnosis.trust import check_trust, trusting
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -112,12 +112,13 @@ def diagnose(
     :param step: called with what is being done.
     :param keep_all: keep causes in the extended model that ``holdout`` contradicts.
     :raises DataError: if a joint of the model is not in a recording.
-    :raises ConfigurationError: if ``holdout`` is of no use.
+    :raises ConfigurationError: if ``holdout`` is of no use, or ``settings.trust`` says nothing.
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
     logs = [unwrapped(log.select(robot.names)) for log in logs]
     library = make_library(without)
+    check_trust(settings.trust)
     # A term of the model that cannot be used is refused before anything is computed.
     known_terms(model)
     step('checking the data')
@@ -131,11 +132,11 @@ def diagnose(
         lags = [velocity_lag(logs[0], signals[0], i) for i in told]
         checks += [lag for lag in lags if lag is not None]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        laboratory = WhitenedRegression.make(signals, library, settings, step)
+        laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
         if untold := untold_inertia(laboratory):
             checks += untold.values()
             settings = replace(settings, free_inertia=(*settings.free_inertia, *untold))
-            laboratory = WhitenedRegression.make(signals, library, settings, step)
+            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
         if laboratory.without_rests:
             checks.append(REST_LEFT_OUT)
         others = None if others is None else laboratory.seen_alike(others)
@@ -159,7 +160,7 @@ def diagnose(
         if new := [name for name in untold if name not in settings.free_inertia]:
             checks += [untold[name] for name in new]
             settings = replace(settings, free_inertia=(*settings.free_inertia, *new))
-            laboratory = WhitenedRegression.make(signals, library, settings, step)
+            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
             selector = Selector(laboratory, step)
             selection = selector.run()
     step('measuring the gain')
@@ -172,8 +173,7 @@ def diagnose(
     before, after = forward_gate(judge, laboratory, selection)
     if was_taken_back(selection.rejected):
         # What is left is more without it, and may have a structure.
-        selector.judge_structure(selection)
-        selection.leftovers = leftovers(laboratory, selection.accepted)
+        selection.judge_remainder(laboratory)
     kept, own_gains = selection, cause_gains(laboratory, selection, held)
     if others is not None:
         carried, own_gains = what_carries_over(laboratory, selection, held)
@@ -222,7 +222,7 @@ def diagnose(
         # The nominal's deviations come first, the amplitudes of the causes after them.
         refit=dict(zip(nominal, kept.after.x.tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
-        structure=_structure(selection, robot.names),
+        structure=_structure(laboratory, selection),
         stages=tuple(stages(folds, laboratory, selection)),
         band_hz=signals[0].band.cutoff,
         laboratory=laboratory,
@@ -282,20 +282,23 @@ def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def _structure(selection: Selection, names: tuple[str, ...]) -> dict[str, Any]:
-    """Return ``structure`` of diagnosis.json: what free curves explain beside the causes."""
+def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str, Any]:
+    """Return ``structure`` of diagnosis.json: what is left that is not noise."""
+    names, left = laboratory.robot.names, selection.remainder
+    largest = [left.largest(i) for i in range(len(names))]
+    rows = laboratory.known
     return {
-        'cv_gain': [float(x) for x in selection.structure_gain],
-        'floor': [float(x) for x in selection.structure_floor],
+        'cv_gain': [None if x is None else float(x.energy / rows[x.joint]) for x in largest],
+        'floor': [None if x is None else float(x.floor / rows[x.joint]) for x in largest],
         'axes': [
             {
                 'axis': x.axis,
                 'joint': names[x.joint],
-                'energy': x.gain,
-                'floor': x.floor,
-                'share': x.share,
+                'energy': float(x.energy),
+                'floor': float(x.floor),
+                'share': float(x.share),
                 'unknown': x.significant,
             }
-            for x in selection.leftovers
+            for x in left.found
         ],
     }

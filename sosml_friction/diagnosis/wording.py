@@ -9,9 +9,8 @@ import numpy as np
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
-from sosml_friction.diagnosis.decision.leftover import NEIGHBOUR_FRICTION, NEIGHBOURS, Leftover
+from sosml_friction.diagnosis.decision.leftover import NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.verdict import more_along_axis
 from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.identification.term_parameters import spread_text
@@ -71,7 +70,7 @@ def sentence_of(
     """Return the verdict with its numbers, for a person."""
     end = f' Off within the tolerance, and refitted: {_told(tolerated)}.' if tolerated else ''
     if verdict == 'nothing_above_floor':
-        return _nothing(selection) + end
+        return _nothing(selection, gain, names) + end
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
@@ -85,7 +84,7 @@ def sentence_of(
             f'{_contradicted((*causes, *tolerated))}{end}'
         )
     if all(cause.effect in DATA_CAUSES for cause in causes):
-        rest = _rest(selection, names).lstrip() or _nothing(selection)
+        rest = _rest(selection, names).lstrip() or _nothing(selection, gain, names)
         return f'Named, of the data: {_told(causes)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
     return (
@@ -169,7 +168,7 @@ def _gains(gain: Gain, names: tuple[str, ...], units: tuple[str, ...]) -> str:
     )
 
 
-def _nothing(selection: Selection) -> str:
+def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     """Return why no cause of the catalogue is named, as a sentence."""
     best = selection.rejected
     if best is None and not selection.accepted:
@@ -184,55 +183,70 @@ def _nothing(selection: Selection) -> str:
         'removes more of the error than chance would'
     )
     if best is not None:
-        gain = 100 * best.score.cv_gain
-        text += f' (closest: {_words(best.effect.identifier)}, {gain:.1f} %)'
-    return text + '.'
+        closest = 100 * best.score.cv_gain
+        text += f' (closest: {_words(best.effect.identifier)}, {closest:.1f} %)'
+    return f'{text}.{_noise(selection, gain, names)}'
+
+
+def _noise(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
+    """Return what is left of each joint, as a sentence with a blank before it."""
+    parts = [
+        f'{100.0 * share:.1f} % of the {relative:.2f} % of effort that is left in {name}'
+        for name, share, relative in zip(
+            names, selection.remainder.explained, gain.relative_after, strict=False
+        )
+        if np.isfinite(relative)
+    ]
+    return f' Free curves explain {", ".join(parts)}: the rest is noise.' if parts else ''
 
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
     """Return along which axis something is missing, as a sentence with a blank after it."""
-    more = more_along_axis(selection)
-    told = [x.joint for x in more if x.axis == NEIGHBOUR_FRICTION]
-    # That curve holds the other: one of them is enough.
-    more = [x for x in more if not (x.axis == NEIGHBOURS and x.joint in told)]
-    found = [_along(x, names[x.joint]) for x in more]
-    if found:
-        return '; '.join(found) + '. '
-    return (_rest(selection, names) + ' ').lstrip()
+    left = selection.remainder
+    more = left.significant or left.beyond_chance
+    # Axes share what they explain: the largest of a joint stands for the others.
+    most = [max((x for x in more if x.joint == i), key=_excess) for i in _joints(more)]
+    found = [_along(x, names[x.joint]) for x in most]
+    return '; '.join(found) + '. ' if found else ''
+
+
+def _joints(found: Sequence[Leftover]) -> list[int]:
+    return sorted({x.joint for x in found})
+
+
+def _excess(x: Leftover) -> float:
+    return x.energy - x.floor
 
 
 def _along(x: Leftover, joint: str) -> str:
-    """Return what a free curve explains beside the causes of its axis, without an end."""
+    """Return what is left along an axis, without an end."""
     percent = 100.0 * x.share
     number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
-    if x.axis == NEIGHBOUR_FRICTION:
+    if x.axis == TONE:
+        return f'{joint} has {x.axis} of {x.hertz:.3g} Hz: {number} % of what is left'
+    if x.instead:
         return (
-            f'{joint} has {x.axis}, which no cause of the catalogue is: {number} % of what it and '
-            'the named causes explain there'
+            f'{joint} depends on {x.axis} in another way: one power of {x.axis} explains more '
+            'than what is named'
         )
-    share = f'explains {number} % of what the two explain together'
-    how = (
-        f'one power of {x.axis} explains more than what is named'
-        if x.instead
-        else f'a free curve of {x.axis} {share}'
-    )
-    return f'{joint} depends on {x.axis} in another way: {how}'
+    which = 'which no cause of the catalogue is: ' if NEIGHBOURS in x.axis else ''
+    if x.share < 1.0:
+        return (
+            f'{joint} depends on {x.axis} in another way: {which}a free curve of it explains '
+            f'{number} % of what it and the named causes explain there'
+        )
+    return f'{joint} depends on {x.axis}: {which}a free curve of it explains more than noise would'
 
 
 def _rest(selection: Selection, names: tuple[str, ...]) -> str:
-    """Return what free curves predict of the rest, as a sentence with a blank before it."""
-    parts = [
-        f'{name} {100.0 * gain:.0f} %'
-        for name, gain, floor in zip(
-            names, selection.structure_gain, selection.structure_floor, strict=True
-        )
-        if gain > floor
-    ]
+    """Return what free curves explain of the rest, as a sentence with a blank before it."""
+    left = selection.remainder
+    parts = [f'{names[i]} {100.0 * left.explained[i]:.0f} %' for i in _joints(left.beyond_chance)]
     if not parts:
         return ''
     return (
-        ' Free curves of speed, position, acceleration and load still predict some of what is '
-        f'left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
+        ' Free curves of speed, position, acceleration, load and time still explain some of what '
+        f'is left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
     )
 
 

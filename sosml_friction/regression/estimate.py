@@ -37,7 +37,7 @@ _UNIFORM = 3.0
 _AT_BOUND = 0.999
 #: A row is beside a reversal where what a reversal may add is more than this share of its largest.
 #: Chosen, no measurement.
-_BESIDE = 0.1
+BESIDE = 0.1
 #: Shares of a step that are tried, until one lowers the cost.
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 
@@ -267,7 +267,7 @@ class Linear:
         which = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
         peaks = np.abs(Z[:, :, which])
         share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
-        far = (share < _BESIDE).all(axis=2)
+        far = (share < BESIDE).all(axis=2)
         kept = Z * far[:, :, None]
         G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
         alone = self._inverse(G, named, self.wide.penalty())

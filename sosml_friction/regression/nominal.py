@@ -12,6 +12,7 @@ from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump
 
@@ -119,7 +120,8 @@ def make_nominal(
     """
     Return the deviations of a nominal model and their bounds.
 
-    A known parameter may be off by ``tolerance`` of itself, a bias by ``tolerance`` of Coulomb
+    A known parameter may be off by ``tolerance`` of itself, a friction of zero by ``tolerance`` of
+    one that would need all of the measured effort, a bias by ``tolerance`` of Coulomb
     friction, each component of a first moment by ``tolerance`` of itself, at least of 0.3 of the
     whole vector, whose direction is known better than its length. Bodies whose inertias act
     together are combined (base parameters), and so are their bounds.
@@ -141,7 +143,8 @@ def make_nominal(
             if name == 'bias' and known:
                 value = np.nan_to_num(scales.coulomb[i])
             names.append(f'{joint} {name}')
-            bound.append(tolerance * abs(value) if known else np.inf)
+            size = abs(value) or _of_all_effort(scales, i, name)
+            bound.append(tolerance * size if known else np.inf)
     rigid, rigid_bound = _base(robot, tolerance)
     rigid_columns = len(names) + np.arange(len(rigid))
     for index, its_bound in zip(rigid, rigid_bound, strict=True):
@@ -167,6 +170,12 @@ def make_nominal(
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)
+
+
+def _of_all_effort(scales: Scales, joint: int, name: str) -> float:
+    """Return the parameter of friction that would need all effort of a joint, at top speed."""
+    effort, speed = float(scales.effort[joint]), float(scales.speed[joint])
+    return effort / max(speed, np.finfo(float).tiny) if name == 'viscous' else effort
 
 
 def _base(robot: Robot, tolerance: float) -> tuple[IndexArray, FloatArray]:

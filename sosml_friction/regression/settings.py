@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a diagnosis looks at data, and what it takes to name a cause."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -17,16 +18,13 @@ class DiagnosisSettings:
     out in turn. ``nulls``: simulated recordings without a cause, from which the floor comes.
     ``floor``: smallest held-out gain (share of the whitened residual's energy) that counts,
     whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
-    the largest gain of a null does too. ``structure_floor``: the same for curves without physics.
-    A named cause is the whole of its axis unless a free curve explains more than ``axis_share`` of
-    what both explain, and more than ``axis_margin`` times what it does of ``axis_nulls`` simulated
-    recordings: for recordings without more the ratio was up to 2.5.
-    ``largest_p`` and ``least_bic``: what F test and BIC have to say at least. ``folds_improved``:
-    share of folds that must gain. ``most_causes``: largest number of named causes, and
-    ``most_terms`` with their harmonics.
+    the largest gain of a null does too. A named cause is the whole of its axis unless a free curve
+    explains more than ``axis_share`` of what both explain. ``most_causes``: largest number of
+    named causes, and ``most_terms`` with their harmonics.
     ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
-    ``unknown_armature``: joints of whose rotor nothing is known.
+    ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a
+    group of nominal parameters (:mod:`sosml_friction.diagnosis.trust`) where it is another.
     """
 
     band: float | None = None
@@ -35,18 +33,13 @@ class DiagnosisSettings:
     blocks: int = 14
     folds: int = 7
     nulls: int = 12
-    axis_nulls: int = 8
-    axis_margin: float = 3.0
     axis_share: float = 0.03
     floor: float = 0.005
-    structure_floor: float = 0.03
     floor_margin: float = 1.5
-    largest_p: float = 0.01
-    least_bic: float = 10.0
-    folds_improved: float = 4 / 7
     most_causes: int = 4
     most_terms: int = 10
     end_stops: bool = False
     seed: int = 0
     free_inertia: tuple[str, ...] = ()
     unknown_armature: tuple[str, ...] = ()
+    trust: Mapping[str, float] = field(default_factory=dict)

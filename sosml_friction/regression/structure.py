@@ -14,7 +14,7 @@ from sosml_friction.regression.curves.curve import Curve
 from sosml_friction.regression.curves.knots import knots_of, padded_hats
 from sosml_friction.regression.signals import Signals
 
-_HATS = 9
+HATS = 9
 #: The axes, as signals (N, n).
 _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.v,
@@ -33,10 +33,10 @@ class Structure(Curve):
     """
 
     identifier: ClassVar[str] = 'structure'
-    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * _HATS)}
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * HATS)}
 
     def __init__(self, stretches: Sequence[Signals]) -> None:
-        self._knots = [knots_of(stretches, axis, _HATS) for axis in _AXES]
+        self._knots = [knots_of(stretches, axis, HATS) for axis in _AXES]
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
@@ -46,7 +46,7 @@ class Structure(Curve):
         """Return the hats of the joint alone, (N, 1, k)."""
         factors = 1.0, signals.sign[:, joint]
         parts = [
-            padded_hats(axis(signals)[:, joint], knots[joint], _HATS, factors)
+            padded_hats(axis(signals)[:, joint], knots[joint], HATS, factors)
             for axis, knots in zip(_AXES, self._knots, strict=True)
         ]
         return np.concatenate(parts, axis=1)[:, None]

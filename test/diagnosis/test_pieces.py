@@ -16,12 +16,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.leftover import (
-    NEIGHBOUR_FRICTION,
-    NEIGHBOURS,
-    POSITION,
-    SPEED,
-)
+from sosml_friction.diagnosis.decision.leftover import AXES, FRICTION_BY, TONE
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
@@ -31,7 +26,7 @@ from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.model.terms.kinds.transmission_term import deflection
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.contacts import find_contacts, find_impacts
-from sosml_friction.regression.curves.position_curve import PositionCurve
+from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -207,9 +202,9 @@ def test_a_free_curve_is_one_over_all_stretches(arm):
     # Every second position of the short way is one of the long.
     same = slice(quarter, 3 * quarter + 1), slice(0, 4 * quarter + 1, 2)
     assert far[same[0]] == pytest.approx(near[same[1]], abs=1e-12)
-    # Of a structure, the second axis is position; nine hats, and nine with the sign.
+    # Of a structure, the second axis is position; of what is elsewhere, the next joint's.
     for effect, hats in (
-        (PositionCurve(stretches), slice(8)),
+        (Elsewhere(stretches), slice(18, 27)),
         (Structure(stretches), slice(18, 27)),
     ):
         one, other = (
@@ -377,4 +372,4 @@ def test_every_axis_of_what_is_left_is_in_the_schema():
     schema = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
     axes = json.loads(schema.read_text())['properties']['structure']['properties']['axes']
     known = set(axes['items']['properties']['axis']['enum'])
-    assert known == {SPEED, NEIGHBOURS, NEIGHBOUR_FRICTION, POSITION}
+    assert known == {TONE, *AXES, *(f'{FRICTION_BY}{axis}' for axis in AXES)}

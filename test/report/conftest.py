@@ -133,7 +133,7 @@ def bags(analysis: BagAnalysis) -> BagsAnalysis:
 def diagnosis() -> Diagnosis:
     """Return that of a slider with a constant in its effort: a bias, an asymmetry or a spring."""
     log = slider_recording(lambda v: 4.0 + 0.0 * v, seed=1)
-    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4, axis_nulls=2))
+    return diagnose([log], slider_model(), settings=DiagnosisSettings(nulls=4))
 
 
 @pytest.fixture(scope='session')

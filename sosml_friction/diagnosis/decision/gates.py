@@ -2,16 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a candidate has to exceed to be named, and its floor from null simulations."""
 
-from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.null_recordings import null_recordings
-from sosml_friction.regression.evidence import CandidateColumns, Fit, System
-from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -35,40 +32,16 @@ def candidate_floor(
     settings = laboratory.settings
     # What the candidate explains is not held for friction that turns around in another way.
     beside = fit.system.extended([best.columns])
-    (most,) = _largest_gains(laboratory, fit, beside, [columns], generation)
-    choice = 1.0 + float(np.log(columns.C.shape[2]))
-    return max(settings.floor * choice, settings.floor_margin * float(most), laboratory.feigned)
-
-
-def structure_floor(laboratory: WhitenedRegression, fit: Fit, generation: int) -> FloatArray:
-    """Return the gain on data left out (n,) that free curves of each joint have to exceed."""
-    settings = laboratory.settings
-    curves = [its.beside(fit.system) for its in laboratory.structure_columns]
-    most = _largest_gains(laboratory, fit, fit.system, curves, generation)
-    chance = settings.floor_margin * np.maximum(most, laboratory.feigned)
-    return np.maximum(settings.structure_floor, chance)
-
-
-def _largest_gains(
-    laboratory: WhitenedRegression,
-    fit: Fit,
-    beside: System,
-    columns: Sequence[CandidateColumns],
-    generation: int,
-) -> FloatArray:
-    """Return the largest gain of each candidate over all null simulations, 0 at least."""
-    largest = np.zeros(len(columns))
-    seed = [laboratory.settings.seed, generation]
+    seed = [settings.seed, generation]
     nulls = null_recordings(laboratory, fit.system, fit.baseline.x, beside, seed)
-    for y in islice(nulls, laboratory.settings.nulls):
-        null = Fit.make(fit.system, y)
-        largest = np.fmax(largest, [null.score(its).cv_gain for its in columns])
-    return largest
+    most = max(
+        Fit.make(fit.system, y).score(columns).cv_gain for y in islice(nulls, settings.nulls)
+    )
+    choice = 1.0 + float(np.log(columns.C.shape[2]))
+    return max(settings.floor * choice, settings.floor_margin * most, laboratory.feigned)
 
 
-def failed_gates(
-    finding: Finding, settings: DiagnosisSettings, known: bool = False
-) -> tuple[str, ...]:
+def failed_gates(finding: Finding, known: bool = False) -> tuple[str, ...]:
     """
     Return what speaks against naming a finding.
 
@@ -79,17 +52,11 @@ def failed_gates(
     failed = []
     if finding.objection:
         failed.append(finding.objection)
-    if not finding.delta_bic > settings.least_bic:
-        failed.append(f'delta BIC is {finding.delta_bic:.1f}')
-    if not finding.p_adjusted < settings.largest_p:
-        failed.append(f'p is {finding.p_adjusted:.2g}')
     if not s.cv_gain > finding.floor:
         failed.append(
             f'it removes {100 * s.cv_gain:.1f} % of what is unexplained on data left out, '
             f'within the floor of {100 * finding.floor:.1f} %'
         )
-    if s.improved < settings.folds_improved and not known:
-        failed.append(f'{100 * s.improved:.0f} % of the folds improve')
     if s.cv_gain < s.cv_se and not known:
         failed.append('the gain is within its standard error over the folds')
     return tuple(failed)

@@ -1,39 +1,43 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a free curve still explains beside the causes along its axis."""
+"""What something without a name still explains beside the named causes."""
 
 from dataclasses import dataclass
 
-#: Axes of curves that no cause has.
-NEIGHBOURS = 'the position of the next joint'
-NEIGHBOUR_FRICTION = 'friction by the position of the next joint'
-#: Axes of free curves that could stand for causes, as ``Term.free_axis`` names them.
-SPEED, POSITION = 'speed', 'position'
+SPEED, POSITION, ACCELERATION, LOAD = 'speed', 'position', 'acceleration', 'load'
+TIME, NEIGHBOURS = 'time', 'the position of the next joint'
+TONE = 'a tone'
+#: Free curves of each axis, and of friction that follows it, in the order of their columns.
+AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, NEIGHBOURS, NEIGHBOURS)
+FRICTION_BY = 'friction by '
 
 
 @dataclass(frozen=True)
 class Leftover:
     """
-    Hold what a free curve along an axis of a joint still predicts beside the named causes.
+    Hold what a free curve of a joint, a tone, or one power of speed still explains.
 
-    ``gain``: whitened energy that it removes, ``energy``: the same on data left out; ``floor``:
-    what ``gain`` has to exceed. ``share``: ``gain`` of all that the causes of this axis and the
-    curve explain together; ``least``: the largest share with which the causes are the whole.
-    ``instead``: the curve is one power of speed that explains more than all causes by speed.
-    ``foreign``: no cause of the catalogue has such a curve.
+    ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
+    ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
+    beside which the causes are the whole. ``instead``: one power of speed that explains more than
+    all causes by speed. ``hertz``: of a tone.
     """
 
     axis: str
     joint: int
-    gain: float
     energy: float
     floor: float
     share: float
     least: float
     instead: bool = False
-    foreign: bool = False
+    hertz: float = 0.0
+
+    @property
+    def beyond_chance(self) -> bool:
+        """Tell whether it is more than noise and the model's own uncertainty make of it."""
+        return self.energy > self.floor
 
     @property
     def significant(self) -> bool:
-        """Tell whether it is beyond chance, and too much for the causes to be the whole."""
-        return self.gain > self.floor and self.energy > 0.0 and self.share > self.least
+        """Tell whether it is too much, besides, for the causes to be the whole."""
+        return self.beyond_chance and self.share > self.least

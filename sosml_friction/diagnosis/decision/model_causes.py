@@ -12,6 +12,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
+from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -71,7 +72,7 @@ def _causes(
             _evidence(finding),
             rivals,
             term,
-            alone and finding.effect.tolerated(fit, laboratory.settings.tolerance),
+            alone and finding.effect.tolerated(fit, scale_tolerance(laboratory)),
             gains.get(finding.key),
         )
     return causes

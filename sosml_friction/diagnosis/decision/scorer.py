@@ -11,6 +11,7 @@ from scipy.stats import f as f_distribution
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -31,12 +32,17 @@ class Scorer:
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
-        found = []
-        for candidate, its in zip(self.laboratory.candidates, columns, strict=True):
-            s = fit.score(its)
-            inner, grid = candidate.grid[s.best], its.C.shape[2]
-            found.append(self._finding(candidate.effect, candidate.joint, inner, s, its, grid))
+        found = [
+            self.finding(fit, candidate, its)
+            for candidate, its in zip(self.laboratory.candidates, columns, strict=True)
+        ]
         return sorted(found, key=lambda finding: -finding.delta_bic)
+
+    def finding(self, fit: Fit, candidate: Candidate, columns: CandidateColumns) -> Finding:
+        """Return a candidate at the best point of its grid beside a fit."""
+        s = fit.score(columns)
+        inner, grid = candidate.grid[s.best], columns.C.shape[2]
+        return self._finding(candidate.effect, candidate.joint, inner, s, columns, grid)
 
     def _finding(
         self,

@@ -4,11 +4,8 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.leftover import Leftover
+from sosml_friction.diagnosis.decision.remainder import Remainder, remainder
 from sosml_friction.regression.evidence import Baseline, Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -21,9 +18,7 @@ class Selection:
     ``before``: the fit without causes; ``fit``: with the accepted ones. ``ranking``: the first
     round's candidates, best first; ``rejected``: the best that was not accepted, with the gates
     it failed; ``masked``: the impossible one that explains more than the best possible one.
-    ``structure_*``: what free curves without physics still explain of each joint on data left out
-    (n,), as a share, its floor, and as energy; ``leftovers``: what free curves along the axes of
-    the accepted still explain; ``named_energy``: what the accepted explain on data left out.
+    ``remainder``: what is left beside the accepted that is not noise.
     """
 
     before: Baseline
@@ -32,11 +27,7 @@ class Selection:
     ranking: list[Finding] = field(default_factory=list)
     rejected: Finding | None = None
     masked: Finding | None = None
-    structure_gain: FloatArray = field(default_factory=lambda: np.zeros(0))
-    structure_floor: FloatArray = field(default_factory=lambda: np.zeros(0))
-    structure_energy: FloatArray = field(default_factory=lambda: np.zeros(0))
-    named_energy: float = 0.0
-    leftovers: tuple[Leftover, ...] = ()
+    remainder: Remainder = field(default_factory=Remainder)
 
     @property
     def after(self) -> Baseline:
@@ -52,3 +43,7 @@ class Selection:
         """Fit the causes that are accepted now."""
         system = laboratory.system.extended([f.columns for f in self.accepted])
         self.fit = Fit.make(system, laboratory.y)
+
+    def judge_remainder(self, laboratory: WhitenedRegression) -> None:
+        """Find what is left beside the causes that are accepted now."""
+        self.remainder = remainder(laboratory, self.before, self.fit, self.accepted)

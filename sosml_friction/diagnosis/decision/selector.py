@@ -8,13 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.adequacy import leftovers
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding, with_amplitudes
-from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates, structure_floor
+from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -52,9 +52,8 @@ class Selector:
             if not self._eliminate(result):
                 break
         self._settle(result)
-        self.judge_structure(result)
-        self.step('looking for more along the axes of the causes')
-        result.leftovers = leftovers(lab, result.accepted)
+        self.step('looking for what is left')
+        result.judge_remainder(lab)
         return result
 
     def _settle(self, result: Selection) -> None:
@@ -83,6 +82,11 @@ class Selector:
                 break
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
+            if friction := self._wrong_friction(result, of_grid, top[0]):
+                result.accepted += friction
+                result.refit(lab)
+                self.step('found the friction of the nominal to be wrong')
+                continue
             rivals = Rivals(lab, result.system, top, found)
             best, result.masked = chosen(rivals, partial(self._judged, result, of_grid))
             if best.failed:
@@ -127,7 +131,55 @@ class Selector:
         floor = candidate_floor(self.laboratory, result.fit, finding, columns, len(accepted))
         finding = replace(finding, floor=max(floor, self._misfit(finding)))
         known = any(other.key == finding.key for other in accepted)
-        return replace(finding, failed=failed_gates(finding, self.settings, known))
+        return replace(finding, failed=failed_gates(finding, known))
+
+    def _wrong_friction(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        best: Finding,
+    ) -> list[Finding]:
+        """
+        Return the parameters of a joint's nominal friction where all of them are off.
+
+        They are one candidate: together they explain more than the best alone, and each passes
+        its gates beside the others. One after the other, another cause would have stood for both.
+        """
+        lab, most = self.laboratory, best.delta_bic
+        friction: list[tuple[str, int]] = []
+        for i in range(lab.robot.n):
+            keys = [
+                c.key for c in lab.candidates if c.joint == i and _of_nominal_friction(c.effect)
+            ]
+            if len(keys) < 2 or any(finding.key in keys for finding in result.accepted):
+                continue
+            C = np.concatenate([of_grid[key].C for key in keys], axis=3)
+            columns = CandidateColumns.make(result.system, of_grid[keys[0]].rows, C)
+            gain = result.fit.score(columns).gain
+            evidence = gain - len(keys) * float(np.log(lab.known[i]))
+            if evidence > most:
+                most, friction = evidence, keys
+        parts = [self._beside(result, of_grid, key, friction) for key in friction]
+        return [] if any(part.failed for part in parts) else parts
+
+    def _beside(
+        self,
+        result: Selection,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+        key: tuple[str, int],
+        keys: Sequence[tuple[str, int]],
+    ) -> Finding:
+        """Return a candidate without inner parameters, judged beside others of a joint."""
+        lab, others = self.laboratory, [of_grid[other] for other in keys if other != key]
+        fit = Fit.make(result.system.extended(others), lab.y)
+        (finding,) = (
+            self.scorer.finding(fit, candidate, of_grid[key])
+            for candidate in lab.candidates
+            if candidate.key == key
+        )
+        floor = candidate_floor(lab, fit, finding, of_grid[key], len(result.accepted))
+        finding = replace(finding, floor=floor)
+        return replace(finding, failed=failed_gates(finding))
 
     def _misfit(self, finding: Finding) -> float:
         """Return the floor that impossible candidates set, as a share of the held-out energy."""
@@ -135,17 +187,6 @@ class Selector:
             return 0.0
         share = finding.score.cv_gain / finding.score.energy
         return _BELOW_IMPOSSIBLE * self._impossible * share
-
-    def judge_structure(self, result: Selection) -> None:
-        """Measure what free curves without physics still predict on data left out."""
-        lab = self.laboratory
-        floor = structure_floor(lab, result.fit, 100 + len(result.accepted))
-        scores = [result.fit.score(its) for its in lab.structure_columns]
-        left = np.maximum(result.after.held_out.sum(axis=1), 1e-300)
-        result.structure_gain = np.array([s.cv_gain for s in scores])
-        result.structure_floor = np.maximum(floor, _BELOW_IMPOSSIBLE * self._impossible / left)
-        result.structure_energy = np.array([s.energy for s in scores])
-        result.named_energy = float(result.before.held_out.sum() - result.after.held_out.sum())
 
     def _eliminate(self, result: Selection) -> bool:
         """
@@ -190,6 +231,11 @@ class Selector:
             if reason := finding.effect.implausible(fit):
                 return k, reason
         return None
+
+
+def _of_nominal_friction(effect: Term) -> bool:
+    """Tell whether a cause is a parameter of the nominal friction that is off."""
+    return effect.of_law and effect.parameter_error
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:

@@ -174,12 +174,11 @@ def controls(diagnosis: Diagnosis) -> str:
             verdict = 'off within the tolerance'
         removed, floor = percent(finding.score.cv_gain), percent(finding.floor)
         rows.append((f'{words(effect)}, {joint}', removed, floor, verdict))
-    rows += [
-        (f'free curves, {name}', percent(float(gain)), percent(float(floor)), '')
-        for name, gain, floor in zip(
-            diagnosis.names, selection.structure_gain, selection.structure_floor, strict=True
-        )
-    ]
+    known = laboratory.known
+    for i, name in enumerate(diagnosis.names):
+        if (most := selection.remainder.largest(i)) is not None:
+            share, floor = percent(most.energy / known[i]), percent(most.floor / known[i])
+            rows.append((f'{most.axis}, {name}', share, floor, 'free curve'))
     columns = {'candidate': '', 'removed on data left out': 'n', 'floor': 'n', '': ''}
     return (
         heading('Negative controls')
@@ -187,7 +186,9 @@ def controls(diagnosis: Diagnosis) -> str:
         'simulated for each row without what it says: nominal parameters off by up to their '
         'tolerance, friction that turns around in other ways, noise as measured. The floor is '
         f'{settings.floor_margin:g} times the largest share that it removed of any of them, at '
-        f'least {100.0 * settings.floor:g} %.</p>'
+        f'least {100.0 * settings.floor:g} %. Of free curves without a name: the largest share of '
+        'noise that one explains by itself, and what the tolerances and noise of position make '
+        'of it.</p>'
         + html_table(columns, rows)
         + f'<p>What was looked for was fixed before: library '
         f'<code>{diagnosis.library_hash}</code>, seed {settings.seed}.</p>'

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.leftover import Leftover
+from sosml_friction.diagnosis.decision.remainder import Remainder
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.gain import Gain
@@ -26,14 +28,8 @@ def test_a_fault_that_leaves_nothing_does_not_hide_that_something_is_missing(
     over, effect, verdict
 ):
     """The diagnosis does not use a late velocity, and bridges short holes."""
-    gain = np.array([0.5 if over else 0.0])
-    selection = Selection(
-        None,
-        None,
-        structure_gain=gain,
-        structure_floor=np.array([0.1]),
-        structure_energy=gain,
-    )
+    left = Leftover('time', 0, 500.0 if over else 0.0, 100.0, 1.0, 0.0)
+    selection = Selection(None, None, remainder=Remainder((left,), np.array([0.5])))
     parameters = {'lag_s': Parameter(0.01, 's'), 'lag_std_error_s': Parameter(1e-4, 's')}
     cause = Cause(effect, 'elbow', parameters, {})
     assert verdict_of([cause], selection) == verdict
@@ -51,7 +47,7 @@ def unmoved(position_after=1.0):
 
 
 def told(causes, gain):
-    selection = Selection(None, None, structure_gain=np.zeros(1), structure_floor=np.ones(1))
+    selection = Selection(None, None)
     return sentence_of('named', causes, gain, selection, ('elbow',), ('Nm',))
 
 

@@ -1,0 +1,71 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far each group of nominal parameters is trusted."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.regression.whitened import WhitenedRegression
+
+#: Groups of nominal parameters. That of the torque constant is no column of the refit: a scale of
+#: all effort is a candidate, tolerated within its share.
+TORQUE_CONSTANT = 'torque_constant'
+GROUPS = ('masses', 'armature', 'friction', TORQUE_CONSTANT)
+_FRICTION = ('coulomb', 'viscous', 'bias', 'stribeck')
+
+
+def check_trust(trust: Mapping[str, float]) -> None:
+    """
+    Refuse groups that there are not, and shares that are none.
+
+    :raises ConfigurationError: if there is one.
+    """
+    for name, share in trust.items():
+        if name not in GROUPS:
+            raise ConfigurationError(f'{name!r} cannot be trusted: use {", ".join(GROUPS)}')
+        if not share >= 0.0:
+            raise ConfigurationError(
+                f'the trust in {name} is {share:g}: give a share, such as 0.5, or inf'
+            )
+
+
+def trusting(laboratory: WhitenedRegression) -> WhitenedRegression:
+    """
+    Return the regression whose nominal parameters may be off by what their group is trusted to.
+
+    A group that is not in ``settings.trust`` keeps the tolerance; an infinite share is no bound.
+    """
+    trust, tolerance = laboratory.settings.trust, laboratory.settings.tolerance
+    nominal = laboratory.nominal
+    factor = np.array([trust.get(_group(name), tolerance) for name in nominal.names]) / tolerance
+    # What the model does not know has no tolerance, and one of nothing stays.
+    changed = (factor != 1.0) & np.isfinite(nominal.bound) & (nominal.bound > 0.0)
+    if not changed.any():
+        return laboratory
+    bound, prior = (
+        np.where(changed, x * np.where(changed, factor, 1.0), x)
+        for x in (nominal.bound, nominal.prior)
+    )
+    nominal = replace(nominal, bound=bound, prior=prior)
+    rows = replace(laboratory.rows, nominal=nominal)
+    system = replace(laboratory.system, bound=bound, prior=prior)
+    return replace(laboratory, rows=rows, system=system)
+
+
+def _group(name: str) -> str:
+    """Return the group of a nominal parameter, '' for what is in none."""
+    _, _, what = name.partition(' ')
+    if what in _FRICTION:
+        return 'friction'
+    if what.startswith('body '):
+        return 'masses'
+    return 'armature' if what == 'armature' else ''
+
+
+def scale_tolerance(laboratory: WhitenedRegression) -> float:
+    """Return by how much a torque constant may be off and be no cause."""
+    settings = laboratory.settings
+    return settings.trust.get(TORQUE_CONSTANT, settings.tolerance)

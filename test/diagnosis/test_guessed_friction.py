@@ -1,0 +1,73 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A nominal friction that is a guess: told with its sizes, or trusted as little as it is worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import slider_model, slider_recording
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.dahl import dahl_path
+from sosml_friction.regression.nominal import make_nominal
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+
+#: Looked for besides what is asked here, none of which is there.
+WITHOUT = ('cogging', 'backlash', 'joint_elasticity', 'thermal_drift', 'encoder_eccentricity')
+
+
+def diagnosed(model, stribeck=0.0, **settings):
+    """Return the diagnosis of friction 20 s + 200 v, of more at low speed, of a slider [N]."""
+
+    def sign(q, v):
+        s = dahl_path(q, 4e-5)
+        return s * (1.0 + stribeck / 20.0 * np.exp(-np.abs(v) / 0.03))
+
+    log = slider_recording(seed=1, sign=sign)
+    return diagnose([log], model, None, DiagnosisSettings(nulls=5, **settings), WITHOUT)
+
+
+@pytest.mark.parametrize('stribeck', [0.0, 12.5])
+def test_coulomb_and_viscous_friction_both_off_are_both_told_and_stribeck_only_where_it_is(
+    stribeck,
+):
+    """One after the other, a Stribeck term stood for what both lacked."""
+    found = diagnosed(slider_model(15.0, 500.0), stribeck)
+    sizes = {cause.effect: cause.parameters for cause in found.causes}
+    assert set(sizes) == {'coulomb', 'viscous', *(['stribeck'] if stribeck else [])}
+    assert all(not cause.rivals for cause in found.causes)
+    for name, change in (('coulomb', 5.0), ('viscous', -300.0)):
+        size = sizes[name]['change']
+        assert size.value == pytest.approx(change, abs=max(3.0 * size.std_error, 0.5))
+
+
+def test_a_friction_that_is_not_trusted_is_refitted_and_no_cause():
+    model = slider_model(15.0, 500.0)
+    found = diagnosed(model, trust={'friction': np.inf})
+    assert found.verdict == 'nothing_above_floor'
+    assert found.refit['slider coulomb'] == pytest.approx(5.0, abs=0.5)
+    assert found.refit['slider viscous'] == pytest.approx(-300.0, abs=5.0)
+    (cause,) = diagnosed(model, 12.5, trust={'friction': np.inf}).causes
+    assert cause.effect == 'stribeck'
+
+
+@pytest.mark.parametrize(
+    ('trust', 'said'), [({'frction': 0.5}, 'use masses, armature'), ({'masses': -1.0}, 'is -1')]
+)
+def test_trust_in_what_there_is_not_is_refused(trust, said):
+    with pytest.raises(ConfigurationError, match=said):
+        diagnosed(slider_model(), trust=trust)
+
+
+def test_a_friction_of_zero_has_the_tolerance_of_one_that_needs_all_effort():
+    log, settings = slider_recording(seed=1), DiagnosisSettings(band=15.0)
+    model = slider_model(0.0, 0.0)
+    (signals,) = prepare([log], model, model.make_robot(), settings)
+    nominal = make_nominal(signals, 0.035)
+    bound = dict(zip(nominal.names, nominal.bound, strict=True))
+    effort, speed = float(signals.scales.effort[0]), float(signals.scales.speed[0])
+    assert bound['slider coulomb'] == pytest.approx(0.035 * effort)
+    assert bound['slider viscous'] == pytest.approx(0.035 * effort / speed)
