@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
-    ('arrays', 'exceptions', 'registry', 'share'),
+    ('arrays', 'exceptions', 'plain_number', 'registry', 'share'),
     ('model',),
     ('bags',),
     ('observers',),

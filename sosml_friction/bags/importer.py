@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from sosml_friction.bags.mapping import (
 )
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
+from sosml_friction.model.urdf_joints import read_joints
 
 #: Takes a sentence about what was done to the data.
 Tell = Callable[[str], None]
@@ -327,10 +327,10 @@ def _robot_description(path: Path, plan: ImportMapping) -> str:
     """Return the URDF's text after checking that it has the joints, of the kind the units say."""
     text = _text(path)
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+        stated = read_joints(text).joints
+    except ConfigurationError as error:
         raise ConfigurationError(f'{path} is no readable URDF: {error}') from error
-    joints = {joint.get('name', ''): joint.get('type') for joint in root.findall('joint')}
+    joints = {name: joint.kind for name, joint in stated.items()}
     missing = [name for name in plan.joints if name not in joints]
     if missing:
         raise ConfigurationError(

@@ -82,7 +82,7 @@ class PlannedTrajectory:
     @property
     def beyond(self) -> list[LimitUse]:
         """Return what is beyond a limit."""
-        return [use for use in self.uses if use.excess > 0.0]
+        return [use for use in self.uses if not use.excess <= 0.0]
 
     def demands(self, joint: int) -> dict[str, Demand]:
         """Return what speed, acceleration and rigid-body effort a joint, by its index, needs."""
