@@ -117,7 +117,8 @@ class Trajectory:
                 high = np.maximum(high, inside.max(axis=0))
             # A cubic whose coefficients overflow turns nowhere that could be computed.
             known = np.isfinite(a2 * a2 - 3.0 * a3 * a1).all(axis=0)
-        return tuple(np.where(known, extreme, np.nan) for extreme in (low, high, fastest))
+        low, high, fastest = (np.where(known, x, np.nan) for x in (low, high, fastest))
+        return low, high, fastest
 
 
 def hermite(
