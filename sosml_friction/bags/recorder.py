@@ -19,6 +19,7 @@ from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
+from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.exceptions import BagError
 
 # Version of rosbag2's metadata that ROS 2 Jazzy writes; since 9 the QoS policies are words.
@@ -103,7 +104,10 @@ class BagRecorder:
         except OSError as error:
             raise self._write_error(error) from error
         self._writer = Writer(
-            self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE
+            self._stream,
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.NONE,
+            enable_data_crcs=True,
         )
         with self._writing():
             self._writer.start(profile='ros2', library='sosml_friction')
@@ -264,7 +268,9 @@ class BagRecorder:
 
     def _add_metadata_record(self) -> None:
         """Append the record from which ``ros2 bag info`` reads a single file."""
-        self._writer.add_metadata('rosbag2', {'serialized_metadata': _dump(self._information())})
+        text = _dump(self._information())
+        checked = {'serialized_metadata': text, CHECKSUM: text_checksum(text)}
+        self._writer.add_metadata('rosbag2', checked)
 
     def _information(self) -> dict[str, Any]:
         """Return rosbag2's BagMetadata of what was written up to now."""
