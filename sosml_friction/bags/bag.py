@@ -115,8 +115,8 @@ class Bag:
         if not self.messages_read:
             found = f' ({", ".join(damage)})' if damage else ''
             raise BagError(
-                f'{path} holds no {"whole " if damage else ""}message: record again, with the nodes '
-                f'running{found}'
+                f'{path} holds no {"whole " if damage else ""}message: record again, with the '
+                f'nodes running{found}'
             )
 
     def _miscounted(self, information: Sequence[dict[Any, Any]]) -> list[str]:
