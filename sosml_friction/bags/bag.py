@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
 from sosml_friction.bags.serialization import deserialize
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
@@ -229,7 +229,8 @@ class Bag:
 
         If no topic is called so, the only one of that type is taken.
         Joints go by name: they are those of all messages, in order of first appearance, and a
-        sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
+        sample that lacks a joint, or a quantity, holds NaN for it, and so does one whose value no
+        joint can have (infinite, 1e9 and more). Temperatures
         (``joint_temperatures``, frame_id = joint) are those last measured at or before each
         sample. A position that wraps is made continuous here, for all that reads a bag, and the
         log says by which period.
@@ -467,6 +468,8 @@ class Bag:
                 columns = [column[name] for name in key]
                 numbers = np.array(blocks[key][i], dtype=np.float64)
                 table[np.ix_(its_rows, columns)] = numbers.reshape(len(its_rows), len(key))
+            # What no joint can do was not measured.
+            table[~(np.abs(table) < LARGEST)] = np.nan
             arrays.append(table)
         return t_ns, names, arrays
 

@@ -276,7 +276,11 @@ class _Reader:
 
     def file(self, value: Any, where: str) -> Path:
         path = self.path.parent / self.text(value, where)
-        if not path.is_file():
+        try:
+            exists = path.is_file()
+        except (OSError, ValueError):  # a name that no file can have
+            exists = False
+        if not exists:
             raise self.error(where, f'is {value!r} and {path} does not exist')
         return path
 

@@ -20,6 +20,8 @@ _MOMENTS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
 #: A moment of inertia below 0 by this share of the largest is one that was rounded: CAD programs
 #: write three digits and more.
 _ROUNDED = 1e-3
+#: Beside a larger number of a body [SI] a double has no room for those of a robot's.
+_LARGEST = 1e9
 #: Stands for "no limit" in what the parser reads, which knows no infinity; nobody reads it back.
 _UNLIMITED = '1e300'
 
@@ -210,7 +212,7 @@ def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
             # "inf" is how many say that there is none.
             unlimited = text.strip().lower().lstrip('+-') in ('inf', 'infinity')
             what = f'the {key} limit of joint {name}'
-            stated[key] = float(text) if unlimited else _number(text, what)
+            stated[key] = float(text) if unlimited else _number(text, what, math.inf)
     # One side alone leaves the other at 0, as the format says; none at all limits nothing.
     free = kind == 'continuous' or not stated.keys() & {'lower', 'upper'}
     limits = JointLimits(
@@ -230,14 +232,17 @@ def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
     return UrdfJoint(name, kind, '' if child is None else child.get('link', ''), limits, mimic)
 
 
-def _number(text: str | None, what: str) -> float:
+def _number(text: str | None, what: str, largest: float = _LARGEST) -> float:
     if text is None:
         raise _refused(f'{what} is missing: give a number')
     try:
-        return plain_number(text)
+        number = plain_number(text)
+        if abs(number) > largest:
+            raise ValueError
+        return number
     except ValueError as error:
         way = ': it is xacro still; use what xacro prints' if '${' in text else ''
-        raise _refused(f'{what} is {text!r}, no number{way}') from error
+        raise _refused(f'{what} is {text!r}, no number of a robot{way}') from error
 
 
 def _vector(text: str, what: str) -> FloatArray:
