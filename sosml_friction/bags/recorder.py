@@ -69,6 +69,9 @@ class BagRecorder:
     memory until :meth:`flush`, which a node therefore calls at 5 Hz. Power loss is another
     matter: nothing is forced to the disk.
 
+    A recorder that could not write once writes nothing more: what it has is that of a recording
+    that was cut off, and never one with a hole that calls itself whole.
+
     All methods may be called from several threads.
 
     :param folder: the bag to make; its last part names the file in it.
@@ -89,6 +92,7 @@ class BagRecorder:
         self._flushed_log_ns: int | None = None
         self._flushed_clock_ns = monotonic_ns()
         self._closed = False
+        self._failed: BagError | None = None
         try:
             self.folder.mkdir(parents=True)
         except FileExistsError:
@@ -233,6 +237,10 @@ class BagRecorder:
             if self._closed:
                 return
             self._closed = True
+            if self._failed is not None:
+                with contextlib.suppress(OSError):
+                    self._stream.close()
+                return
             try:
                 self._writer.flush()
                 self._add_metadata_record()
@@ -255,10 +263,13 @@ class BagRecorder:
         with self._lock:
             if self._closed:
                 raise BagError(f'the bag {self.folder} is closed: nothing more can be recorded')
+            if self._failed is not None:
+                raise self._failed
             try:
                 yield
             except (OSError, McapError) as error:
-                raise self._write_error(error) from error
+                self._failed = self._write_error(error)
+                raise self._failed from error
 
     def _write_error(self, error: Exception) -> BagError:
         reason = getattr(error, 'strerror', None) or error
