@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import LARGEST, JointLog
@@ -93,16 +94,23 @@ class Bag:
         self.path = path
         self._namespace = None if namespace is None else '/' + namespace.strip('/')
         self._regions: list[Region] = scans[0].regions
+        self._scans = scans
         self._topics = _merge_topics(path, scans)
         self.messages_read = sum(len(topic) for topic in self._topics.values())
         information, said = _information(path, scans)
         _refuse_compressed_messages(path, information)
+        counted = information[0].get('message_count') if information else None
+        self._counted = counted if isinstance(counted, int) and counted > 0 else None
         damage = [f'{s.path.name} {reason}' for s in scans for reason in s.damage]
         damage += [*said, *self._miscounted(information)]
         self.recovered = bool(damage)
         self.recovery = ''
         if damage:
-            upto = ', up to the last whole one,' if any(s.is_cut for s in scans) else ''
+            upto = (
+                ', up to the last whole one,'
+                if any(s.is_cut and not s.beyond for s in scans)
+                else ''
+            )
             self.recovery = (
                 f'{path} was not closed or is damaged ({", ".join(damage)}): '
                 f'{self.messages_read} messages{upto} were read'
@@ -113,7 +121,7 @@ class Bag:
             for key, value in (_mapping(part.get('custom_data'))).items()
         }
         if not self.messages_read:
-            found = f' ({", ".join(damage)})' if damage else ''
+            found = f', or try sosml repair ({", ".join(damage)})' if damage else ''
             raise BagError(
                 f'{path} holds no {"whole " if damage else ""}message: record again, with the '
                 f'nodes running{found}'
@@ -140,21 +148,37 @@ class Bag:
         return []
 
     @classmethod
-    def open(cls, path: str | Path, namespace: str | None = None) -> Bag:
+    def open(cls, path: str | Path, namespace: str | None = None, beyond: bool = False) -> Bag:
         """
         Open a bag folder, with or without metadata.yaml, or a single .mcap file.
 
+        :param beyond: whether what a checksum shows to be whole is read behind a damaged place
+            too; there are holes in such a recording.
         :raises BagError: if ``path`` is missing, is not a bag, or holds no message.
         """
         path = Path(path)
         files = _mcap_files(path)
         regions: list[Region] = []
-        return cls(path, namespace, [scan(file, regions) for file in files])
+        return cls(path, namespace, [scan(file, regions, beyond) for file in files])
 
     @property
     def topics(self) -> dict[str, tuple[str, int]]:
         """Return the type and the number of messages of each topic."""
         return {name: (topic.type_name, len(topic)) for name, topic in self._topics.items()}
+
+    @property
+    def stated_messages(self) -> int | None:
+        """Return how many messages its files say that they have, None where one does not."""
+        stated = [found.stated for found in self._scans if found.stated is not None]
+        return sum(stated) if len(stated) == len(self._scans) else self._counted
+
+    def channels(self) -> dict[str, tuple[Schema | None, Channel]]:
+        """Return the schema, where there is one, and the channel of each topic."""
+        return {
+            channel.topic: (found.schemas.get(channel.schema_id), channel)
+            for found in self._scans
+            for channel in found.channels.values()
+        }
 
     @property
     def start_ns(self) -> int:
@@ -190,6 +214,10 @@ class Bag:
 
     def timeline(self) -> Iterator[tuple[str, int, bytes]]:
         """Yield (topic, log_time_ns, CDR bytes) of every message of the bag in log time order."""
+        return ((topic, log_time_ns, cdr) for topic, log_time_ns, _, cdr in self.records())
+
+    def records(self) -> Iterator[tuple[str, int, int, bytes]]:
+        """Yield (topic, log_time_ns, publish_time_ns, CDR bytes) in log time order."""
         names = list(self._topics)
         entries = list(self._topics.values())
         log_times = np.concatenate([entry.log_time_ns for entry in entries])
@@ -201,8 +229,11 @@ class Bag:
         order = np.lexsort((offsets, regions, log_times))
         with open_store(self._regions) as store:
             for i in order.tolist():
-                message = store.fetch(int(regions[i]), int(offsets[i]), int(lengths[i]))
-                yield names[which[i]], int(log_times[i]), message
+                # The time of publication stands before the message.
+                start, length = int(offsets[i]) - 8, int(lengths[i]) + 8
+                message = store.fetch(int(regions[i]), start, length)
+                published = int.from_bytes(message[:8], 'little')
+                yield names[which[i]], int(log_times[i]), published, message[8:]
 
     def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
         """

@@ -83,7 +83,8 @@ class McapScan:
     ``damage`` says what is wrong with the file, each as what follows its name in a sentence; it is
     empty where the file ends as a closed recording does and has all that it says it has.
     ``read_to`` is the byte up to which it could be followed, ``is_cut`` whether that is before its
-    end. ``stated`` is how many messages its statistics count, None where there are none.
+    end. ``stated`` is how many messages its statistics count, None where there are none;
+    ``beyond`` whether chunks behind a damaged place were searched for.
     """
 
     path: Path
@@ -96,6 +97,7 @@ class McapScan:
     is_cut: bool = False
     read_to: int = 0
     stated: int | None = None
+    beyond: bool = False
 
     @property
     def count(self) -> int:
@@ -123,7 +125,7 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
         checksum shows to be whole, each once.
     :raises BagError: if the file cannot be read or is no MCAP file.
     """
-    found = McapScan(path, regions)
+    found = McapScan(path, regions, beyond=beyond)
     try:
         with path.open('rb') as stream:
             head = stream.read(len(MAGIC))
@@ -137,7 +139,7 @@ def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
                 found.damage.append('after byte 0')
                 return found
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                _Scanner(found, data, beyond).run()
+                _Scanner(found, data).run()
     except OSError as error:
         raise BagError(f'{path} cannot be read: {error.strerror}') from error
     return found
@@ -155,10 +157,9 @@ class _Content:
 class _Scanner:
     """Follow the records of one file."""
 
-    def __init__(self, found: McapScan, data: mmap.mmap, beyond: bool) -> None:
+    def __init__(self, found: McapScan, data: mmap.mmap) -> None:
         self.found = found
         self.data = data
-        self.beyond = beyond
         self.size = len(data)
         found.regions.append(Region(found.path, 0, self.size, ''))
         self.region = len(found.regions) - 1
@@ -177,7 +178,7 @@ class _Scanner:
             reason = str(error)
             found.is_cut = True
             found.damage.append(f'after byte {found.read_to}' + (f': {reason}' if reason else ''))
-        if self.beyond and found.damage:
+        if found.beyond and found.damage:
             self._search()
 
     def _follow(self) -> None:
@@ -191,7 +192,7 @@ class _Scanner:
             if opcode != Opcode.MESSAGE_INDEX:
                 self._close_content()
             if opcode == Opcode.CHUNK:
-                if not (self.beyond and stop <= size and self._is_known(position)):
+                if not (found.beyond and stop <= size and self._is_known(position)):
                     self._chunk(start, stop)
                 self.chunks[position] = stop - position
             elif stop > size:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from mcap.exceptions import McapError
@@ -47,12 +47,30 @@ def offered_qos(latched: bool) -> list[dict[str, Any]]:
     ]
 
 
+class TypeDefinition(NamedTuple):
+    """Hold how messages of a type are made: ``encoding`` names the language of ``text``."""
+
+    text: bytes
+    encoding: str
+    hash: str
+
+    @classmethod
+    def installed(cls, type_name: str) -> TypeDefinition:
+        """
+        Return the definition of a type that is installed.
+
+        :raises BagError: if it is not.
+        """
+        return cls(message_definition(type_name).encode(), 'ros2msg', type_hash(type_name))
+
+
 @dataclass
 class _Topic:
     """One recorded topic: its channel in the file, its type and how many messages it has."""
 
     channel_id: int
     type_name: str
+    type_hash: str
     latched: bool
     message_count: int = 0
 
@@ -137,12 +155,19 @@ class BagRecorder:
         with self._lock:
             return sum(topic.message_count for topic in self._topics.values())
 
-    def add_topic(self, topic: str, type_name: str, latched: bool | None = None) -> None:
+    def add_topic(
+        self,
+        topic: str,
+        type_name: str,
+        latched: bool | None = None,
+        definition: TypeDefinition | None = None,
+    ) -> None:
         """
         Announce a topic; again with the same type changes nothing.
 
         ``latched`` is the durability ``ros2 bag play`` will offer; None means latched for
-        std_msgs/String (robot_description and its like) and volatile for the rest.
+        std_msgs/String (robot_description and its like) and volatile for the rest. ``definition``
+        is that of the type, where it need not be installed.
 
         :raises BagError: if the type is not installed, or the topic has another one already.
         """
@@ -158,10 +183,10 @@ class BagRecorder:
                 return
             if latched is None:
                 latched = type_name == 'std_msgs/msg/String'
+            definition = definition or TypeDefinition.installed(type_name)
             if type_name not in self._schema_ids:
-                definition = message_definition(type_name).encode()
                 self._schema_ids[type_name] = self._writer.register_schema(
-                    type_name, 'ros2msg', definition
+                    type_name, definition.encoding, definition.text
                 )
             channel_id = self._writer.register_channel(
                 topic,
@@ -169,10 +194,10 @@ class BagRecorder:
                 self._schema_ids[type_name],
                 {
                     'offered_qos_profiles': _dump(offered_qos(latched)).strip(),
-                    'topic_type_hash': type_hash(type_name),
+                    'topic_type_hash': definition.hash,
                 },
             )
-            self._topics[topic] = _Topic(channel_id, type_name, latched)
+            self._topics[topic] = _Topic(channel_id, type_name, definition.hash, latched)
 
     def write(
         self, topic: str, cdr_bytes: bytes, log_time_ns: int, publish_time_ns: int | None = None
@@ -301,7 +326,7 @@ class BagRecorder:
                         'type': topic.type_name,
                         'serialization_format': 'cdr',
                         'offered_qos_profiles': offered_qos(topic.latched),
-                        'type_description_hash': type_hash(topic.type_name),
+                        'type_description_hash': topic.type_hash,
                     },
                     'message_count': topic.message_count,
                 }
