@@ -18,10 +18,14 @@ from mcap.writer import CompressionType, Writer
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.message_definitions import message_definition
 from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.bags.repair import repair_bag
 from sosml_friction.bags.serialization import serialize_joint_state
+from sosml_friction.exceptions import BagError
 from validation.silent import SilentError
 
 Rng = np.random.Generator
+#: Share of the cases in which the bag is repaired as well.
+_REPAIRED = 0.2
 _FRAME = struct.Struct('<BQ')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 _TAGS = {'worn': 'yes', 'controller.shoulder': '{"kind": "cascade", "kp": 12.5, "kv": 3.0}'}
@@ -220,16 +224,18 @@ class DamagedBags:
             kept = beside.read_bytes()
             beside.write_bytes(damage(kept, kept, rng))
             try:
-                return self._judge(path.parent, whole)
+                return self._judge(path.parent, whole, rng)
             finally:
                 beside.write_bytes(kept)
         path.write_bytes(damage(data, other, rng))
         try:
-            return self._judge(path.parent, whole)
+            return self._judge(path.parent, whole, rng)
         finally:
             path.write_bytes(data)
 
-    def _judge(self, path: Path, whole: Content) -> bool:
+    def _judge(self, path: Path, whole: Content, rng: Rng) -> bool:
+        if self.kind != 'two bags spliced' and rng.random() < _REPAIRED:
+            self._repair(path, whole)
         content, wrong = read(path)
         if content != whole and not wrong:
             lost = len(whole[0]) - len(content[0])
@@ -237,3 +243,16 @@ class DamagedBags:
                 f'{path.name}: {lost} messages less, or others, or other tags, and not a word'
             )
         return bool(wrong)
+
+    def _repair(self, path: Path, whole: Content) -> None:
+        """See that repair makes a whole bag of messages that were recorded, each once."""
+        saved = self.place / 'saved'
+        shutil.rmtree(saved, ignore_errors=True)
+        try:
+            repair_bag(path, saved)
+        except BagError:
+            return
+        if saved.exists():
+            (found, _), wrong = read(saved)
+            if wrong or not set(found) <= set(whole[0]) or len(set(found)) != len(found):
+                raise SilentError(f'repair of {path.name} saves what was not recorded')

@@ -192,8 +192,10 @@ class _Scanner:
             if opcode != Opcode.MESSAGE_INDEX:
                 self._close_content()
             if opcode == Opcode.CHUNK:
-                if not (found.beyond and stop <= size and self._is_known(position)):
+                if not found.beyond or stop > size:
                     self._chunk(start, stop)
+                elif not self._is_known(position):
+                    self._chunk_or_nothing(start, stop)
                 self.chunks[position] = stop - position
             elif stop > size:
                 break
@@ -206,6 +208,9 @@ class _Scanner:
                 self._data_end(position, start, stop)
             elif opcode == Opcode.MESSAGE_INDEX:
                 self._message_index(start, stop)
+            elif opcode == Opcode.MESSAGE and self.chunks:
+                # Who writes chunks writes all messages into them: this was something else.
+                self._note('has a message outside of its chunks')
             else:
                 self._take(data, opcode, start, stop, self.region)
             position = found.read_to = stop
@@ -426,11 +431,9 @@ class _Scanner:
             return False
         if self._is_known(position):
             return True
-        kept = {key: len(index) for key, index in self.found.messages.items()}
         try:
-            self._chunk(start, stop)
+            self._chunk_or_nothing(start, stop)
         except _DamagedError:
-            self._forget(kept)
             return False
         self.chunks[position] = stop - position
         return True
@@ -442,11 +445,16 @@ class _Scanner:
             _CHUNK.unpack_from(self.data, other + _FRAME.size) == like for other in self.chunks
         )
 
-    def _forget(self, kept: dict[int, int]) -> None:
-        """Drop what of a chunk was taken before it proved to be none."""
-        for key, index in list(self.found.messages.items()):
-            for column in (index.region, index.offset, index.length, index.log_time_ns):
-                del column[kept.get(key, 0) :]
+    def _chunk_or_nothing(self, start: int, stop: int) -> None:
+        """Take a chunk, or drop what of it was taken before it proved to be none."""
+        kept = {key: len(index) for key, index in self.found.messages.items()}
+        try:
+            self._chunk(start, stop)
+        except _DamagedError:
+            for key, index in self.found.messages.items():
+                for column in (index.region, index.offset, index.length, index.log_time_ns):
+                    del column[kept.get(key, 0) :]
+            raise
 
     def _announced(self) -> None:
         """Take the topics that the summary names, where its checksum is right."""
