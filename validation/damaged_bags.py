@@ -37,13 +37,16 @@ Content = tuple[list[Message], dict[str, str]]
 
 
 def messages(rng: Rng) -> list[Message]:
-    """Return two joints' motion at 100 Hz, and one text."""
-    found: list[Message] = [('/robot_description', 10**18, b'\0\1\0\0' + rng.bytes(300))]
+    """Return two joints' motion at 100 Hz, received a little late, and one text."""
+    begins = 10**18 + int(rng.integers(10**15))
+    found: list[Message] = [('/robot_description', begins, b'\0\1\0\0' + rng.bytes(300))]
     for k in range(150):
-        t_ns = 10**18 + k * 10_000_000
+        t_ns = begins + k * 10_000_000
         values = [rng.normal(size=2).tolist() for _ in range(3)]
         cdr = serialize_joint_state(t_ns, ('shoulder', 'elbow'), *values)
-        found.append((f'/{"ab"[k % 2]}/joint_states', t_ns + 1000, bytes(cdr)))
+        found.append(
+            (f'/{"ab"[k % 2]}/joint_states', t_ns + int(rng.integers(1, 10**6)), bytes(cdr))
+        )
     return found
 
 

@@ -117,6 +117,10 @@ class _DamagedError(Exception):
     """A record contradicts itself or what is before it; the text says how."""
 
 
+class _CutError(_DamagedError):
+    """A chunk is cut off by the end of the file; what of it is there agrees with itself."""
+
+
 def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
     """
     Return the index of an MCAP file up to its last whole message.
@@ -167,7 +171,7 @@ class _Scanner:
         self.content: _Content | None = None
         self.in_summary = 0
         self.statistics: Statistics | None = None
-        self.chunk_indexes: dict[int, int] = {}
+        self.chunk_indexes: dict[int, tuple[int, int, int, int]] = {}
 
     def run(self) -> None:
         """Read all records; where one is cut off or damaged, stop there or search on."""
@@ -192,9 +196,9 @@ class _Scanner:
             if opcode != Opcode.MESSAGE_INDEX:
                 self._close_content()
             if opcode == Opcode.CHUNK:
-                if not found.beyond or stop > size:
+                if not found.beyond:
                     self._chunk(start, stop)
-                elif not self._is_known(position):
+                elif stop > size or not self._is_known(position):
                     self._chunk_or_nothing(start, stop)
                 self.chunks[position] = stop - position
             elif stop > size:
@@ -239,7 +243,7 @@ class _Scanner:
             if whole and crc and zlib.crc32(memoryview(data)[first:last]) != crc:
                 raise _DamagedError('the checksum of a chunk does not match')
             self.content = self._begin(first)
-            inner_whole = self._records(data, self.region, first, last)
+            inner_whole = self._records(data, self.region, first, last, first + length)
         else:
             chunk = Region(self.found.path, first, last, name.decode(), declared)
             content = decompress(chunk, data[first:last])
@@ -247,24 +251,36 @@ class _Scanner:
                 raise _DamagedError('the checksum of a chunk does not match')
             self.found.regions.append(chunk)
             self.content = self._begin(0)
-            inner_whole = self._records(content, len(self.found.regions) - 1, 0, len(content))
-        if not (whole and inner_whole):
+            inner_whole = self._records(
+                content, len(self.found.regions) - 1, 0, len(content), declared
+            )
+        if not whole:
+            raise _CutError
+        if not inner_whole:
             raise _DamagedError
 
     def _begin(self, base: int) -> _Content:
         return _Content(base, {key: len(index) for key, index in self.found.messages.items()})
 
-    def _records(self, data: bytes | mmap.mmap, region: int, start: int, stop: int) -> bool:
-        """Index the records of a chunk's content; return whether the last one is whole."""
+    def _records(
+        self, data: bytes | mmap.mmap, region: int, start: int, stop: int, end: int
+    ) -> bool:
+        """
+        Index the records of a chunk's content; return whether the last one is whole.
+
+        :param end: where the chunk says that its content ends; ``stop`` is before it in one that
+            is cut off.
+        """
         while start < stop:
             if start + _FRAME.size > stop:
                 return False
             opcode, length = _FRAME.unpack_from(data, start)
             start += _FRAME.size
+            known = opcode in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
+            if not known or start + length > end:
+                raise _DamagedError('a chunk holds what is no message')
             if start + length > stop:
                 return False
-            if opcode not in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL):
-                raise _DamagedError('a chunk holds what is no message')
             self._take(data, opcode, start, start + length, region)
             start += length
         return True
@@ -353,7 +369,12 @@ class _Scanner:
             found.stated = self.statistics.message_count
         elif opcode == Opcode.CHUNK_INDEX:
             index = _parse(ChunkIndex.read, body)
-            self.chunk_indexes[index.chunk_start_offset] = index.chunk_length
+            self.chunk_indexes[index.chunk_start_offset] = (
+                index.chunk_length,
+                index.message_start_time,
+                index.message_end_time,
+                index.uncompressed_size,
+            )
         elif opcode == Opcode.SCHEMA:
             schema = _parse(Schema.read, body)
             if found.schemas.setdefault(schema.id, schema) != schema:
@@ -380,7 +401,11 @@ class _Scanner:
         summary = zlib.crc32(memoryview(data)[self.in_summary : stop - 4])
         if footer.summary_start != begins or footer.summary_crc not in (0, summary):
             found.damage.append('has a damaged summary')
-        if self.chunk_indexes and self.chunk_indexes != self.chunks:
+        there = {
+            start: (length, *_CHUNK.unpack_from(data, start + _FRAME.size)[:3])
+            for start, length in self.chunks.items()
+        }
+        if self.chunk_indexes and self.chunk_indexes != there:
             found.damage.append(
                 f'lists {len(self.chunk_indexes)} chunks that are not those that are there, '
                 f'{len(self.chunks)}'
@@ -411,7 +436,7 @@ class _Scanner:
         """Read the chunks behind a damaged place that a checksum shows to be whole, each once."""
         self._announced()
         data, size = self.data, self.size
-        for position, length in sorted(self.chunk_indexes.items()):
+        for position, (length, *_) in sorted(self.chunk_indexes.items()):
             if position not in self.chunks and position + length <= size:
                 self._try(position, position + length)
         position = self.found.read_to if self.found.is_cut else size
@@ -440,6 +465,8 @@ class _Scanner:
 
     def _is_known(self, position: int) -> bool:
         """Tell whether a chunk like this one was taken, from its checksum, size and first time."""
+        if position + _FRAME.size + _CHUNK.size > self.size:
+            return False
         like = _CHUNK.unpack_from(self.data, position + _FRAME.size)
         return like[3] != 0 and any(
             _CHUNK.unpack_from(self.data, other + _FRAME.size) == like for other in self.chunks
@@ -450,6 +477,8 @@ class _Scanner:
         kept = {key: len(index) for key, index in self.found.messages.items()}
         try:
             self._chunk(start, stop)
+        except _CutError:
+            raise
         except _DamagedError:
             for key, index in self.found.messages.items():
                 for column in (index.region, index.offset, index.length, index.log_time_ns):
