@@ -168,6 +168,7 @@ class _Scanner:
         found.regions.append(Region(found.path, 0, self.size, ''))
         self.region = len(found.regions) - 1
         self.chunks: dict[int, int] = {}
+        self.taken: set[tuple[int, ...]] = set()
         self.content: _Content | None = None
         self.in_summary = 0
         self.statistics: Statistics | None = None
@@ -200,7 +201,7 @@ class _Scanner:
                     self._chunk(start, stop)
                 elif stop > size or not self._is_known(position):
                     self._chunk_or_nothing(start, stop)
-                self.chunks[position] = stop - position
+                self._took(position, stop)
             elif stop > size:
                 break
             elif opcode == Opcode.FOOTER:
@@ -460,7 +461,7 @@ class _Scanner:
             self._chunk_or_nothing(start, stop)
         except _DamagedError:
             return False
-        self.chunks[position] = stop - position
+        self._took(position, stop)
         return True
 
     def _is_known(self, position: int) -> bool:
@@ -468,9 +469,12 @@ class _Scanner:
         if position + _FRAME.size + _CHUNK.size > self.size:
             return False
         like = _CHUNK.unpack_from(self.data, position + _FRAME.size)
-        return like[3] != 0 and any(
-            _CHUNK.unpack_from(self.data, other + _FRAME.size) == like for other in self.chunks
-        )
+        return like[3] != 0 and like in self.taken
+
+    def _took(self, position: int, stop: int) -> None:
+        self.chunks[position] = stop - position
+        if self.found.beyond:
+            self.taken.add(_CHUNK.unpack_from(self.data, position + _FRAME.size))
 
     def _chunk_or_nothing(self, start: int, stop: int) -> None:
         """Take a chunk, or drop what of it was taken before it proved to be none."""
