@@ -445,8 +445,11 @@ class _Scanner:
             if position + _FRAME.size > size:
                 return
             stop = position + _FRAME.size + _FRAME.unpack_from(data, position)[1]
-            taken = position in self.chunks or self._try(position, stop)
-            position = stop if taken else position + 1
+            # One that the summary lists may have another length in its damaged frame.
+            if position in self.chunks:
+                position += self.chunks[position]
+            else:
+                position = stop if self._try(position, stop) else position + 1
 
     def _try(self, position: int, stop: int) -> bool:
         """Take the chunk between two bytes, if one is there; return whether it is."""

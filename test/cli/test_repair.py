@@ -80,3 +80,13 @@ def test_a_whole_bag_is_left_alone(sosml, refused, slider_bag, damaged, tmp_path
     folder, change, chunks = damaged
     change(chunks[3][0], 0x40)
     assert 'is not overwritten' in refused('repair', folder, '--out', folder)
+
+
+def test_the_summary_finds_a_chunk_of_damaged_length(sosml, slider_bag, damaged, tmp_path):
+    folder, change, chunks = damaged
+    # The highest byte of the length: further than any file goes.
+    change(chunks[3][0] + 8, 0x80)
+    code, out, _ = sosml('repair', folder, '--out', tmp_path / 'saved', '--json')
+    whole = list(Bag.open(slider_bag).timeline())
+    assert (code, checked(out, 'repair')['lost']) == (0, 0)
+    assert list(Bag.open(tmp_path / 'saved').timeline()) == whole
