@@ -257,7 +257,7 @@ class _Scanner:
             )
         if not whole:
             raise _CutError
-        if not inner_whole:
+        if not inner_whole or stop > size:
             raise _DamagedError
 
     def _begin(self, base: int) -> _Content:
