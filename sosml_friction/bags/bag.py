@@ -633,8 +633,8 @@ def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, 
                 parts.append(_mapping(parse_yaml(text, beside.name)))
             except ConfigurationError:
                 damage.append(f'{found.path.name} has damaged tags')
-    tags = [_mapping(part.get('custom_data')) for part in parts]
-    if any(own[key] != tags[-1][key] for own in tags for key in own.keys() & tags[-1].keys()):
+    tags = [own for part in parts if (own := _mapping(part.get('custom_data')))]
+    if any(own != tags[-1] for own in tags):
         damage.append('its tags are stated in two ways')
     return parts, damage
 
