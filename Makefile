@@ -47,6 +47,8 @@ help:
 	echo "               given its seed (ARGS='--trials 60 --seed 1 --kinds single,null')"
 	echo "make records   what the tool says of measured records beside what is known of them; skips what is"
 	echo "               not there (SOSML_FRICTION_DATA, default ../shared/data): docs/records.md"
+	echo "make reliability  damage bags and malform files at random, and count what is lost without a word"
+	echo "               (five minutes; ARGS='--cases 1000 --files 900' for less): docs/reliability.md"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
@@ -89,6 +91,10 @@ campaign: $(STAMP)
 .PHONY: records
 records: $(STAMP)
 	@$(BIN)/python -m validation.records $(ARGS)
+
+.PHONY: reliability
+reliability: $(STAMP)
+	@$(BIN)/python -m validation.reliability $(ARGS)
 
 .PHONY: benchmark
 benchmark: $(STAMP)

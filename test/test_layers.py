@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
-    ('arrays', 'exceptions', 'registry', 'share'),
+    ('arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'),
     ('model',),
     ('bags',),
     ('observers',),
@@ -33,7 +33,9 @@ ONLY = {
     'exceptions': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},
-    'actuators': {'arrays', 'exceptions', 'registry', 'share'}
+    'plain_number': set(),
+    'yaml_text': {'exceptions'},
+    'actuators': {'arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'}
     | {'model', 'bags', 'motion', 'simulation'},
     # Names of the API, loaded when they are used.
     '': {'api', 'bags'},

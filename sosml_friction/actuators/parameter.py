@@ -86,7 +86,7 @@ def require_bounds(own: Any, key: str, prefix: str = '') -> None:
     """
     place, said = parameters_of(own)[key]
     value = getattr(own, place.name)
-    if said.above is None and said.least is None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
         return
     if not math.isfinite(value):
         raise ConfigurationError(f'{prefix}{key} is {value}: it must be a finite number')
@@ -94,3 +94,8 @@ def require_bounds(own: Any, key: str, prefix: str = '') -> None:
         raise ConfigurationError(f'{prefix}{key} is {value:g}: it must be above {said.above:g}')
     if said.least is not None and not value >= said.least:
         raise ConfigurationError(f'{prefix}{key} is {value:g}: it must be {said.least:g} or more')
+    low, high = said.range or (-math.inf, math.inf)
+    if not low <= value <= high:
+        raise ConfigurationError(
+            f'{prefix}{key} is {value:g}: it must be from {low:g} to {high:g}'
+        )

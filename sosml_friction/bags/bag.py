@@ -13,20 +13,23 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
+from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
 from sosml_friction.bags.serialization import deserialize
+from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.wrap import unwrapped
-from sosml_friction.exceptions import BagError
+from sosml_friction.exceptions import BagError, ConfigurationError
+from sosml_friction.yaml_text import parse_yaml, read_yaml
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TEMPERATURE = 'sensor_msgs/msg/Temperature'
 STRING = 'std_msgs/msg/String'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 
+_ROSBAG2 = 'rosbag2_bagfile_information'
 _ESTIMATE = re.compile(r'(?P<namespace>.*)/friction_estimate/(?P<observer>[^/]+)')
 
 
@@ -81,55 +84,101 @@ class Bag:
     Topics are found by the last part of their names: ``/left/joint_states`` is ``joint_states`` if
     no other topic ends so. If several do, ``namespace`` chooses.
 
-    ``recovered`` is True when the end of a file is missing or damaged; then ``recovery`` says in
-    one sentence what was saved, and is '' otherwise. ``tags`` are the conditions written by the
-    recorder (rosbag2's custom data). No file stays open between calls.
+    ``recovered`` is True when the end of a file is missing, or when what was read is not what the
+    files, their checksums and metadata.yaml say is there; then ``recovery`` says in one sentence
+    what is wrong and what was saved, and is '' otherwise. ``tags`` are the conditions written by
+    the recorder (rosbag2's custom data). No file stays open between calls.
     """
 
     def __init__(self, path: Path, namespace: str | None, scans: Sequence[McapScan]) -> None:
         self.path = path
         self._namespace = None if namespace is None else '/' + namespace.strip('/')
         self._regions: list[Region] = scans[0].regions
+        self._scans = scans
         self._topics = _merge_topics(path, scans)
         self.messages_read = sum(len(topic) for topic in self._topics.values())
-        cut = [s for s in scans if not s.complete]
-        self.recovered = bool(cut)
-        self.recovery = ''
-        if cut:
-            where = ', '.join(f'{s.path.name} after byte {s.read_to}' for s in cut)
-            self.recovery = (
-                f'{path} was not closed or is damaged ({where}): {self.messages_read} messages, '
-                'up to the last whole one, were read'
-            )
-        information = _information(path, scans)
+        information, said = _information(path, scans)
         _refuse_compressed_messages(path, information)
+        counted = information[0].get('message_count') if information else None
+        self._counted = counted if isinstance(counted, int) and counted > 0 else None
+        damage = [f'{s.path.name} {reason}' for s in scans for reason in s.damage]
+        damage += [*said, *self._miscounted(information)]
+        self.recovered = bool(damage)
+        self.recovery = ''
+        if damage:
+            upto = (
+                ', up to the last whole one,'
+                if any(s.is_cut and not s.beyond for s in scans)
+                else ''
+            )
+            self.recovery = (
+                f'{path} was not closed or is damaged ({", ".join(damage)}): '
+                f'{self.messages_read} messages{upto} were read'
+            )
         self.tags = {
             str(key): str(value)
             for part in information
             for key, value in (_mapping(part.get('custom_data'))).items()
         }
         if not self.messages_read:
+            found = f', or try sosml repair ({", ".join(damage)})' if damage else ''
             raise BagError(
-                f'{path} holds no {"whole " if cut else ""}message: record again, with the nodes '
-                'running'
+                f'{path} holds no {"whole " if damage else ""}message: record again, with the '
+                f'nodes running{found}'
             )
 
+    def _miscounted(self, information: Sequence[dict[Any, Any]]) -> list[str]:
+        """Return what metadata.yaml counts otherwise than the files of the bag have it."""
+        if not (self.path / 'metadata.yaml').is_file() or not information:
+            return []
+        stated = information[0].get('message_count')
+        if isinstance(stated, int) and stated != self.messages_read:
+            return [f'metadata.yaml counts {stated} messages']
+        entries = information[0].get('topics_with_message_count')
+        for entry in entries if isinstance(entries, list) else ():
+            topic = _mapping(_mapping(entry).get('topic_metadata'))
+            name, count = topic.get('name'), _mapping(entry).get('message_count')
+            found = self._topics.get(str(name))
+            kind = '' if found is None else found.type_name
+            if (0 if found is None else len(found)) != count or kind not in (
+                '',
+                topic.get('type'),
+            ):
+                return [f'metadata.yaml has other messages of {name}']
+        return []
+
     @classmethod
-    def open(cls, path: str | Path, namespace: str | None = None) -> Bag:
+    def open(cls, path: str | Path, namespace: str | None = None, beyond: bool = False) -> Bag:
         """
         Open a bag folder, with or without metadata.yaml, or a single .mcap file.
 
+        :param beyond: whether what a checksum shows to be whole is read behind a damaged place
+            too; there are holes in such a recording.
         :raises BagError: if ``path`` is missing, is not a bag, or holds no message.
         """
         path = Path(path)
         files = _mcap_files(path)
         regions: list[Region] = []
-        return cls(path, namespace, [scan(file, regions) for file in files])
+        return cls(path, namespace, [scan(file, regions, beyond) for file in files])
 
     @property
     def topics(self) -> dict[str, tuple[str, int]]:
         """Return the type and the number of messages of each topic."""
         return {name: (topic.type_name, len(topic)) for name, topic in self._topics.items()}
+
+    @property
+    def stated_messages(self) -> int | None:
+        """Return how many messages its files say that they have, None where one does not."""
+        stated = [found.stated for found in self._scans if found.stated is not None]
+        return sum(stated) if len(stated) == len(self._scans) else self._counted
+
+    def channels(self) -> dict[str, tuple[Schema | None, Channel]]:
+        """Return the schema, where there is one, and the channel of each topic."""
+        return {
+            channel.topic: (found.schemas.get(channel.schema_id), channel)
+            for found in self._scans
+            for channel in found.channels.values()
+        }
 
     @property
     def start_ns(self) -> int:
@@ -165,6 +214,10 @@ class Bag:
 
     def timeline(self) -> Iterator[tuple[str, int, bytes]]:
         """Yield (topic, log_time_ns, CDR bytes) of every message of the bag in log time order."""
+        return ((topic, log_time_ns, cdr) for topic, log_time_ns, _, cdr in self.records())
+
+    def records(self) -> Iterator[tuple[str, int, int, bytes]]:
+        """Yield (topic, log_time_ns, publish_time_ns, CDR bytes) in log time order."""
         names = list(self._topics)
         entries = list(self._topics.values())
         log_times = np.concatenate([entry.log_time_ns for entry in entries])
@@ -176,8 +229,11 @@ class Bag:
         order = np.lexsort((offsets, regions, log_times))
         with open_store(self._regions) as store:
             for i in order.tolist():
-                message = store.fetch(int(regions[i]), int(offsets[i]), int(lengths[i]))
-                yield names[which[i]], int(log_times[i]), message
+                # The time of publication stands before the message.
+                start, length = int(offsets[i]) - 8, int(lengths[i]) + 8
+                message = store.fetch(int(regions[i]), start, length)
+                published = int.from_bytes(message[:8], 'little')
+                yield names[which[i]], int(log_times[i]), published, message[8:]
 
     def decoded(self, topic: str) -> Iterator[tuple[int, Any]]:
         """
@@ -204,7 +260,8 @@ class Bag:
 
         If no topic is called so, the only one of that type is taken.
         Joints go by name: they are those of all messages, in order of first appearance, and a
-        sample that lacks a joint, or a quantity, holds NaN for it. Temperatures
+        sample that lacks a joint, or a quantity, holds NaN for it, and so does one whose value no
+        joint can have (infinite, 1e9 and more). Temperatures
         (``joint_temperatures``, frame_id = joint) are those last measured at or before each
         sample. A position that wraps is made continuous here, for all that reads a bag, and the
         log says by which period.
@@ -442,6 +499,8 @@ class Bag:
                 columns = [column[name] for name in key]
                 numbers = np.array(blocks[key][i], dtype=np.float64)
                 table[np.ix_(its_rows, columns)] = numbers.reshape(len(its_rows), len(key))
+            # What no joint can do was not measured.
+            table[~(np.abs(table) < LARGEST)] = np.nan
             arrays.append(table)
         return t_ns, names, arrays
 
@@ -549,29 +608,35 @@ def _mapping(value: Any) -> dict[Any, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _information(path: Path, scans: Sequence[McapScan]) -> list[dict[Any, Any]]:
-    """Return what rosbag2 wrote about the bag, in the files and beside them, where readable."""
-    texts = [
-        record.metadata.get('serialized_metadata', '')
-        for found in scans
-        for record in found.metadata
-        if record.name == 'rosbag2'
-    ]
-    parts = []
+def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, Any]], list[str]]:
+    """Return what rosbag2 wrote about the bag, beside the files and in them, and its damage."""
+    parts, damage = [], []
     beside = path / 'metadata.yaml'
     if beside.is_file():
         try:
-            document = yaml.safe_load(beside.read_text(encoding='utf-8'))
+            document = _mapping(read_yaml(beside)).get(_ROSBAG2)
         # The messages do not depend on it, so a broken metadata.yaml is no reason to stop.
-        except (OSError, ValueError, yaml.YAMLError):
+        except ConfigurationError:
             document = None
-        parts.append(_mapping(_mapping(document).get('rosbag2_bagfile_information')))
-    for text in texts:
-        try:
-            parts.append(_mapping(yaml.safe_load(text)))
-        except yaml.YAMLError:
-            continue
-    return parts
+        if not isinstance(document, dict):
+            damage.append('metadata.yaml cannot be read')
+        parts.append(_mapping(document))
+    for found in scans:
+        for record in found.metadata:
+            if record.name != 'rosbag2':
+                continue
+            text = record.metadata.get('serialized_metadata', '')
+            checksum = record.metadata.get(CHECKSUM)
+            try:
+                if checksum is not None and checksum != text_checksum(text):
+                    raise ConfigurationError('the checksum does not match')
+                parts.append(_mapping(parse_yaml(text, beside.name)))
+            except ConfigurationError:
+                damage.append(f'{found.path.name} has damaged tags')
+    tags = [own for part in parts if (own := _mapping(part.get('custom_data')))]
+    if any(own != tags[-1] for own in tags):
+        damage.append('its tags are stated in two ways')
+    return parts, damage
 
 
 def _refuse_compressed_messages(path: Path, information: Sequence[dict[Any, Any]]) -> None:

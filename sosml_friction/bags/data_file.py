@@ -4,6 +4,8 @@
 
 import json
 import re
+import struct
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
@@ -22,8 +24,15 @@ SUFFIXES = (
 )  # fmt: skip
 #: What loggers write for a value that is missing, beside an empty cell and nan.
 _MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
+#: Kind of a packed variable in a MAT file of version 5, and how much of one is unpacked at a time.
+_PACKED, _STEP = 15, 2**20
 _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
 _UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
+
+
+#: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
+#: joints at 200 Hz are 200 MB, and recordings pack to a tenth.
+_UNPACKED, _TIMES = 2**28, 50
 
 
 class DataFile(Mapping[str, NDArray[Any]]):
@@ -176,10 +185,12 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
-        try:
-            return np.array([int(cell) for _, cell in cells], dtype=np.int64)
-        except (ValueError, OverflowError):
-            pass
+        # Python reads 1_0 as 10, nobody else does.
+        if not any('_' in cell for _, cell in cells):
+            try:
+                return np.array([int(cell) for _, cell in cells], dtype=np.int64)
+            except (ValueError, OverflowError):
+                pass
         numbers: FloatArray = np.empty(len(cells))
         for k, (line, cell) in enumerate(cells):
             try:
@@ -189,6 +200,12 @@ class DataFile(Mapping[str, NDArray[Any]]):
                     f'{self.path} line {line}, column {name!r}: {cell!r} is not a number (write '
                     'decimals with a point, leave a missing value empty)'
                 ) from None
+        for k in np.flatnonzero(np.isinf(numbers))[:1]:
+            line, cell = cells[k]
+            raise DataError(
+                f'{self.path} line {line}, column {name!r}: {cell!r} is not a finite number '
+                '(leave a missing value empty)'
+            )
         return numbers
 
 
@@ -199,6 +216,8 @@ def _number(cell: str) -> float:
     :raises ValueError: if it is neither.
     """
     try:
+        if '_' in cell:
+            raise ValueError
         return float(cell)
     except ValueError:
         when = datetime.fromisoformat(re.sub('[zZ]$', '+00:00', cell))
@@ -221,9 +240,44 @@ def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:
     return variables
 
 
+def _check_size(path: Path, unpacked: int) -> None:
+    """Refuse a file that unpacks to far more than it takes, before it does."""
+    if unpacked > max(_UNPACKED, _TIMES * path.stat().st_size):
+        raise DataError(
+            f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '
+            'save the variables that are needed, or save them unpacked'
+        )
+
+
+def _unpacked_mat(path: Path) -> int:
+    """Return what the packed variables of a MAT file unpack to [bytes], or too much."""
+    most, found = max(_UNPACKED, _TIMES * path.stat().st_size), 0
+    with path.open('rb') as stream:
+        order = {b'IM': '<', b'MI': '>'}.get(stream.read(128)[126:])
+        while order and len(tag := stream.read(8)) == 8 and found <= most:
+            kind, length = struct.unpack(f'{order}II', tag)
+            if kind != _PACKED:
+                stream.seek(length, 1)
+                continue
+            decoder, left = zlib.decompressobj(), length
+            while left > 0 and found <= most and not decoder.eof:
+                # What did not fit into a step is unpacked in the next.
+                part = decoder.unconsumed_tail or stream.read(min(left, _STEP))
+                left -= 0 if decoder.unconsumed_tail else max(len(part), 1)
+                found += len(decoder.decompress(part, _STEP))
+            while decoder.unconsumed_tail and found <= most and not decoder.eof:
+                found += len(decoder.decompress(decoder.unconsumed_tail, _STEP))
+            stream.seek(max(left, 0), 1)
+    return found
+
+
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
+    try:
+        _check_size(path, _unpacked_mat(path))
+    except zlib.error as error:
+        raise DataError(f'{path} is no readable MAT file: {error}') from error
     try:
         content = loadmat(path, simplify_cells=True)
     except NotImplementedError:
@@ -249,6 +303,7 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
 
     def take(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not name.startswith('#'):
+            _check_size(path, sum(x.nbytes for x in variables.values()) + item.nbytes)
             variables[name.replace('/', '.')] = np.asarray(item).T
 
     try:
@@ -263,6 +318,9 @@ def _read_npz(path: Path) -> dict[str, Any]:
     variables: dict[str, Any] = {}
     try:
         with np.load(path, allow_pickle=False) as content:
+            if isinstance(content, np.ndarray):
+                raise ValueError('it is an NPY file')
+            _check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
             for name in content.files:
                 try:
                     variables[name] = content[name]
@@ -271,7 +329,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
                         raise
                     # Objects of Python are not loaded: they could run code.
                     variables[name] = np.empty((), dtype=object)
-    except OSError:
+    except (OSError, DataError):
         raise
     except Exception as error:
         raise DataError(f'{path} is no readable NPZ file of plain arrays: {error}') from error
@@ -280,7 +338,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
 
 def _read_npy(path: Path) -> dict[str, Any]:
     try:
-        table = np.load(path, allow_pickle=False)
+        table = np.load(path, mmap_mode='r', allow_pickle=False)
     except OSError:
         raise
     except Exception as error:
@@ -303,7 +361,11 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             'table as CSV'
         ) from None
     try:
+        form = parquet.read_metadata(path)
+        _check_size(path, 8 * form.num_rows * form.num_columns)
         table = parquet.read_table(path)
+    except DataError:
+        raise
     except Exception as error:
         raise DataError(f'{path} is no readable Parquet file: {error}') from error
     variables = {}
@@ -325,7 +387,7 @@ def _read_json(path: Path) -> dict[str, Any]:
             content = json.loads(text)
         except json.JSONDecodeError:
             content = [json.loads(line) for line in text.splitlines() if line.strip()]
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise DataError(
             f'{path} is no readable JSON: {error}; a list of records, an object of lists, or a '
             'record in each line can be read'

@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.controllers import CONTROLLER_TAG
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
@@ -30,6 +29,7 @@ from sosml_friction.bags.mapping import (
 )
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
+from sosml_friction.model.urdf_joints import read_joints
 
 #: Takes a sentence about what was done to the data.
 Tell = Callable[[str], None]
@@ -259,7 +259,16 @@ def _values(data: DataFile, signal: Signal, t_ns: IndexArray, what: str, tell: T
         if factor != 1.0:
             values = values * factor
     offset = _one_number(data, signal.offset)
-    return values + offset if offset != 0.0 else values
+    if offset != 0.0:
+        values = values + offset
+    wrong = np.flatnonzero(np.abs(values) >= LARGEST)
+    if len(wrong):
+        raise DataError(
+            f'{data.path}: the {what} is {values[wrong[0]]:g} at index {wrong[0]}, and '
+            f'{len(wrong)} times in all no value of a joint: check its unit and scale, or leave '
+            'it empty'
+        )
+    return values
 
 
 def recognised_wrap(time: FloatArray, values: FloatArray, unit: str) -> float | None:
@@ -277,8 +286,10 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int) -> IndexArray:
     if plan.time is None:
         assert plan.sample_rate is not None
         rate = _one_number(data, plan.sample_rate)
-        if not rate > 0.0:
-            raise DataError(f'the sample rate in {data.path} is {rate:g} Hz: it must be positive')
+        if not 0.0 < rate < 1e9 or count * 1e9 / rate >= 2**62:
+            raise DataError(
+                f'the sample rate in {data.path} is {rate:g} Hz: give the samples per second'
+            )
         t_ns = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
         what = f'a sample rate of {rate:g} Hz'
     else:
@@ -327,10 +338,10 @@ def _robot_description(path: Path, plan: ImportMapping) -> str:
     """Return the URDF's text after checking that it has the joints, of the kind the units say."""
     text = _text(path)
     try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+        stated = read_joints(text).joints
+    except ConfigurationError as error:
         raise ConfigurationError(f'{path} is no readable URDF: {error}') from error
-    joints = {joint.get('name', ''): joint.get('type') for joint in root.findall('joint')}
+    joints = {name: joint.kind for name, joint in stated.items()}
     missing = [name for name in plan.joints if name not in joints]
     if missing:
         raise ConfigurationError(

@@ -12,6 +12,9 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 
+#: In rad, m, their rates, Nm and N no joint has as much: 1e9 rad are 160 million turns.
+LARGEST = 1e9
+
 
 @dataclass(frozen=True)
 class JointLog:

@@ -15,9 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.yaml_text import read_yaml
 
 TIME_UNITS = {'s': 1_000_000_000, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
 
@@ -277,7 +276,11 @@ class _Reader:
 
     def file(self, value: Any, where: str) -> Path:
         path = self.path.parent / self.text(value, where)
-        if not path.is_file():
+        try:
+            exists = path.is_file()
+        except (OSError, ValueError):  # a name that no file can have
+            exists = False
+        if not exists:
             raise self.error(where, f'is {value!r} and {path} does not exist')
         return path
 
@@ -290,16 +293,8 @@ def read_mapping(path: str | Path) -> ImportMapping:
         lacks what it needs; the sentence names the key.
     """
     path = Path(path)
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise ConfigurationError(
-            f'the mapping {path} cannot be read ({error.strerror}): give a YAML file that says '
-            'which variable is what'
-        ) from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise ConfigurationError(f'the mapping {path} is no readable YAML: {reason}') from error
+    needed = 'give a YAML file that says which variable is what'
+    content = read_yaml(path, 'the mapping', needed)
     return parse_mapping(content, path)
 
 

@@ -1,11 +1,15 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Find every whole message of an MCAP file, finished or cut off at any byte.
+Find every whole message of an MCAP file, finished or cut off at any byte, and what is lost.
 
 The mcap library's readers need the end of the file (seeking reader) or take a last message that is
 cut short for a whole one (stream reader), and neither looks into a chunk that is cut off. So the
 framing (one byte of opcode, eight of length) is followed here, and the library parses the records.
+
+What is read is then compared with what the file says of itself: the message indexes behind each
+chunk, the statistics and chunk indexes of the summary, and every checksum that is there. The
+summary is never believed instead of the chunks.
 """
 
 from __future__ import annotations
@@ -21,10 +25,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Metadata, Schema
+from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from sosml_friction.exceptions import BagError
@@ -33,6 +38,11 @@ _FRAME = struct.Struct('<BQ')
 _MESSAGE = struct.Struct('<HIQQ')
 _CHUNK = struct.Struct('<QQQII')
 _LENGTH = struct.Struct('<Q')
+_INDEX = struct.Struct('<HI')
+_FOOTER_BYTES = 20
+#: Bytes that a chunk may decompress to. rosbag2 makes chunks of 768 kB; one is held in memory.
+LARGEST_CHUNK = 256 * 2**20
+_COMPRESSIONS = (b'', b'zstd', b'lz4')
 
 
 @dataclass(frozen=True)
@@ -41,13 +51,14 @@ class Region:
     A stretch of a file that holds messages: all of it, or the data of one compressed chunk.
 
     ``compression`` is '' (offsets of messages count from the file's first byte), 'zstd' or 'lz4'
-    (they count from the first decompressed byte).
+    (they count from the first decompressed byte, of which there are at most ``size``).
     """
 
     path: Path
     start: int
     stop: int
     compression: str
+    size: int = 0
 
 
 @dataclass
@@ -69,8 +80,11 @@ class McapScan:
     What one file holds.
 
     ``regions`` is shared by the files of a bag, so that an index says in which file it points.
-    ``complete`` is False when the file does not end as a closed recording does; ``read_to`` is the
-    byte up to which it could be followed.
+    ``damage`` says what is wrong with the file, each as what follows its name in a sentence; it is
+    empty where the file ends as a closed recording does and has all that it says it has.
+    ``read_to`` is the byte up to which it could be followed, ``is_cut`` whether that is before its
+    end. ``stated`` is how many messages its statistics count, None where there are none;
+    ``beyond`` whether chunks behind a damaged place were searched for.
     """
 
     path: Path
@@ -79,8 +93,16 @@ class McapScan:
     channels: dict[int, Channel] = field(default_factory=dict)
     messages: dict[int, MessageIndex] = field(default_factory=dict)
     metadata: list[Metadata] = field(default_factory=list)
-    complete: bool = False
+    damage: list[str] = field(default_factory=list)
+    is_cut: bool = False
     read_to: int = 0
+    stated: int | None = None
+    beyond: bool = False
+
+    @property
+    def count(self) -> int:
+        """Return the number of messages."""
+        return sum(map(len, self.messages.values()))
 
     def type_name(self, channel: Channel) -> str:
         """Return the ``package/msg/Name`` of a channel, or '' where the file does not say."""
@@ -92,16 +114,22 @@ class McapScan:
 
 
 class _DamagedError(Exception):
-    """A record contradicts itself: nothing behind it can be trusted."""
+    """A record contradicts itself or what is before it; the text says how."""
 
 
-def scan(path: Path, regions: list[Region]) -> McapScan:
+class _CutError(_DamagedError):
+    """A chunk is cut off by the end of the file; what of it is there agrees with itself."""
+
+
+def scan(path: Path, regions: list[Region], beyond: bool = False) -> McapScan:
     """
     Return the index of an MCAP file up to its last whole message.
 
-    :raises BagError: if the file cannot be read, is no MCAP file, or uses an unknown compression.
+    :param beyond: whether chunks behind a damaged place are searched for as well: those that a
+        checksum shows to be whole, each once.
+    :raises BagError: if the file cannot be read or is no MCAP file.
     """
-    found = McapScan(path, regions)
+    found = McapScan(path, regions, beyond=beyond)
     try:
         with path.open('rb') as stream:
             head = stream.read(len(MAGIC))
@@ -111,126 +139,404 @@ def scan(path: Path, regions: list[Region]) -> McapScan:
                     'bag folder or a .mcap file'
                 )
             if len(head) < len(MAGIC):
+                found.is_cut = True
+                found.damage.append('after byte 0')
                 return found
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                _scan_file(found, data)
+                _Scanner(found, data).run()
     except OSError as error:
         raise BagError(f'{path} cannot be read: {error.strerror}') from error
     return found
 
 
-def _scan_file(found: McapScan, data: mmap.mmap) -> None:
-    """Follow the records of a file; stop at the first that is cut off or damaged."""
-    size = len(data)
-    found.regions.append(Region(found.path, 0, size, ''))
-    region = len(found.regions) - 1
-    position = len(MAGIC)
-    found.read_to = position
-    try:
+@dataclass
+class _Content:
+    """The messages of the chunk that was read last: by channel, how many were there before it."""
+
+    base: int
+    before: dict[int, int]
+    indexed: set[int] = field(default_factory=set)
+
+
+class _Scanner:
+    """Follow the records of one file."""
+
+    def __init__(self, found: McapScan, data: mmap.mmap) -> None:
+        self.found = found
+        self.data = data
+        self.size = len(data)
+        found.regions.append(Region(found.path, 0, self.size, ''))
+        self.region = len(found.regions) - 1
+        self.chunks: dict[int, int] = {}
+        self.taken: set[tuple[int, ...]] = set()
+        self.content: _Content | None = None
+        self.in_summary = 0
+        self.statistics: Statistics | None = None
+        self.chunk_indexes: dict[int, tuple[int, int, int, int]] = {}
+
+    def run(self) -> None:
+        """Read all records; where one is cut off or damaged, stop there or search on."""
+        found = self.found
+        try:
+            self._follow()
+        except _DamagedError as error:
+            reason = str(error)
+            found.is_cut = True
+            found.damage.append(f'after byte {found.read_to}' + (f': {reason}' if reason else ''))
+        if found.beyond and found.damage:
+            self._search()
+
+    def _follow(self) -> None:
+        """Follow the records up to the end; raise at the first that is cut off or damaged."""
+        found, data, size = self.found, self.data, self.size
+        position = found.read_to = len(MAGIC)
         while position + _FRAME.size <= size:
             opcode, length = _FRAME.unpack_from(data, position)
             start = position + _FRAME.size
             stop = start + length
+            if opcode != Opcode.MESSAGE_INDEX:
+                self._close_content()
             if opcode == Opcode.CHUNK:
-                whole = _scan_chunk(found, data, region, start, stop)
+                if not found.beyond:
+                    self._chunk(start, stop)
+                elif stop > size or not self._is_known(position):
+                    self._chunk_or_nothing(start, stop)
+                self._took(position, stop)
             elif stop > size:
+                break
+            elif opcode == Opcode.FOOTER:
+                self._footer(position, start, stop)
                 return
+            elif self.in_summary:
+                self._summary(opcode, start, stop)
+            elif opcode == Opcode.DATA_END:
+                self._data_end(position, start, stop)
+            elif opcode == Opcode.MESSAGE_INDEX:
+                self._message_index(start, stop)
+            elif opcode == Opcode.MESSAGE and self.chunks:
+                # Who writes chunks writes all messages into them: this was something else.
+                self._note('has a message outside of its chunks')
             else:
-                whole = True
-                _take(found, data, opcode, start, stop, region)
-            if not whole:
-                return
+                self._take(data, opcode, start, stop, self.region)
             position = found.read_to = stop
-            if opcode == Opcode.FOOTER:
-                found.complete = data[stop : stop + len(MAGIC)] == MAGIC
+        raise _DamagedError
+
+    def _chunk(self, start: int, stop: int) -> None:
+        """Index the messages of a chunk, of one that is cut off those that are there."""
+        if self.in_summary:
+            raise _DamagedError('a chunk stands in its summary')
+        data, size = self.data, self.size
+        header = _chunk_header(data, start, size)
+        if header is None:
+            raise _DamagedError
+        crc, name, declared, first, length = header
+        if first + length > stop:
+            raise _DamagedError
+        last = first + length
+        whole = last <= size
+        last = min(last, size)
+        if name not in _COMPRESSIONS:
+            raise _DamagedError(
+                f'it has chunks compressed with {name.decode("ascii", "replace")[:20]!r}: only '
+                'zstd, lz4 and none can be read'
+            )
+        if name == b'':
+            if whole and crc and zlib.crc32(memoryview(data)[first:last]) != crc:
+                raise _DamagedError('the checksum of a chunk does not match')
+            self.content = self._begin(first)
+            inner_whole = self._records(data, self.region, first, last, first + length)
+        else:
+            chunk = Region(self.found.path, first, last, name.decode(), declared)
+            content = decompress(chunk, data[first:last])
+            if whole and (len(content) != declared or (crc and zlib.crc32(content) != crc)):
+                raise _DamagedError('the checksum of a chunk does not match')
+            self.found.regions.append(chunk)
+            self.content = self._begin(0)
+            inner_whole = self._records(
+                content, len(self.found.regions) - 1, 0, len(content), declared
+            )
+        if not whole:
+            raise _CutError
+        if not inner_whole or stop > size:
+            raise _DamagedError
+
+    def _begin(self, base: int) -> _Content:
+        return _Content(base, {key: len(index) for key, index in self.found.messages.items()})
+
+    def _records(
+        self, data: bytes | mmap.mmap, region: int, start: int, stop: int, end: int
+    ) -> bool:
+        """
+        Index the records of a chunk's content; return whether the last one is whole.
+
+        :param end: where the chunk says that its content ends; ``stop`` is before it in one that
+            is cut off.
+        """
+        while start < stop:
+            if start + _FRAME.size > stop:
+                return False
+            opcode, length = _FRAME.unpack_from(data, start)
+            start += _FRAME.size
+            known = opcode in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
+            if not known or start + length > end:
+                raise _DamagedError('a chunk holds what is no message')
+            if start + length > stop:
+                return False
+            self._take(data, opcode, start, start + length, region)
+            start += length
+        return True
+
+    def _take(
+        self, data: bytes | mmap.mmap, opcode: int, start: int, stop: int, region: int
+    ) -> None:
+        """Take note of one whole record that is not a chunk."""
+        found = self.found
+        if opcode == Opcode.MESSAGE:
+            if stop - start < _MESSAGE.size:
+                raise _DamagedError
+            channel_id, _, log_time_ns, _ = _MESSAGE.unpack_from(data, start)
+            index = found.messages.get(channel_id)
+            if index is None:
+                raise _DamagedError('a message is of a channel that was not announced')
+            index.region.append(region)
+            index.offset.append(start + _MESSAGE.size)
+            index.length.append(stop - start - _MESSAGE.size)
+            index.log_time_ns.append(log_time_ns)
+        elif opcode == Opcode.SCHEMA:
+            schema = _parse(Schema.read, data[start:stop])
+            if found.schemas.setdefault(schema.id, schema) != schema:
+                raise _DamagedError(f'two types have the number {schema.id}')
+        elif opcode == Opcode.CHANNEL:
+            channel = _parse(Channel.read, data[start:stop])
+            if found.channels.setdefault(channel.id, channel) != channel:
+                raise _DamagedError(f'two topics have the number {channel.id}')
+            found.messages.setdefault(channel.id, MessageIndex())
+        elif opcode == Opcode.METADATA:
+            found.metadata.append(_parse(Metadata.read, data[start:stop]))
+        elif opcode == 0:
+            # No record has this opcode; a disk that lost power fills files with zeros.
+            raise _DamagedError
+
+    def _message_index(self, start: int, stop: int) -> None:
+        """Compare an index of messages with the chunk before it."""
+        content = self.content
+        if content is None or stop - start < _INDEX.size:
+            self._note('has an index that stands behind no chunk')
+            return
+        channel_id, length = _INDEX.unpack_from(self.data, start)
+        start += _INDEX.size
+        index = self.found.messages.get(channel_id, MessageIndex())
+        before = content.before.get(channel_id, 0)
+        times = np.array(index.log_time_ns[before:], dtype='<u8')
+        # An index points to the frame of a message, and from where its chunk begins.
+        offsets = np.array(index.offset[before:], dtype='<u8')
+        offsets -= np.uint64(content.base + _FRAME.size + _MESSAGE.size)
+        right = length == stop - start == 16 * len(times)
+        if right:
+            pairs = np.frombuffer(self.data[start:stop], dtype='<u8').reshape(-1, 2)
+            pairs = pairs[np.argsort(pairs[:, 1], kind='stable')]
+            right = bool((pairs[:, 0] == times).all() and (pairs[:, 1] == offsets).all())
+        if not right:
+            self._note('has a chunk whose index does not agree with its messages')
+        content.indexed.add(channel_id)
+
+    def _note(self, damage: str) -> None:
+        """Take note of damage that leaves the rest readable."""
+        if damage not in self.found.damage:
+            self.found.damage.append(damage)
+
+    def _close_content(self) -> None:
+        """See that the indexes behind a chunk, where there are any, are those of all channels."""
+        content, self.content = self.content, None
+        if content is not None and content.indexed:
+            held = {
+                key
+                for key, index in self.found.messages.items()
+                if len(index) > content.before.get(key, 0)
+            }
+            if held - content.indexed:
+                self._note('lacks the index of a chunk')
+
+    def _data_end(self, position: int, start: int, stop: int) -> None:
+        crc = _parse(DataEnd.read, self.data[start:stop]).data_section_crc
+        if crc and zlib.crc32(memoryview(self.data)[:position]) != crc:
+            self.found.damage.append('does not have the checksum that it was closed with')
+        self.in_summary = stop
+
+    def _summary(self, opcode: int, start: int, stop: int) -> None:
+        found, body = self.found, self.data[start:stop]
+        if opcode == Opcode.STATISTICS:
+            self.statistics = _parse(Statistics.read, body)
+            found.stated = self.statistics.message_count
+        elif opcode == Opcode.CHUNK_INDEX:
+            index = _parse(ChunkIndex.read, body)
+            self.chunk_indexes[index.chunk_start_offset] = (
+                index.chunk_length,
+                index.message_start_time,
+                index.message_end_time,
+                index.uncompressed_size,
+            )
+        elif opcode == Opcode.SCHEMA:
+            schema = _parse(Schema.read, body)
+            if found.schemas.setdefault(schema.id, schema) != schema:
+                found.damage.append(f'has another type {schema.name} in its summary')
+        elif opcode == Opcode.CHANNEL:
+            channel = _parse(Channel.read, body)
+            found.messages.setdefault(channel.id, MessageIndex())
+            if found.channels.setdefault(channel.id, channel) != channel:
+                found.damage.append(f'has another topic {channel.topic} in its summary')
+
+    def _footer(self, position: int, start: int, stop: int) -> None:
+        """Compare what the file says of itself with what was read of it."""
+        found, data = self.found, self.data
+        if not self.in_summary or stop - start != _FOOTER_BYTES:
+            raise _DamagedError
+        footer = _parse(Footer.read, data[start:stop])
+        if data[stop : stop + len(MAGIC)] != MAGIC:
+            raise _DamagedError
+        found.read_to = stop
+        extra = self.size - stop - len(MAGIC)
+        if extra:
+            found.damage.append(f'has {extra} bytes behind its end')
+        begins = 0 if position == self.in_summary else self.in_summary
+        summary = zlib.crc32(memoryview(data)[self.in_summary : stop - 4])
+        if footer.summary_start != begins or footer.summary_crc not in (0, summary):
+            found.damage.append('has a damaged summary')
+        there = {
+            start: (length, *_CHUNK.unpack_from(data, start + _FRAME.size)[:3])
+            for start, length in self.chunks.items()
+        }
+        if self.chunk_indexes and self.chunk_indexes != there:
+            found.damage.append(
+                f'lists {len(self.chunk_indexes)} chunks that are not those that are there, '
+                f'{len(self.chunks)}'
+            )
+        self._compare_statistics()
+
+    def _compare_statistics(self) -> None:
+        found, stated = self.found, self.statistics
+        if stated is None:
+            return
+        counts = {key: len(index) for key, index in found.messages.items() if len(index)}
+        own = {key: n for key, n in stated.channel_message_counts.items() if n}
+        if stated.message_count != found.count or (own and own != counts):
+            found.damage.append(
+                f'counts {stated.message_count} messages where {found.count} are there'
+            )
+        elif stated.chunk_count != len(self.chunks):
+            found.damage.append(
+                f'counts {stated.chunk_count} chunks where {len(self.chunks)} are there'
+            )
+        elif counts:
+            times = [index.log_time_ns for index in found.messages.values() if len(index)]
+            span = (min(map(min, times)), max(map(max, times)))
+            if span != (stated.message_start_time, stated.message_end_time):
+                found.damage.append('states other times than its messages have')
+
+    def _search(self) -> None:
+        """Read the chunks behind a damaged place that a checksum shows to be whole, each once."""
+        self._announced()
+        data, size = self.data, self.size
+        for position, (length, *_) in sorted(self.chunk_indexes.items()):
+            if position not in self.chunks and position + length <= size:
+                self._try(position, position + length)
+        position = self.found.read_to if self.found.is_cut else size
+        while (position := data.find(bytes([Opcode.CHUNK]), position)) >= 0:
+            if position + _FRAME.size > size:
                 return
-    except _DamagedError:
-        return
+            stop = position + _FRAME.size + _FRAME.unpack_from(data, position)[1]
+            # One that the summary lists may have another length in its damaged frame.
+            if position in self.chunks:
+                position += self.chunks[position]
+            else:
+                position = stop if self._try(position, stop) else position + 1
+
+    def _try(self, position: int, stop: int) -> bool:
+        """Take the chunk between two bytes, if one is there; return whether it is."""
+        start, size = position + _FRAME.size, self.size
+        header = _chunk_header(self.data, start, size) if start < stop <= size else None
+        # By its lengths alone nearly anything else is told from a chunk.
+        if header is None or not header[0] or header[3] + header[4] != stop:
+            return False
+        if self._is_known(position):
+            return True
+        try:
+            self._chunk_or_nothing(start, stop)
+        except _DamagedError:
+            return False
+        self._took(position, stop)
+        return True
+
+    def _is_known(self, position: int) -> bool:
+        """Tell whether a chunk like this one was taken, from its checksum, size and first time."""
+        if position + _FRAME.size + _CHUNK.size > self.size:
+            return False
+        like = _CHUNK.unpack_from(self.data, position + _FRAME.size)
+        return like[3] != 0 and like in self.taken
+
+    def _took(self, position: int, stop: int) -> None:
+        self.chunks[position] = stop - position
+        if self.found.beyond:
+            self.taken.add(_CHUNK.unpack_from(self.data, position + _FRAME.size))
+
+    def _chunk_or_nothing(self, start: int, stop: int) -> None:
+        """Take a chunk, or drop what of it was taken before it proved to be none."""
+        kept = {key: len(index) for key, index in self.found.messages.items()}
+        try:
+            self._chunk(start, stop)
+        except _CutError:
+            raise
+        except _DamagedError:
+            for key, index in self.found.messages.items():
+                for column in (index.region, index.offset, index.length, index.log_time_ns):
+                    del column[kept.get(key, 0) :]
+            raise
+
+    def _announced(self) -> None:
+        """Take the topics that the summary names, where its checksum is right."""
+        data = self.data
+        self.in_summary = 0
+        footer = self.size - len(MAGIC) - _FOOTER_BYTES
+        if footer < len(MAGIC) or data[self.size - len(MAGIC) :] != MAGIC:
+            return
+        try:
+            stated = _parse(Footer.read, data[footer : footer + _FOOTER_BYTES])
+            start, stop = stated.summary_start, footer - _FRAME.size
+            if not len(MAGIC) <= start < stop or not stated.summary_crc:
+                return
+            whole = memoryview(data)[start : footer + _FOOTER_BYTES - 4]
+            if zlib.crc32(whole) != stated.summary_crc:
+                return
+            while start + _FRAME.size <= stop:
+                opcode, length = _FRAME.unpack_from(data, start)
+                start += _FRAME.size
+                if start + length <= stop:
+                    self._summary(opcode, start, start + length)
+                start += length
+        except _DamagedError:
+            return
 
 
-def _scan_chunk(found: McapScan, data: mmap.mmap, region: int, start: int, stop: int) -> bool:
-    """Index the messages of a chunk; return whether all of it is there."""
-    size = len(data)
+def _chunk_header(
+    data: mmap.mmap, start: int, size: int
+) -> tuple[int, bytes, int, int, int] | None:
+    """Return checksum, compression, size, first byte and length of a chunk's data, None if cut."""
     if start + _CHUNK.size > size:
-        return False
-    _, _, _, crc, name_length = _CHUNK.unpack_from(data, start)
+        return None
+    _, _, declared, crc, name_length = _CHUNK.unpack_from(data, start)
     start += _CHUNK.size
-    name = data[start : start + name_length]
+    name = data[start : start + min(name_length, 64)]
     start += name_length
     if start + _LENGTH.size > size:
-        return False
+        return None
     (length,) = _LENGTH.unpack_from(data, start)
-    start += _LENGTH.size
-    if start + length > stop:
-        raise _DamagedError
-    stop = start + length
-    whole = stop <= size
-    stop = min(stop, size)
-    if name == b'':
-        if whole and crc and zlib.crc32(data[start:stop]) != crc:
-            raise _DamagedError
-        inner_whole = _scan_records(found, data, region, start, stop)
-    else:
-        chunk = Region(found.path, start, stop, name.decode('ascii', 'replace'))
-        content = decompress(chunk, data[start:stop])
-        if whole and crc and zlib.crc32(content) != crc:
-            raise _DamagedError
-        found.regions.append(chunk)
-        inner_whole = _scan_records(found, content, len(found.regions) - 1, 0, len(content))
-    if whole and not inner_whole:
-        raise _DamagedError
-    return whole
-
-
-def _scan_records(
-    found: McapScan, data: bytes | mmap.mmap, region: int, start: int, stop: int
-) -> bool:
-    """Index the records of a chunk's content; return whether the last one is whole."""
-    while start < stop:
-        if start + _FRAME.size > stop:
-            return False
-        opcode, length = _FRAME.unpack_from(data, start)
-        start += _FRAME.size
-        if start + length > stop:
-            return False
-        _take(found, data, opcode, start, start + length, region)
-        start += length
-    return True
-
-
-def _take(
-    found: McapScan, data: bytes | mmap.mmap, opcode: int, start: int, stop: int, region: int
-) -> None:
-    """Take note of one whole record that is not a chunk."""
-    if opcode == Opcode.MESSAGE:
-        if stop - start < _MESSAGE.size:
-            raise _DamagedError
-        channel_id, _, log_time_ns, _ = _MESSAGE.unpack_from(data, start)
-        index = found.messages.get(channel_id)
-        if index is None:
-            raise _DamagedError
-        index.region.append(region)
-        index.offset.append(start + _MESSAGE.size)
-        index.length.append(stop - start - _MESSAGE.size)
-        index.log_time_ns.append(log_time_ns)
-    elif opcode == Opcode.SCHEMA:
-        schema = _parse(Schema.read, data[start:stop])
-        found.schemas[schema.id] = schema
-    elif opcode == Opcode.CHANNEL:
-        channel = _parse(Channel.read, data[start:stop])
-        found.channels[channel.id] = channel
-        found.messages.setdefault(channel.id, MessageIndex())
-    elif opcode == Opcode.METADATA:
-        found.metadata.append(_parse(Metadata.read, data[start:stop]))
-    elif opcode == 0:
-        # No record has this opcode; a disk that lost power fills files with zeros.
-        raise _DamagedError
+    return crc, name, declared, start + _LENGTH.size, length
 
 
 def _parse(read: Callable[[ReadDataStream], Any], body: bytes) -> Any:
     try:
         return read(ReadDataStream(BytesIO(body)))
-    except (McapError, struct.error, ValueError) as error:
+    except (McapError, struct.error, ValueError, OverflowError, MemoryError) as error:
         raise _DamagedError from error
 
 
@@ -238,27 +544,33 @@ def decompress(region: Region, data: bytes) -> bytes:
     """
     Return what a chunk's data decompress to, as far as they go when they are cut off.
 
-    :raises BagError: if the compression is not one of MCAP's.
+    No more is made than the chunk says that it holds, and no more than ``LARGEST_CHUNK``.
     """
-    decoder: Any
+    if region.size > LARGEST_CHUNK:
+        raise _DamagedError(
+            f'a chunk says that it holds {region.size} bytes where {LARGEST_CHUNK} can be read: '
+            'record with smaller chunks'
+        )
+    more = region.size + 1
     failure: type[Exception]
     if region.compression == 'zstd':
         import zstandard
 
-        decoder, failure = zstandard.ZstdDecompressor().decompressobj(), zstandard.ZstdError
-    elif region.compression == 'lz4':
-        import lz4.frame
-
-        decoder, failure = lz4.frame.LZ4FrameDecompressor(), RuntimeError
+        failure = zstandard.ZstdError
     else:
-        raise BagError(
-            f'{region.path} has chunks compressed with {region.compression!r}: only zstd, lz4 and '
-            'none can be read'
-        )
+        failure = RuntimeError
     try:
-        return bytes(decoder.decompress(data))
-    except failure as error:
-        raise _DamagedError from error
+        if region.compression == 'zstd':
+            content = zstandard.ZstdDecompressor().stream_reader(data).read(more)
+        else:
+            import lz4.frame
+
+            content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=more)
+    except (failure, MemoryError) as error:
+        raise _DamagedError('a chunk cannot be decompressed') from error
+    if len(content) > region.size:
+        raise _DamagedError(f'a chunk holds more than the {region.size} bytes it says')
+    return bytes(content)
 
 
 class MessageStore:

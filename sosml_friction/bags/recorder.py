@@ -12,13 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic_ns
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
+from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.exceptions import BagError
 
 # Version of rosbag2's metadata that ROS 2 Jazzy writes; since 9 the QoS policies are words.
@@ -46,12 +47,30 @@ def offered_qos(latched: bool) -> list[dict[str, Any]]:
     ]
 
 
+class TypeDefinition(NamedTuple):
+    """Hold how messages of a type are made: ``encoding`` names the language of ``text``."""
+
+    text: bytes
+    encoding: str
+    hash: str
+
+    @classmethod
+    def installed(cls, type_name: str) -> TypeDefinition:
+        """
+        Return the definition of a type that is installed.
+
+        :raises BagError: if it is not.
+        """
+        return cls(message_definition(type_name).encode(), 'ros2msg', type_hash(type_name))
+
+
 @dataclass
 class _Topic:
     """One recorded topic: its channel in the file, its type and how many messages it has."""
 
     channel_id: int
     type_name: str
+    type_hash: str
     latched: bool
     message_count: int = 0
 
@@ -67,6 +86,9 @@ class BagRecorder:
     monotonic clock, whichever says so first. A topic that falls silent leaves its last 0.2 s in
     memory until :meth:`flush`, which a node therefore calls at 5 Hz. Power loss is another
     matter: nothing is forced to the disk.
+
+    A recorder that could not write once writes nothing more: what it has is that of a recording
+    that was cut off, and never one with a hole that calls itself whole.
 
     All methods may be called from several threads.
 
@@ -88,6 +110,7 @@ class BagRecorder:
         self._flushed_log_ns: int | None = None
         self._flushed_clock_ns = monotonic_ns()
         self._closed = False
+        self._failed: BagError | None = None
         try:
             self.folder.mkdir(parents=True)
         except FileExistsError:
@@ -103,7 +126,10 @@ class BagRecorder:
         except OSError as error:
             raise self._write_error(error) from error
         self._writer = Writer(
-            self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.NONE
+            self._stream,
+            chunk_size=CHUNK_BYTES,
+            compression=CompressionType.NONE,
+            enable_data_crcs=True,
         )
         with self._writing():
             self._writer.start(profile='ros2', library='sosml_friction')
@@ -129,12 +155,19 @@ class BagRecorder:
         with self._lock:
             return sum(topic.message_count for topic in self._topics.values())
 
-    def add_topic(self, topic: str, type_name: str, latched: bool | None = None) -> None:
+    def add_topic(
+        self,
+        topic: str,
+        type_name: str,
+        latched: bool | None = None,
+        definition: TypeDefinition | None = None,
+    ) -> None:
         """
         Announce a topic; again with the same type changes nothing.
 
         ``latched`` is the durability ``ros2 bag play`` will offer; None means latched for
-        std_msgs/String (robot_description and its like) and volatile for the rest.
+        std_msgs/String (robot_description and its like) and volatile for the rest. ``definition``
+        is that of the type, where it need not be installed.
 
         :raises BagError: if the type is not installed, or the topic has another one already.
         """
@@ -150,10 +183,10 @@ class BagRecorder:
                 return
             if latched is None:
                 latched = type_name == 'std_msgs/msg/String'
+            definition = definition or TypeDefinition.installed(type_name)
             if type_name not in self._schema_ids:
-                definition = message_definition(type_name).encode()
                 self._schema_ids[type_name] = self._writer.register_schema(
-                    type_name, 'ros2msg', definition
+                    type_name, definition.encoding, definition.text
                 )
             channel_id = self._writer.register_channel(
                 topic,
@@ -161,10 +194,10 @@ class BagRecorder:
                 self._schema_ids[type_name],
                 {
                     'offered_qos_profiles': _dump(offered_qos(latched)).strip(),
-                    'topic_type_hash': type_hash(type_name),
+                    'topic_type_hash': definition.hash,
                 },
             )
-            self._topics[topic] = _Topic(channel_id, type_name, latched)
+            self._topics[topic] = _Topic(channel_id, type_name, definition.hash, latched)
 
     def write(
         self, topic: str, cdr_bytes: bytes, log_time_ns: int, publish_time_ns: int | None = None
@@ -229,6 +262,10 @@ class BagRecorder:
             if self._closed:
                 return
             self._closed = True
+            if self._failed is not None:
+                with contextlib.suppress(OSError):
+                    self._stream.close()
+                return
             try:
                 self._writer.flush()
                 self._add_metadata_record()
@@ -251,10 +288,13 @@ class BagRecorder:
         with self._lock:
             if self._closed:
                 raise BagError(f'the bag {self.folder} is closed: nothing more can be recorded')
+            if self._failed is not None:
+                raise self._failed
             try:
                 yield
             except (OSError, McapError) as error:
-                raise self._write_error(error) from error
+                self._failed = self._write_error(error)
+                raise self._failed from error
 
     def _write_error(self, error: Exception) -> BagError:
         reason = getattr(error, 'strerror', None) or error
@@ -264,7 +304,9 @@ class BagRecorder:
 
     def _add_metadata_record(self) -> None:
         """Append the record from which ``ros2 bag info`` reads a single file."""
-        self._writer.add_metadata('rosbag2', {'serialized_metadata': _dump(self._information())})
+        text = _dump(self._information())
+        checked = {'serialized_metadata': text, CHECKSUM: text_checksum(text)}
+        self._writer.add_metadata('rosbag2', checked)
 
     def _information(self) -> dict[str, Any]:
         """Return rosbag2's BagMetadata of what was written up to now."""
@@ -284,7 +326,7 @@ class BagRecorder:
                         'type': topic.type_name,
                         'serialization_format': 'cdr',
                         'offered_qos_profiles': offered_qos(topic.latched),
-                        'type_description_hash': type_hash(topic.type_name),
+                        'type_description_hash': topic.type_hash,
                     },
                     'message_count': topic.message_count,
                 }

@@ -51,6 +51,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.yaml_text import parse_yaml
 
 #: A joint that moves by more is told not to rest [rad or m]. Chosen, no measurement: it turns a
 #: weight by a hundredth.
@@ -331,7 +332,7 @@ def read_model(path: str | Path) -> RobotModelFile:
             f'model {path} cannot be read: give a folder that holds model.yaml'
         ) from error
     model = parse_model(text, str(file))
-    urdf_path = file.parent / str(yaml.safe_load(text).get('urdf', 'robot.urdf'))
+    urdf_path = file.parent / str(parse_yaml(text, str(file)).get('urdf', 'robot.urdf'))
     try:
         urdf = urdf_path.read_text(encoding='utf-8')
     except (OSError, UnicodeDecodeError) as error:
@@ -348,10 +349,7 @@ def parse_model(text: str, where: str) -> RobotModelFile:
     :param where: the file or topic it came from, for the error sentence.
     :raises ConfigurationError: if it is not YAML of this format or lacks an entry.
     """
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ConfigurationError(f'{where} is not YAML: {_one_line(error)}') from error
+    document = parse_yaml(text, where)
     version = document.get('format') if isinstance(document, dict) else None
     if version not in (FORMAT, _FORMAT_1):
         raise ConfigurationError(f'{where} is not a model: its entry format must be {FORMAT}')
@@ -554,7 +552,3 @@ def _require_unit(parameter: Parameter, units: tuple[str, ...], where: str) -> N
             f'{where} is in {parameter.unit!r}: give it in {units[0]} (revolute) or {units[1]} '
             '(prismatic)'
         )
-
-
-def _one_line(error: Exception) -> str:
-    return ' '.join(str(error).split())

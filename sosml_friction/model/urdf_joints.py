@@ -1,16 +1,27 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The joints that a URDF states, and the part of it that moves."""
+"""The joints and bodies that a URDF states: what every reader of one goes by."""
 
-import copy
 import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.plain_number import plain_number
 
 #: Types of one degree of freedom: the only ones that a model can name.
 _SINGLE = ('revolute', 'continuous', 'prismatic')
+_KINDS = (*_SINGLE, 'fixed', 'floating', 'planar')
+_MOMENTS = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
+#: A moment of inertia below 0 by this share of the largest is one that was rounded: CAD programs
+#: write three digits and more.
+_ROUNDED = 1e-3
+#: Beside a larger number of a body [SI] a double has no room for those of a robot's.
+_LARGEST = 1e9
 #: Stands for "no limit" in what the parser reads, which knows no infinity; nobody reads it back.
 _UNLIMITED = '1e300'
 
@@ -93,36 +104,115 @@ def read_joints(urdf: str) -> UrdfJoints:
             'the URDF cannot be read: it is xacro still; run xacro over it and use what it prints'
         )
     plain = ElementTree.Element('robot', {'name': root.get('name') or 'robot'})
-    for link in root.findall('link'):
-        body = ElementTree.SubElement(plain, 'link', {'name': link.get('name', '')})
-        body.extend(copy.deepcopy(link.findall('inertial')))
+    links = _names(root, 'link')
+    weighed = set()
+    for link, name in zip(root.findall('link'), links, strict=True):
+        body = _plain_link(link, name)
+        plain.append(body)
+        if len(body):
+            weighed.add(name)
     joints = {}
     # Those of a transmission or a plugin stand deeper, and are other elements of the same name.
-    for element in root.findall('joint'):
-        joint = _joint(element)
-        if joint.name in joints:
-            raise ConfigurationError(f'the URDF cannot be read: it has joint {joint.name} twice')
+    for element, name in zip(root.findall('joint'), _names(root, 'joint'), strict=True):
+        joint = _joint(element, name)
         if joint.kind != 'fixed':
-            joints[joint.name] = joint
-        plain.append(_plain_joint(element, joint))
+            joints[name] = joint
+        plain.append(_plain_joint(element, joint, links))
+    _check_tree(plain, links)
     _check_mimics(joints)
-    weighed = {
-        link.get('name') for link in root.findall('link') if link.find('inertial') is not None
-    }
     unweighed = tuple(j.child for j in joints.values() if j.child not in weighed)
     text = ElementTree.tostring(plain, encoding='unicode')
     return UrdfJoints(root.get('name', ''), joints, text, unweighed)
 
 
-def _joint(element: ElementTree.Element) -> UrdfJoint:
-    name, kind = element.get('name', ''), element.get('type', '')
+def _refused(what: str) -> ConfigurationError:
+    return ConfigurationError(f'the URDF cannot be read: {what}')
+
+
+def _names(root: ElementTree.Element, tag: str) -> list[str]:
+    """Return the names of the links or joints, each of which has its own."""
+    names = [element.get('name', '') for element in root.findall(tag)]
+    for name in names:
+        if not name.strip():
+            raise _refused(f'a {tag} has no name')
+        if names.count(name) > 1:
+            raise _refused(f'it has {tag} {name} twice')
+    return names
+
+
+def _plain_link(link: ElementTree.Element, name: str) -> ElementTree.Element:
+    """Return a link with the numbers of its body alone, which are those of a body."""
+    plain = ElementTree.Element('link', {'name': name})
+    found = link.findall('inertial')
+    if not found:
+        return plain
+    if len(found) > 1:
+        raise _refused(f'link {name} has {len(found)} inertials: leave it one')
+    inertial = found[0]
+    mass, inertia = inertial.find('mass'), inertial.find('inertia')
+    if mass is None or inertia is None:
+        raise _refused(
+            f'the inertial of link {name} has no {"mass" if mass is None else "inertia"}: give '
+            'it one, or leave the inertial out of a link that has no mass'
+        )
+    m = _number(mass.get('value'), f'the mass of link {name}')
+    moments = [_number(inertia.get(key), f'{key} of link {name}') for key in _MOMENTS]
+    if m == 0.0 and not any(moments):
+        return plain
+    if not m > 0.0:
+        raise _refused(
+            f'the mass of link {name} is {m:g} kg: give a mass above 0, or leave the inertial out'
+        )
+    _check_moments(moments, name)
+    body = ElementTree.SubElement(plain, 'inertial')
+    body.append(_plain_origin(inertial, f'the inertial of link {name}'))
+    ElementTree.SubElement(body, 'mass', {'value': repr(m)})
+    numbers = {key: repr(x) for key, x in zip(_MOMENTS, moments, strict=True)}
+    ElementTree.SubElement(body, 'inertia', numbers)
+    return plain
+
+
+def _check_moments(moments: Sequence[float], name: str) -> None:
+    xx, xy, xz, yy, yz, zz = moments
+    size = max(map(abs, moments))
+    if size == 0.0:
+        return
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / size
+    least = float(np.linalg.eigvalsh(tensor)[0])
+    if min(xx, yy, zz) < 0.0 or not least >= -_ROUNDED:
+        values = ', '.join(f'{key} {x:g}' for key, x in zip(_MOMENTS, moments, strict=True))
+        raise _refused(
+            f'link {name} has a negative moment of inertia ({values}; least {least * size:.3g} '
+            'kg m2): no body has that, correct it'
+        )
+
+
+def _plain_origin(element: ElementTree.Element, where: str) -> ElementTree.Element:
+    origin = element.find('origin')
+    stated = {} if origin is None else origin.attrib
+    numbers = {
+        key: _vector(stated.get(key, '0 0 0'), f'{key} in the origin of {where}')
+        for key in ('xyz', 'rpy')
+    }
+    return ElementTree.Element(
+        'origin', {key: ' '.join(map(repr, vector.tolist())) for key, vector in numbers.items()}
+    )
+
+
+def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
+    kind = element.get('type', '')
+    if kind not in _KINDS:
+        raise _refused(f'joint {name} is of type {kind!r}: use one of {", ".join(_KINDS)}')
     child = element.find('child')
     limit = element.find('limit')
     stated: dict[str, float] = {}
     for key in ('lower', 'upper', 'velocity', 'effort'):
         text = None if limit is None else limit.get(key)
         if text is not None:
-            stated[key] = _number(text, f'the {key} limit of joint {name}')
+            # "inf" is how many say that there is none.
+            unlimited = text.strip().lower().lstrip('+-') in ('inf', 'infinity')
+            what = f'the {key} limit of joint {name}'
+            stated[key] = float(text) if unlimited else _number(text, what, math.inf)
     # One side alone leaves the other at 0, as the format says; none at all limits nothing.
     free = kind == 'continuous' or not stated.keys() & {'lower', 'upper'}
     limits = JointLimits(
@@ -142,26 +232,82 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
     return UrdfJoint(name, kind, '' if child is None else child.get('link', ''), limits, mimic)
 
 
-def _number(text: str, what: str) -> float:
+def _number(text: str | None, what: str, largest: float = _LARGEST) -> float:
+    if text is None:
+        raise _refused(f'{what} is missing: give a number')
     try:
-        return float(text)
+        number = plain_number(text)
+        if abs(number) > largest:
+            raise ValueError
+        return number
     except ValueError as error:
-        raise ConfigurationError(
-            f'the URDF cannot be read: {what} is {text!r}, no number'
-        ) from error
+        way = ': it is xacro still; use what xacro prints' if '${' in text else ''
+        raise _refused(f'{what} is {text!r}, no number of a robot{way}') from error
 
 
-def _plain_joint(element: ElementTree.Element, joint: UrdfJoint) -> ElementTree.Element:
+def _vector(text: str, what: str) -> FloatArray:
+    values = [_number(part, what) for part in text.split()]
+    if len(values) != 3:
+        raise _refused(f'{what} is {text!r}: give three numbers')
+    return np.array(values)
+
+
+def _plain_joint(
+    element: ElementTree.Element, joint: UrdfJoint, links: Sequence[str]
+) -> ElementTree.Element:
     # A continuous joint turned as a revolute one has an angle for its position, of any size.
     kind = 'revolute' if joint.kind == 'continuous' else joint.kind
     plain = ElementTree.Element('joint', {'name': joint.name, 'type': kind})
-    for tag in ('parent', 'child', 'origin', 'axis'):
-        plain.extend(copy.deepcopy(element.findall(tag)))
+    for tag in ('parent', 'child'):
+        end = element.find(tag)
+        link = '' if end is None else end.get('link', '')
+        if link not in links:
+            raise _refused(f'the {tag} of joint {joint.name} is {link!r}, which is no link of it')
+        ElementTree.SubElement(plain, tag, {'link': link})
+    plain.append(_plain_origin(element, f'joint {joint.name}'))
+    axis = element.find('axis')
+    if axis is not None and joint.kind not in ('fixed', 'floating'):
+        text = axis.get('xyz', '1 0 0')
+        direction = _vector(text, f'the axis of joint {joint.name}')
+        # Its length says nothing, and too small or large a one cannot be made 1.
+        if not 1e-6 < float(np.abs(direction).max()) < 1e6:
+            raise _refused(
+                f'the axis of joint {joint.name} is {text!r}, which is no direction: give a '
+                'vector of length 1'
+            )
+        ElementTree.SubElement(plain, 'axis', {'xyz': ' '.join(map(repr, direction.tolist()))})
     if joint.is_single:
         low, high = f'-{_UNLIMITED}', _UNLIMITED
         limit = {'lower': low, 'upper': high, 'velocity': high, 'effort': high}
         ElementTree.SubElement(plain, 'limit', limit)
     return plain
+
+
+def _check_tree(plain: ElementTree.Element, links: Sequence[str]) -> None:
+    """See that the links hang on one another as a tree, from one root."""
+    parents: dict[str, str] = {}
+    for joint in plain.findall('joint'):
+        parent, child = (joint[i].get('link', '') for i in range(2))
+        if child in parents:
+            raise _refused(f'link {child} is the child of two joints: a link hangs on one')
+        parents[child] = parent
+    roots = [link for link in links if link not in parents]
+    if len(roots) > 1:
+        raise _refused(
+            f'the links {", ".join(roots)} hang on none: join all but one of them to the others'
+        )
+    reached = set(roots)
+    children: dict[str, list[str]] = {}
+    for child, parent in parents.items():
+        children.setdefault(parent, []).append(child)
+    waiting = list(roots)
+    while waiting:
+        more = children.get(waiting.pop(), [])
+        reached.update(more)
+        waiting += more
+    around = [link for link in links if link not in reached]
+    if around:
+        raise _refused(f'the links {", ".join(around)} hang on one another in a ring')
 
 
 def _check_mimics(joints: dict[str, UrdfJoint]) -> None:
@@ -170,8 +316,8 @@ def _check_mimics(joints: dict[str, UrdfJoint]) -> None:
         while at.mimic is not None:
             leader = at.mimic.leader
             if leader not in joints or leader in seen:
-                raise ConfigurationError(
-                    f'the URDF cannot be read: joint {at.name} mimics {leader!r}, which '
+                raise _refused(
+                    f'joint {at.name} mimics {leader!r}, which '
                     f'{"mimics it" if leader in seen else "is no joint that moves"}'
                 )
             seen.add(leader)

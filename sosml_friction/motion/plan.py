@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import yaml
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError, TrajectoryError
@@ -25,6 +24,7 @@ from sosml_friction.motion.trajectory_loads import (
 )
 from sosml_friction.motion.trajectory_option import TrajectoryOption, Value
 from sosml_friction.share import share_directory
+from sosml_friction.yaml_text import read_yaml
 
 #: Step of the samples that are checked, drawn and written [s].
 STEP_S = 0.01
@@ -82,7 +82,7 @@ class PlannedTrajectory:
     @property
     def beyond(self) -> list[LimitUse]:
         """Return what is beyond a limit."""
-        return [use for use in self.uses if use.excess > 0.0]
+        return [use for use in self.uses if not use.excess <= 0.0]
 
     def demands(self, joint: int) -> dict[str, Demand]:
         """Return what speed, acceleration and rigid-body effort a joint, by its index, needs."""
@@ -159,15 +159,16 @@ def _from_parameters(
         return {}
     flat: dict[str, Any] = {}
     try:
-        document = yaml.safe_load(file.read_text(encoding='utf-8')) or {}
+        document = read_yaml(file, 'the parameter file beside the model,') or {}
         for node, entry in document.items():
             if str(node).rpartition('/')[2] == 'identifier_node':
                 for key, value in entry.get('ros__parameters', {}).items():
                     nested = value.items() if isinstance(value, dict) else ()
                     flat |= {f'{key}.{name}': x for name, x in nested} or {key: value}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, AttributeError) as error:
+    except AttributeError as error:
         raise ConfigurationError(
-            f'{file}, the parameter file beside the model, cannot be read: correct it'
+            f'the parameter file beside the model, {file} cannot be read: it has no nodes with '
+            'ros__parameters'
         ) from error
     plain = {o.name for o in (*COMMON, *_ROBOT_OPTIONS)}
     found = {}

@@ -89,7 +89,11 @@ class Trajectory:
         return PPoly(np.stack([slope, self.q[:-1]]), self.t)
 
     def extremes(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return least position, greatest position and greatest speed of each joint, each (n,)."""
+        """
+        Return least position, greatest position and greatest speed of each joint, each (n,).
+
+        They are NaN where the numbers are too large to compute with.
+        """
         q, v = self.q, self.v
         low, high = q.min(axis=0), q.max(axis=0)
         if len(q) == 1:
@@ -97,20 +101,23 @@ class Trajectory:
         h = np.diff(self.t)[:, None]
         if v is None:
             return low, high, np.abs(np.diff(q, axis=0) / h).max(axis=0)
-        a0, a1, a2, a3 = hermite(q[:-1], v[:-1], q[1:], v[1:], h)
         fastest = np.abs(v).max(axis=0)
-        with np.errstate(divide='ignore', invalid='ignore'):
+        with np.errstate(divide='ignore', invalid='ignore', over='ignore'):
+            a0, a1, a2, a3 = hermite(q[:-1], v[:-1], q[1:], v[1:], h)
             # Speed is extreme where 2 a2 + 6 a3 s = 0, position where a1 + 2 a2 s + 3 a3 s^2 = 0.
             top = -a2 / (3.0 * a3)
             root = np.sqrt(a2 * a2 - 3.0 * a3 * a1)
             turns = [(-a2 + root) / (3.0 * a3), (-a2 - root) / (3.0 * a3), -a1 / (2.0 * a2)]
-        s = np.where((top > 0.0) & (top < h), top, 0.0)
-        fastest = np.maximum(fastest, np.abs(a1 + s * (2.0 * a2 + 3.0 * a3 * s)).max(axis=0))
-        for turn in turns:
-            s = np.where((turn > 0.0) & (turn < h), turn, 0.0)
-            inside = a0 + s * (a1 + s * (a2 + s * a3))
-            low = np.minimum(low, inside.min(axis=0))
-            high = np.maximum(high, inside.max(axis=0))
+            s = np.where((top > 0.0) & (top < h), top, 0.0)
+            fastest = np.maximum(fastest, np.abs(a1 + s * (2.0 * a2 + 3.0 * a3 * s)).max(axis=0))
+            for turn in turns:
+                s = np.where((turn > 0.0) & (turn < h), turn, 0.0)
+                inside = a0 + s * (a1 + s * (a2 + s * a3))
+                low = np.minimum(low, inside.min(axis=0))
+                high = np.maximum(high, inside.max(axis=0))
+            # A cubic whose coefficients overflow turns nowhere that could be computed.
+            known = np.isfinite(a2 * a2 - 3.0 * a3 * a1).all(axis=0)
+        low, high, fastest = (np.where(known, x, np.nan) for x in (low, high, fastest))
         return low, high, fastest
 
 
@@ -171,16 +178,23 @@ def prepare_trajectory(
 def _check_limits(trajectory: Trajectory, limits: Sequence[JointLimits]) -> None:
     low, high, fastest = trajectory.extremes()
     for joint, (name, limit) in enumerate(zip(trajectory.names, limits, strict=True)):
-        for value, wrong in (
-            (low[joint], low[joint] < limit.lower),
-            (high[joint], high[joint] > limit.upper),
+        extremes = (low[joint], high[joint], fastest[joint])
+        if not np.isfinite(extremes).all():
+            raise TrajectoryError(
+                f'the trajectory of joint {name} has numbers that are too large to be followed: '
+                'correct its positions, velocities and times'
+            )
+        # Written so that a limit that is NaN allows nothing.
+        for value, right in (
+            (low[joint], low[joint] >= limit.lower),
+            (high[joint], high[joint] <= limit.upper),
         ):
-            if wrong:
+            if not right:
                 raise TrajectoryError(
                     f'the trajectory takes joint {name} to {value:.4f}, outside its limits '
                     f'{limit.lower:g} to {limit.upper:g}'
                 )
-        if fastest[joint] > limit.velocity:
+        if not fastest[joint] <= limit.velocity:
             raise TrajectoryError(
                 f'the trajectory moves joint {name} at {fastest[joint]:.4f} per second where its '
                 f'limit is {limit.velocity:g}: make it slower'

@@ -12,6 +12,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.registry import make_observer
+from sosml_friction.yaml_text import parse_yaml
 
 FORMAT = 'sosml_friction/observers/1'
 
@@ -73,8 +74,8 @@ def parse_configuration(text: str, where: str) -> ObserverConfiguration:
     :param where: the file or topic it came from, for the error sentence.
     :raises ConfigurationError: if it is not YAML of this format or lacks an entry.
     """
+    document = parse_yaml(text, where)
     try:
-        document = yaml.safe_load(text)
         if not isinstance(document, dict) or document.get('format') != FORMAT:
             raise ConfigurationError(f'{where} has no entry format: {FORMAT}')
         lacking = [
@@ -93,7 +94,7 @@ def parse_configuration(text: str, where: str) -> ObserverConfiguration:
             document['velocity_source'],
             float(document['maximum_gap_s']),
         )
-    except (yaml.YAMLError, AttributeError, TypeError, ValueError) as error:
+    except (AttributeError, TypeError, ValueError) as error:
         raise ConfigurationError(
             f'{where} is not an observer configuration: {" ".join(str(error).split())}'
         ) from error

@@ -215,13 +215,24 @@ def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Sc
     noise = np.array([max(signal_noise(log.q[:, i])[1] for log in logs) for i in range(n)])
     q = np.concatenate([log.q for log in logs])
     tau = np.concatenate([log.tau for log in logs])
-    span = np.ptp(q, axis=0)
+    # What is not known takes no part.
+    known_q = np.isfinite(q)
+    low = np.min(q, axis=0, where=known_q, initial=np.inf)
+    high = np.max(q, axis=0, where=known_q, initial=-np.inf)
+    span = np.where(known_q.any(axis=0), high - low, 0.0)
     speed = np.zeros(n)
     for log in logs:
-        dt = float(np.median(np.diff(log.time)))
+        steps = np.diff(log.time)
+        if not (steps > 0.0).any():
+            raise DataError(
+                f'the recording has {len(log)} samples of one stamp: record a motion, each sample '
+                'with the time of its measurement'
+            )
+        dt = float(np.median(steps[steps > 0.0]))
         wide = max(1, round(0.05 / dt))
         if len(log) > 2 * wide:
             slope = np.abs(log.q[wide:] - log.q[:-wide]) / (wide * dt)
+            slope[~np.isfinite(slope)] = 0.0
             speed = np.maximum(speed, np.quantile(slope, 0.99, axis=0))
     friction = {
         name: np.full(n, np.nan)

@@ -472,3 +472,49 @@ def test_a_trajectory_that_contradicts_itself_is_one_sentence(
     bag = Bag.open(record(tmp_path / 'bag', [*two_joints(), sent]))
     with pytest.raises(BagError, match='later time and a value for every joint'):
         bag.trajectories()
+
+
+def test_a_value_that_no_joint_can_have_is_not_known(tmp_path, record, joint_state):
+    values = [0.5, np.inf, -np.inf, 1e300, -1e9, 9.9e8]
+    entries = [
+        ('/joint_states', JOINT_STATE, joint_state(k, ['j'], [x], [x], [x]), k)
+        for k, x in enumerate(values, 1)
+    ]
+    log = Bag.open(record(tmp_path / 'bag', entries)).joint_log()
+    for column in (log.q, log.v, log.tau):
+        np.testing.assert_array_equal(column[:, 0], [0.5, *[np.nan] * 4, 9.9e8])
+
+
+def test_metadata_that_counts_other_messages_is_told(tmp_path, record, two_joints):
+    folder = record(tmp_path / 'bag', two_joints())
+    beside = folder / 'metadata.yaml'
+    for old, new, said in (
+        ('message_count: 4', 'message_count: 5', 'metadata.yaml counts 5 messages'),
+        ('name: /joint_states', 'name: /joint_stateS', 'other messages of /joint_stateS'),
+    ):
+        text = beside.read_text()
+        beside.write_text(text.replace(old, new))
+        bag = Bag.open(folder)
+        assert bag.recovered
+        assert said in bag.recovery
+        assert bag.messages_read == 4
+        beside.write_text(text)
+
+
+def test_tags_are_told_from_damaged_ones(tmp_path, two_joints):
+    with BagRecorder(tmp_path / 'bag', {'payload': '2.5 kg'}) as recorder:
+        for topic, kind, cdr, t_ns in two_joints():
+            recorder.add_topic(topic, kind)
+            recorder.write(topic, cdr, t_ns)
+    path = tmp_path / 'bag' / 'bag_0.mcap'
+    content = path.read_bytes()
+    assert Bag.open(path).tags == {'payload': '2.5 kg'}
+    # At the beginning and at the end of the file.
+    assert content.count(b'2.5 kg') == 2
+    path.write_bytes(content.replace(b'2.5 kg', b'7.5 kg', 1))
+    bag = Bag.open(path)
+    assert 'bag_0.mcap has damaged tags' in bag.recovery
+    assert bag.tags == {'payload': '2.5 kg'}
+    # A recording that was killed has no checksum but that of its tags.
+    path.write_bytes(content.replace(b'2.5 kg', b'7.5 kg', 1)[: len(content) // 2])
+    assert Bag.open(path).tags == {}

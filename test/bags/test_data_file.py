@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sosml_friction.bags import data_file
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.exceptions import DataError
 
@@ -128,3 +129,36 @@ def test_matlab_7_3_needs_h5py_or_is_read(tmp_path):
     with path.open('r+b') as stream:
         stream.write(head)
     assert list(DataFile(path).series()) == ['arm.q[0]', 'arm.q[1]', 't']
+
+
+@pytest.mark.parametrize(
+    ('cell', 'sentence'),
+    [
+        ('1_0', "line 3, column 'q': '1_0' is not a number"),
+        ('inf', "line 3, column 'q': 'inf' is not a finite number .leave a missing value empty"),
+        ('-1e999', "line 3, column 'q': '-1e999' is not a finite number"),
+    ],
+)
+def test_a_cell_that_only_python_takes_for_a_number_is_refused(tmp_path, cell, sentence):
+    path = tmp_path / 'x.csv'
+    path.write_text(f't,q\n0,1\n1,{cell}\n2,3\n3,4\n')
+    with pytest.raises(DataError, match=sentence):
+        DataFile(path)['q']
+
+
+def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_path, monkeypatch):
+    from scipy.io import savemat
+
+    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    zeros = np.zeros(2**18)
+    np.savez_compressed(tmp_path / 'x.npz', t=T, zeros=zeros)
+    savemat(tmp_path / 'x.mat', {'t': T, 'zeros': zeros}, do_compression=True)
+    for name in ('x.npz', 'x.mat'):
+        with pytest.raises(DataError, match=r'x\.... takes \d+ bytes and says that it unpacks to'):
+            DataFile(tmp_path / name)
+    # What was measured does not pack so well, whatever its size.
+    noise = np.random.default_rng(0).normal(size=2**18)
+    np.savez_compressed(tmp_path / 'x.npz', noise=noise)
+    savemat(tmp_path / 'x.mat', {'noise': noise}, do_compression=True)
+    for name in ('x.npz', 'x.mat'):
+        assert np.array_equal(DataFile(tmp_path / name)['noise'], noise)

@@ -26,7 +26,7 @@ def joint_logs(draw):
         st.lists(st.integers(1, 2**31 * 10**9 - 1), min_size=1, max_size=12, unique=True)
     )
     shape = (len(stamps), len(names))
-    numbers = hnp.arrays(np.float64, shape, elements=st.floats(width=64))
+    numbers = hnp.arrays(np.float64, shape, elements=st.floats(-1e8, 1e8) | st.just(np.nan))
     unknown = st.just(np.full(shape, np.nan))
     return JointLog(
         names=tuple(names),

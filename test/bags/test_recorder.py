@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """BagRecorder: rosbag2 format, and what a crash may cost."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -315,3 +316,29 @@ def test_an_error_in_the_with_block_still_leaves_a_closed_bag(tmp_path):
     with pytest.raises(RuntimeError, match='stop'):
         record_and_fail()
     assert not Bag.open(tmp_path / 'bag').recovered
+
+
+def test_a_recorder_that_was_full_and_then_freed_does_not_call_itself_whole(tmp_path, monkeypatch):
+    recorder = BagRecorder(tmp_path / 'bag')
+    recorder.add_topic('/joint_states', JOINT_STATE)
+    for k in range(50):
+        recorder.write('/joint_states', b'%010d' % k, 10**9 * k)
+    stream = recorder._writer._Writer__stream
+
+    class Full:
+        tell = stream.tell
+        flush = stream.flush
+
+        def write(self, _):
+            raise OSError(errno.ENOSPC, 'No space left on device')
+
+    monkeypatch.setattr(recorder._writer, '_Writer__stream', Full())
+    with pytest.raises(BagError, match='No space left on device'):
+        recorder.write('/joint_states', b'lost', 10**9 * 50)
+    monkeypatch.setattr(recorder._writer, '_Writer__stream', stream)
+    with pytest.raises(BagError, match='No space left on device'):
+        recorder.write('/joint_states', b'after the hole', 10**9 * 60)
+    recorder.close()
+    bag = Bag.open(tmp_path / 'bag')
+    assert bag.recovered
+    assert [int(cdr) for _, cdr in bag.messages('/joint_states')] == list(range(50))

@@ -59,7 +59,9 @@ def models(draw):
             }
             friction = FrictionParameters(law, draw(st.floats(0.0, 10.0)), values)
         joints[name] = JointModel(armature, friction)
-    provenance = draw(st.dictionaries(names, st.one_of(finite, names, st.integers())))
+    provenance = draw(
+        st.dictionaries(names, st.one_of(finite, names, st.integers(-(2**63), 2**63)))
+    )
     return RobotModelFile(draw(names), joints, '<robot name="r"/>', provenance)
 
 

@@ -24,7 +24,7 @@ TOOL = """  <link name="tool"><inertial><origin xyz="0.02 0 0.01"/><mass value="
 def test_bodies_are_read_back_as_they_were_written(exoskeleton_urdf):
     robot = Robot(exoskeleton_urdf, NAMES, [0.0, 0.0])
     bodies = robot.inertial_parameters() * [[1.1], [0.9]]
-    bodies[0, 1:4] += [0.01, 0.02, -0.01]
+    bodies[0, 1:4] += [0.001, 0.002, -0.001]
     bodies[1, 4:] += 0.01 * np.array([1.0, 0.1, 1.0, -0.1, 0.05, 1.0])
     again = Robot(
         with_bodies(exoskeleton_urdf, dict(zip(NAMES, bodies, strict=True))), NAMES, [0.0, 0.0]

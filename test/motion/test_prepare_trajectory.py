@@ -53,6 +53,8 @@ def changed(array, index, value):
         (dict(q=changed(GOOD.q, (1, 0), 0.71)), 'outside its limits'),
         (dict(q=changed(GOOD.q, (2, 1), -0.06)), 'outside its limits'),
         (dict(v=changed(GOOD.v, (1, 0), 3.1)), 'make it slower'),
+        (dict(v=changed(GOOD.v, (1, 0), 1e308)), 'too large to be followed'),
+        (dict(v=changed(GOOD.v, (1, 1), -1e308)), 'too large to be followed'),
         (dict(t=np.array([0.0, 0.1, 1.0])), 'make it slower'),
         (dict(q=changed(GOOD.q, (0, 0), -1.51)), 'start within 0.05'),
         (dict(v=changed(GOOD.v, (2, 1), 0.1)), 'let it end at rest'),

@@ -9,14 +9,13 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.joint_configuration import HostLoop, JointConfiguration
 from sosml_friction.actuators.parameter import check_parameters, parameter, parameters_of
 from sosml_friction.bags.controllers import ACTUATOR, PD
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import JointLimits
+from sosml_friction.yaml_text import read_yaml
 
 
 @dataclass(frozen=True)
@@ -174,11 +173,7 @@ def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
 
     :raises ConfigurationError: if the file cannot be read or has nothing for ``node``.
     """
-    try:
-        document = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise ConfigurationError(f'parameter file {path} cannot be read: {reason}') from error
+    document = read_yaml(Path(path), 'parameter file')
     result: dict[str, Any] = {}
     for key in ('/**', f'/**/{node}', node):
         section = document.get(key) if isinstance(document, dict) else None

@@ -145,6 +145,14 @@ class ServoDbc:
                     f'signal {theirs} of message {name} in the DBC {self.path} has the unit '
                     f'{found!r}: it must be {unit!r}'
                 )
+            scale, offset = float(present[theirs].scale), float(present[theirs].offset)
+            size = abs(scale) * 2.0 ** present[theirs].length
+            if present[theirs].is_float or not (scale and math.isfinite(size + abs(offset))):
+                raise ConfigurationError(
+                    f'signal {theirs} of message {name} in the DBC {self.path} has the scale '
+                    f'{scale:g} and the offset {offset:g}: give an integer signal a scale that is '
+                    'not 0, and both finite'
+                )
             self._signals[signal] = present[theirs]
             self._theirs[signal] = theirs
         return message

@@ -22,6 +22,7 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
     )
     if information['recovered']:
         yield f'Damaged: {information["recovery"]}'
+        yield 'sosml repair saves what is whole behind the damage too'
     held = [name for name, there in information['descriptions'].items() if there]
     lacking = [name for name, there in information['descriptions'].items() if not there]
     yield f'Holds {", ".join(held) or "no description"}' + (

@@ -177,7 +177,7 @@ def test_the_urdfs_effort_limit_bounds_the_current_too(make_lockstep):
 
 
 def test_the_servos_target_moves_no_faster_than_the_joint_may(make_lockstep):
-    lockstep = make_lockstep(joint={'elbow': {'tracking_limit': 20.0}})
+    lockstep = make_lockstep(joint={'elbow': {'tracking_limit': 10.0}})
     driver = lockstep.driver
     driver.configure()
     lockstep.run(0.1)

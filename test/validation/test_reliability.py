@@ -1,0 +1,71 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The reliability run: a short one has no failure, and what would be a failure is seen as one."""
+
+import numpy as np
+import pytest
+
+from sosml_friction.exceptions import BagError
+from validation import damaged_bags, reliability
+from validation.damaged_bags import BAG_DAMAGES, DamagedBags
+from validation.malformed_files import FILES, MalformedFiles
+from validation.reliability import Tally, outcome_of, table
+from validation.silent import SilentError
+
+
+@pytest.mark.parametrize('kind', [*BAG_DAMAGES, *FILES])
+def test_nothing_is_lost_without_a_word_and_nothing_ends_in_a_traceback(kind, tmp_path):
+    cases = (DamagedBags if kind in BAG_DAMAGES else MalformedFiles)(kind, tmp_path / 'here')
+    count = 8 if kind in ('bombs', 'NPZ') else 40
+    for case in range(count):
+        outcome, said = outcome_of(cases, np.random.default_rng((7, case)))
+        assert outcome in ('whole', 'told', 'refused'), f'case {case}: {said}'
+
+
+def test_every_kind_of_damage_is_seen(tmp_path):
+    """A reader that believed every file would be caught, by all but what leaves all messages."""
+    for kind in BAG_DAMAGES:
+        cases = DamagedBags(kind, tmp_path / 'here')
+        outcomes = {outcome_of(cases, np.random.default_rng((7, case)))[0] for case in range(8)}
+        assert outcomes & {'told', 'refused'}, kind
+
+
+def test_a_reader_that_says_nothing_is_caught(tmp_path, monkeypatch):
+    cases = DamagedBags('chunks dropped', tmp_path / 'here')
+    read = damaged_bags.read
+    monkeypatch.setattr(damaged_bags, 'read', lambda path: (read(path)[0], ''))
+    outcomes = [outcome_of(cases, np.random.default_rng((7, k)))[0] for k in range(10)]
+    assert 'silent' in outcomes
+
+
+@pytest.mark.parametrize(
+    ('error', 'outcome'),
+    [
+        (BagError('what, where'), 'refused'),
+        (SilentError('less'), 'silent'),
+        (KeyError('x'), 'traceback'),
+        (RecursionError(), 'traceback'),
+        (BagError(''), 'traceback'),
+    ],
+)
+def test_what_came_of_a_case_is_told_by_what_it_raises(error, outcome):
+    def case(_):
+        raise error
+
+    assert outcome_of(case, np.random.default_rng(0))[0] == outcome
+
+
+def test_a_case_that_hangs_is_counted_and_the_rest_goes_on():
+    class Pipe:
+        answers = iter([(0, 'told', '', 100.0), None])
+
+        def poll(self, _):
+            return True
+
+        def recv(self):
+            return next(self.answers)
+
+    tally = Tally()
+    assert reliability._collect(tally, Pipe(), 0, 5, 1.0) == 2
+    assert (tally.cases, tally.outcomes['told'], tally.failures) == (2, 1, 1)
+    assert '| x | 2 | 0 | 1 | 0 | 0 | 0 | 1 | 100 MB |' in table({'x': tally})
