@@ -130,6 +130,8 @@ class Plausibility:
         self._steps = [_COARSE[unit] for unit in robot.effort_units]
         self._ever = [False] * n
         self._friction = [0.0] * n
+        # By joint: the greatest between looks, those that may be of a standstill not yet seen.
+        self._recent = [deque([0.0]) for _ in range(n)]
         self._moved_s = [0.0] * n
         self.reset()
 
@@ -201,7 +203,7 @@ class Plausibility:
             if self._moving[i]:
                 if settled:
                     self._moved_s[i] += step_s
-                    self._friction[i] = max(self._friction[i], abs(tau_f))
+                    self._recent[i][-1] = max(self._recent[i][-1], abs(tau_f))
             elif (
                 self._standing[i]
                 and self._moved_s[i] > _KNOWN_S
@@ -325,7 +327,13 @@ class Plausibility:
         room = np.ptp(q, axis=0)
         self._moving = room > _STEPS * np.array(self._steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
-        for joint in range(len(self.names)):
+        for joint, recent_friction in enumerate(self._recent):
+            if not self._moving[joint]:
+                recent_friction.clear()
+            recent_friction.append(0.0)
+            if len(recent_friction) > WINDOW_S / _LOOK_S + 2.0:
+                greatest = recent_friction.popleft()
+                self._friction[joint] = max(self._friction[joint], greatest)
             if self._moved_s[joint] > _KNOWN_S and self._has_stopped_dead(samples, joint):
                 self._frozen_q[joint] = samples[-1].q[joint]
                 self._found = True
