@@ -8,9 +8,8 @@ import math
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
-
-import numpy as np
 
 from sosml_friction.arrays import FloatArray
 
@@ -50,6 +49,7 @@ class _Estimate(NamedTuple):
     t_s: float
     known: tuple[bool, ...]
     causes: Mapping[str, str]
+    remarks: Mapping[str, str]
 
 
 class ObserverHealth:
@@ -68,16 +68,22 @@ class ObserverHealth:
         self._totals: Counter[str] = Counter()
         self._heard_s = math.nan
         self._stamped = False
+        self._others: tuple[float, tuple[str, ...]] | None = None
         #: What was found about the topic itself; empty where there is nothing to say.
         self.topic_remark = ''
 
     def estimated(
-        self, now_s: float, t_ns: int, estimate: FloatArray, causes: Mapping[str, str]
+        self,
+        now_s: float,
+        t_ns: int,
+        estimate: FloatArray,
+        causes: Mapping[str, str],
+        remarks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        """Take the selected estimate (n,) of one sample, with the causes of what is NaN."""
+        """Take the selected estimate (n,) of one sample, why it is NaN, and what else to tell."""
         self.heard(now_s, t_ns)
-        known = tuple(map(bool, np.isfinite(estimate)))
-        self._estimates.append(_Estimate(now_s, t_ns * 1e-9, known, causes))
+        known = tuple(map(math.isfinite, estimate.tolist()))
+        self._estimates.append(_Estimate(now_s, t_ns * 1e-9, known, causes, remarks))
         self._totals['estimates'] += 1
 
     def heard(self, now_s: float, t_ns: int) -> None:
@@ -86,6 +92,10 @@ class ObserverHealth:
         self._stamped |= t_ns != 0
         self._totals['samples'] += 1
         self._forget(now_s)
+
+    def others(self, now_s: float, names: Sequence[str]) -> None:
+        """Note a message without the joints that are observed."""
+        self._others = now_s, tuple(names)
 
     def event(self, now_s: float, kind: str, count: int = 1) -> None:
         """Note something that happened: a gap, a loss, a repeated stamp, time that goes back."""
@@ -100,8 +110,14 @@ class ObserverHealth:
         """
         self._forget(now_s)
         values = self._values()
+        others = ''
+        if self._others is not None and now_s - self._others[0] <= SPAN_S:
+            others = (
+                f'joint_states has the joints {", ".join(self._others[1]) or "(none)"} where the '
+                f'model has {", ".join(self._joints)}: name them alike or give another model'
+            )
         if not self._totals['samples']:
-            text = (
+            text = others or (
                 'no joint_states yet: start the driver, or remap joint_states to the topic it '
                 'publishes'
             )
@@ -109,7 +125,7 @@ class ObserverHealth:
         silence = now_s - self._heard_s
         # A stream may be so slow that a second says nothing.
         if silence > max(SPAN_S, 2.0 * gap_s):
-            text = (
+            text = others or (
                 f'no joint_states for {silence:.1f} s: see whether the driver runs (ros2 topic hz '
                 'joint_states) and start it again'
             )
@@ -140,6 +156,9 @@ class ObserverHealth:
         name, total = self._joints[i], len(self._estimates)
         lost = [e for e in self._estimates if not e.known[i]]
         values = {'estimates in the last second': total, 'not known': len(lost)}
+        remarks = [e.remarks[name] for e in self._estimates if name in e.remarks]
+        if total and not lost and remarks:
+            return Said(name, 'warn', f'{len(remarks)} of {total}: {remarks[-1]}', values)
         if total and not lost:
             return Said(name, 'ok', 'estimating', values)
         causes = Counter(e.causes.get(name, 'the observers start') for e in lost)

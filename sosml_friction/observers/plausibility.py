@@ -16,9 +16,10 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import difference_noise
 
-#: Measured beyond this multiple of a limit of the URDF is no measurement. Chosen: actuators
-#: overshoot the limit of a command by less, and noise is far below a quarter of it.
-EXCESS = 1.25
+#: Measured beyond this multiple of a limit of the URDF is no measurement; beyond the limit itself
+#: it is only told. Limits are often those of continuous duty: the pulses recorded on EMPS have
+#: 1.98 times the force of its URDF's limit, which encloses its other record.
+EXCESS = 2.0
 #: A position this share of its range beyond a limit is no measurement. Chosen: a mechanical stop
 #: stands beyond the limit of the software.
 BEYOND = 0.1
@@ -56,7 +57,7 @@ class Verdict(NamedTuple):
 
     ``q``, ``v`` and ``tau`` are those that were given where nothing is wrong; NaN where not to be
     used. ``hidden``: joints whose estimate is to be NaN though the sample is used. ``causes``: by
-    joint, why, and what to do.
+    joint, why, and what to do; ``remarks``: by joint, what is told and yet used.
     """
 
     q: FloatArray
@@ -64,6 +65,7 @@ class Verdict(NamedTuple):
     tau: FloatArray
     hidden: BoolArray
     causes: dict[int, str]
+    remarks: dict[int, str]
 
 
 @dataclass
@@ -113,7 +115,8 @@ class Plausibility:
         self._uses_velocity = uses_velocity
         limits = robot.limits
         self._units = [('rad', 'Nm') if u == 'Nm' else ('m', 'N') for u in robot.effort_units]
-        self._effort = np.array([excess * _limit(limit.effort) for limit in limits])
+        self._told = [_limit(limit.effort) for limit in limits]
+        self._most_effort = [excess * told for told in self._told]
         self._velocity = np.array([excess * _limit(limit.velocity) for limit in limits])
         lower = np.array([limit.lower for limit in limits])
         upper = np.array([limit.upper for limit in limits])
@@ -122,12 +125,11 @@ class Plausibility:
         with np.errstate(invalid='ignore'):
             self._lower = np.where(np.isfinite(room), lower - BEYOND * room, -np.inf)
             self._upper = np.where(np.isfinite(room), upper + BEYOND * room, np.inf)
-        self._most_effort = self._effort.tolist()
         self._ranges = self._velocity.tolist(), self._lower.tolist(), self._upper.tolist()
         self._stated = limits
         self._passive = [name in passive for name in robot.names]
-        # The smallest step of each position.
-        self._steps = [_COARSE[unit] for unit in robot.effort_units]
+        #: The smallest step of each position that was seen, coarse before one was [rad or m].
+        self.steps = [_COARSE[unit] for unit in robot.effort_units]
         self._ever = [False] * n
         self._friction = [0.0] * n
         # By joint: the greatest between looks, those that may be of a standstill not yet seen.
@@ -169,7 +171,8 @@ class Plausibility:
             self.reset()
         seen = v if self._uses_velocity else np.zeros(len(q))
         causes: dict[int, str] = {}
-        tau = self._judge_effort(tau, causes)
+        remarks: dict[int, str] = {}
+        tau = self._judge_effort(tau, causes, remarks)
         whole = self._judge_limits(q, seen, causes)
         whole |= self._judge_jump(t_s, q, causes)
         if not whole and _finite(q) and _finite(seen):
@@ -184,7 +187,7 @@ class Plausibility:
             self._started_s = math.nan
         elif math.isnan(self._started_s):
             self._started_s = t_s
-        return Verdict(q, v, tau, hidden, causes)
+        return Verdict(q, v, tau, hidden, causes, remarks)
 
     def learn(self, estimate: FloatArray) -> None:
         """
@@ -212,17 +215,23 @@ class Plausibility:
                 self._frozen_q[i] = self._history[-1].q[i]
                 self._found = True
 
-    def _judge_effort(self, tau: FloatArray, causes: dict[int, str]) -> FloatArray:
+    def _judge_effort(
+        self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
+    ) -> FloatArray:
         # Plain floats, here and below: NumPy takes several times as long over a few joints.
-        if not any(abs(x) > most for x, most in zip(tau.tolist(), self._most_effort, strict=True)):
+        beyond = [i for i, x in enumerate(tau.tolist()) if abs(x) > self._told[i]]
+        if not beyond:
             return tau
         tau = np.array(tau, dtype=float)
-        for i in np.flatnonzero(np.abs(tau) > self._effort).tolist():
-            causes[i] = (
+        for i in beyond:
+            said = (
                 f'effort {tau[i]:.3g} {self._units[i][1]} where the URDF limits it to '
                 f'{self._stated[i].effort:.3g}: check its unit and its cable, or correct the limit'
             )
-            tau[i] = np.nan
+            if abs(tau[i]) > self._most_effort[i]:
+                causes[i], tau[i] = said, np.nan
+            else:
+                remarks[i] = said
         return tau
 
     def _judge_limits(self, q: FloatArray, v: FloatArray, causes: dict[int, str]) -> bool:
@@ -282,7 +291,7 @@ class Plausibility:
             [
                 abs(now - before) <= speed * granted + 10.0 * step
                 for now, before, speed, step in zip(
-                    q.tolist(), since[1].tolist(), self._ranges[0], self._steps, strict=True
+                    q.tolist(), since[1].tolist(), self._ranges[0], self.steps, strict=True
                 )
             ]
         )
@@ -301,8 +310,8 @@ class Plausibility:
             last = self._history[-1]
             for i, (now, before) in enumerate(zip(q.tolist(), last.q.tolist(), strict=True)):
                 # Less than this is the rounding of the same position.
-                if 1e-9 * (1.0 + abs(now)) < abs(now - before) < self._steps[i]:
-                    self._steps[i] = abs(now - before)
+                if 1e-9 * (1.0 + abs(now)) < abs(now - before) < self.steps[i]:
+                    self.steps[i] = abs(now - before)
             travel = last.travel + (0.5 * (t_s - last.t_s)) * (last.v + v)
         self._history.append(_Sample(t_s, np.array(q), np.array(v), np.array(tau), travel))
         while len(self._history) > _LEAST + 1 and self._history[1].t_s <= t_s - _LONG_S:
@@ -325,7 +334,7 @@ class Plausibility:
         q = np.array([sample.q for sample in recent])
         noise = difference_noise(np.diff(q, 2, axis=0), 2) if len(q) > 2 else np.zeros(q.shape[1])
         room = np.ptp(q, axis=0)
-        self._moving = room > _STEPS * np.array(self._steps) + 4.0 * noise
+        self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
         for joint, recent_friction in enumerate(self._recent):
             if not self._moving[joint]:
@@ -370,7 +379,7 @@ class Plausibility:
         before = [s for s in samples[: last + 1] if since - s.t_s <= 2.0 * d]
         way = samples[last].q - before[0].q
         span = since - before[0].t_s
-        if span < 1.5 * d or abs(way[joint]) <= _STEPS * self._steps[joint]:
+        if span < 1.5 * d or abs(way[joint]) <= _STEPS * self.steps[joint]:
             return False
         middle = [s for s in before if since - s.t_s <= d]
         change = samples[last].v - middle[0].v
@@ -379,7 +388,7 @@ class Plausibility:
         inertia, gravity = self._robot.inertia(q)[joint], self._robot.gravity(q)[joint]
         effort = float(np.mean([s.tau[joint] for s in middle]))
         friction = effort - gravity - inertia @ change / d
-        doubt = inertia[joint] * 2.0 * self._steps[joint] / (span * d)
+        doubt = inertia[joint] * 2.0 * self.steps[joint] / (span * d)
         return bool(abs(friction) > _BREAKAWAY * self._friction[joint] + doubt)
 
     def _apart(self, samples: list[_Sample], v: FloatArray, noise: FloatArray) -> BoolArray:
@@ -391,7 +400,7 @@ class Plausibility:
             0.5 * np.maximum(np.abs(by_q), np.abs(by_v))
             + _LAG_S * np.ptp(v, axis=0)
             + _OFFSET * speed * (samples[-1].t_s - samples[0].t_s)
-            + _STEPS * np.array(self._steps)
+            + _STEPS * np.array(self.steps)
             + 4.0 * noise
         )
         return np.asarray(np.abs(by_q - by_v) > granted)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,10 +15,12 @@ from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.plausibility import EXCESS, Plausibility
 
-#: Messages of two publishers are told from a publisher that was started again by this many
-#: numbers that go back within this time [s]; and found no more after it.
+#: Two publishers take turns: this often within this time [s], after which they are found no more.
 _TURNS = 2
 _TURNS_S = 1.0
+#: Where there are several, a position that is not where its velocity leads, by more than so many
+#: steps and half of the way, is another publisher's. Chosen, no measurement.
+_STEPS = 5.0
 #: The gap is made from so many intervals of one message to the next, and is this multiple of
 #: their median; never below the least, at which most streams run [s]. Chosen, no measurement.
 _INTERVALS = 10
@@ -34,12 +36,14 @@ class Watched:
     :param estimates: tau_f of each observer (n,), NaN where not known.
     :param error: standard error of the selected one (n,), NaN where not known or settling.
     :param causes: by joint, why its estimate is not known.
+    :param remarks: by joint, what is to be told of an estimate that is known.
     :param events: what happened to the stream at this sample: gap, repeated, backwards.
     """
 
     estimates: dict[str, FloatArray] = field(default_factory=dict)
     error: FloatArray = field(default_factory=lambda: np.empty(0))
     causes: dict[str, str] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
     events: tuple[str, ...] = ()
 
 
@@ -75,7 +79,10 @@ class WatchedEstimator:
         self._follows_rate = follows_rate
         self._steps: list[int] = []
         self._last_ns: int | None = None
-        self._sequence: int | None = None
+        self._source: Hashable = None
+        self._before: tuple[int, list[float], list[float]] | None = None
+        #: Whether joint_states has more publishers than this stream alone explains.
+        self.several = False
         self._turns: list[float] = []
         self.select(selected)
 
@@ -102,7 +109,7 @@ class WatchedEstimator:
         q: FloatArray,
         v: FloatArray,
         tau: FloatArray,
-        sequence: int | None = None,
+        source: Hashable = None,
     ) -> Watched | None:
         """
         Take one sample; None for a repeated stamp, which brings nothing.
@@ -111,7 +118,7 @@ class WatchedEstimator:
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s].
         :param tau: measured effort (n,) [Nm or N].
-        :param sequence: number of the message at its publisher, None where not known.
+        :param source: what tells messages of one publisher from those of another, if anything.
         """
         if t_ns == self._last_ns:
             self.estimator.counts.samples += 1
@@ -120,7 +127,7 @@ class WatchedEstimator:
         verdict = self._plausibility.judge(t_ns, q, v, tau)
         causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
         q_used, hidden = verdict.q, verdict.hidden
-        if self._is_interleaved(t_ns, sequence):
+        if self._is_interleaved(t_ns, q, v, source):
             q_used = np.full(len(q), np.nan)
             causes = dict.fromkeys(
                 self.names,
@@ -148,7 +155,8 @@ class WatchedEstimator:
         error = self._error.update(
             t_ns * 1e-9, self.estimator.velocity, verdict.tau, self.estimator.inertia, known
         )
-        return Watched(estimates, error, causes, events)
+        remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
+        return Watched(estimates, error, causes, remarks, events)
 
     def _explain(
         self,
@@ -192,15 +200,34 @@ class WatchedEstimator:
             else:
                 causes[name] = 'the observers start'
 
-    def _is_interleaved(self, t_ns: int, sequence: int | None) -> bool:
-        """Tell whether messages come from two writers: each counts its own."""
+    def _is_interleaved(self, t_ns: int, q: FloatArray, v: FloatArray, source: Hashable) -> bool:
+        """Tell whether messages of two publishers come by turns."""
         t_s = t_ns * 1e-9
-        if sequence is not None:
-            if self._sequence is not None and sequence <= self._sequence:
-                self._turns.append(t_s)
-            self._sequence = sequence
-        self._turns = [t for t in self._turns if abs(t_s - t) < _TURNS_S]
+        turn = self._source is not None and source != self._source
+        self._source = source
+        if self.several:
+            now = t_ns, q.tolist(), v.tolist()
+            turn |= self._before is not None and self._is_elsewhere(self._before, now)
+            self._before = now
+        if turn:
+            self._turns.append(t_s)
+        if self._turns:
+            self._turns = [t for t in self._turns if abs(t_s - t) < _TURNS_S]
         return len(self._turns) >= _TURNS
+
+    def _is_elsewhere(
+        self,
+        before: tuple[int, list[float], list[float]],
+        now: tuple[int, list[float], list[float]],
+    ) -> bool:
+        half = 0.5e-9 * (now[0] - before[0])
+        uses_velocity = self.estimator.velocity_source == 'message'
+        for i, step in enumerate(self._plausibility.steps):
+            moved = now[1][i] - before[1][i]
+            way = half * (before[2][i] + now[2][i]) if uses_velocity else 0.0
+            if abs(moved - way) > _STEPS * step + 0.5 * max(abs(moved), abs(way)):
+                return True
+        return False
 
     def _follow_rate(self, t_ns: int) -> None:
         if not self._follows_rate:

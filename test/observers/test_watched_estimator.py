@@ -35,7 +35,7 @@ class Stream:
     v: np.ndarray
     tau: np.ndarray
     true: np.ndarray
-    sequence: np.ndarray
+    source: np.ndarray
 
 
 @pytest.fixture(scope='module')
@@ -63,7 +63,7 @@ def good(robot) -> Stream:
         v + 2e-3 * rng.standard_normal(v.shape),
         np.round((tau + 0.01 * rng.standard_normal(v.shape)) / 0.0125) * 0.0125,
         true,
-        np.arange(1, len(t) + 1),
+        np.full(len(t), 'driver'),
     )
 
 
@@ -91,7 +91,7 @@ def run(robot, stream: Stream, **options):
     causes: list[dict[str, str]] = []
     for k in range(len(stream.t_ns)):
         sample = (x[k] for x in (stream.q, stream.v, stream.tau))
-        taken = watch.update(int(stream.t_ns[k]), *sample, int(stream.sequence[k]))
+        taken = watch.update(int(stream.t_ns[k]), *sample, str(stream.source[k]))
         causes.append({} if taken is None else taken.causes)
         if taken is not None:
             estimates[k], errors[k] = taken.estimates['sosml'], taken.error
@@ -139,11 +139,11 @@ def interleaved(stream: Stream) -> None:
     stream.q[other] = [-1.0, 1.0]
     stream.v[other] = 0.0
     stream.tau[other] = [1.0, 0.5]
-    stream.sequence[other] = np.arange(len(stream.q[other]))
+    stream.source[other] = 'other'
 
 
 def silent(stream: Stream) -> None:
-    for name in ('t_ns', 'q', 'v', 'tau', 'true', 'sequence'):
+    for name in ('t_ns', 'q', 'v', 'tau', 'true', 'source'):
         x = getattr(stream, name)
         setattr(stream, name, np.delete(x, FAULTY, axis=0))
 
@@ -226,6 +226,36 @@ def test_an_effort_that_is_0_from_the_start_is_not_known_even_at_rest(robot, goo
     assert np.isnan(estimates[HZ // 10 :, 0]).all()
     assert 'exactly 0.0 since the start' in causes[-1]['shoulder']
     assert np.isfinite(estimates[HZ // 10 :, 1]).all()
+
+
+def test_two_publishers_that_nothing_tells_apart_are_found_by_where_they_are(robot, good):
+    """A hundredth of a radian apart: no jump that the limit of the velocity would forbid."""
+    two = changed(good)
+    two.q[FAULTY.start : FAULTY.stop : 2] += 0.01
+    watch = watched(robot)
+    unknown = []
+    for k in range(len(two.t_ns)):
+        watch.several = k > HZ // 2
+        taken = watch.update(int(two.t_ns[k]), two.q[k], two.v[k], two.tau[k])
+        unknown.append(np.isnan(taken.estimates['sosml']).any())
+    assert np.flatnonzero(unknown)[1] == FAULTY.start + 1
+    assert all(unknown[FAULTY.start + 1 : FAULTY.stop])
+    assert not any(unknown[FAULTY.stop + 2 * HZ :])
+
+
+def test_an_effort_somewhat_beyond_its_limit_is_used_and_told(robot, good):
+    """Limits are often those of continuous duty."""
+    bad = changed(good)
+    spike('tau', 9.0)(bad)
+    watch = watched(robot)
+    for k in range(FAULTY.start + 1):
+        taken = watch.update(int(bad.t_ns[k]), bad.q[k], bad.v[k], bad.tau[k])
+    assert np.isfinite(taken.estimates['sosml']).all()
+    assert 'effort 9 Nm where the URDF limits it to 8' in taken.remarks['shoulder']
+    heard = Heard()
+    heard.estimates(2.0)
+    heard.health.estimated(heard.now, 1, np.ones(2), {}, taken.remarks)
+    assert [s.level for s in heard.said()] == ['warn', 'warn', 'ok']
 
 
 def test_a_joint_without_an_actuator_is_estimated_where_it_is_named(robot, good):
