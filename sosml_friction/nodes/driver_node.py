@@ -333,6 +333,8 @@ class DriverNode(LifecycleNode):
         done = {'enable': 'enabled: the joints hold', 'disable': 'disabled: no torque'}
         text = done.get(what, 'stopped: the joints hold')
         self.get_logger().info(text)
+        # At once, so that whoever asked for it finds it so.
+        self._on_timer()
         return True, text
 
     def _on_trajectory(self, message: JointTrajectoryMessage) -> None:

@@ -56,14 +56,13 @@ class Verdict(NamedTuple):
     What is left of a sample.
 
     ``q``, ``v`` and ``tau`` are those that were given where nothing is wrong; NaN where not to be
-    used. ``hidden``: joints whose estimate is to be NaN though the sample is used. ``causes``: by
-    joint, why, and what to do; ``remarks``: by joint, what is told and yet used.
+    used. ``causes``: by joint, why, and what to do; ``remarks``: by joint, what is told and yet
+    used.
     """
 
     q: FloatArray
     v: FloatArray
     tau: FloatArray
-    hidden: BoolArray
     causes: dict[int, str]
     remarks: dict[int, str]
 
@@ -181,13 +180,13 @@ class Plausibility:
                 self._looked_s = t_s
                 self._look(t_s)
         whole |= self._judge_agreement(t_s, q, seen, causes)
-        hidden = self._judge_zero(t_s, tau, causes)
+        tau = self._judge_zero(t_s, tau, causes)
         if whole:
             q = np.full(len(q), np.nan)
             self._started_s = math.nan
         elif math.isnan(self._started_s):
             self._started_s = t_s
-        return Verdict(q, v, tau, hidden, causes, remarks)
+        return Verdict(q, v, tau, causes, remarks)
 
     def learn(self, estimate: FloatArray) -> None:
         """
@@ -439,8 +438,8 @@ class Plausibility:
                 )
         return bool(frozen_q.any() or frozen_v.any() or apart.any())
 
-    def _judge_zero(self, t_s: float, tau: FloatArray, causes: dict[int, str]) -> BoolArray:
-        hidden = np.zeros(len(tau), dtype=bool)
+    def _judge_zero(self, t_s: float, tau: FloatArray, causes: dict[int, str]) -> FloatArray:
+        used = tau
         for i, effort in enumerate(tau.tolist()):
             if effort != 0.0:
                 self._zeros[i] = 0
@@ -458,14 +457,16 @@ class Plausibility:
                 or (self._ever[i] and not moving)
             ):
                 continue
-            hidden[i] = True
+            if used is tau:
+                used = np.array(tau, dtype=float)
+            used[i] = np.nan
             causes.setdefault(
                 i,
                 f'effort is exactly 0.0 {"while the joint moves" if moving else "since the start"}'
                 ': enable the actuator, or make its driver measure effort; a joint without an '
                 'actuator is named in parameter passive_joints',
             )
-        return hidden
+        return used
 
 
 def _finite(x: FloatArray) -> bool:

@@ -126,7 +126,7 @@ class WatchedEstimator:
             return None
         verdict = self._plausibility.judge(t_ns, q, v, tau)
         causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
-        q_used, hidden = verdict.q, verdict.hidden
+        q_used = verdict.q
         if self._is_interleaved(t_ns, q, v, source):
             q_used = np.full(len(q), np.nan)
             causes = dict.fromkeys(
@@ -143,10 +143,6 @@ class WatchedEstimator:
         gap, back = counts.gaps - before[0], counts.time_backwards - before[1]
         self._plausibility.learn(estimates[self.selected])
         events = (*(('gap',) * gap), *(('backwards',) * back))
-        if hidden.any():
-            estimates = {
-                name: np.where(hidden, np.nan, values) for name, values in estimates.items()
-            }
         known = np.isfinite(estimates[self.selected])
         if not known.all():
             self._explain(causes, known, events, q, v, tau)

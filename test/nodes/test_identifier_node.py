@@ -5,12 +5,13 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from jsonschema import Draft202012Validator
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
@@ -164,6 +165,33 @@ def test_a_robot_that_does_not_follow_fails_the_run_and_keeps_the_bag(ros, bench
     first = robot.sent.index(int(log.t_ns[0]))
     assert log.t_ns.tolist() == robot.sent[first : first + len(log)]
     assert not (tmp_path / 'run' / 'model').exists()
+
+
+def test_a_driver_that_would_not_move_is_told_and_nothing_is_left_behind(ros, bench, tmp_path):
+    _, _, tell = bench
+    diagnostics = ros.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+
+    def answer(state: str, fault: str, sentence: str):
+        values = [KeyValue(key='state', value=state), KeyValue(key='fault', value=fault)]
+        status = DiagnosticStatus(name='driver_node: driver', values=values)
+
+        def told() -> bool:
+            diagnostics.publish(DiagnosticArray(status=[status]))
+            # Its peers may not have been discovered yet, nor the driver.
+            said = ros.call(Trigger, 'identifier_node/start', done=lambda: tell()[0] == 'starting')
+            assert said is not None
+            if said.success:
+                ros.call(Trigger, 'identifier_node/abort', done=lambda: tell()[0] == 'failed')
+            return sentence in said.message
+
+        ros.spin_until(told)
+
+    answer('disabled', '', 'driver_node is disabled: call its ~/enable first')
+    answer('fault', 'over-temperature', 'driver_node is in fault (over-temperature): end the')
+    shutil.rmtree(tmp_path / 'run', ignore_errors=True)
+    for state in ('disabled', 'fault'):
+        answer(state, '', 'driver_node is')
+    assert not (tmp_path / 'run').exists()
 
 
 def test_abort_closes_the_bag(ros, bench, tmp_path):
