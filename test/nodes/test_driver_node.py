@@ -322,6 +322,14 @@ def test_a_silent_bus_is_one_line_and_exit_code_two(start_node):
     assert 'joint shoulder: no answer from 0x241' in line
 
 
+def test_a_driver_that_starts_before_its_bus_waits_for_it(chain):
+    driver = chain.driver('bus_wait:=60.0')
+    chain.ros.spin_until(lambda: 'waiting 60 s for the bus' in driver.output)
+    chain.emulator()
+    chain.ros.spin_until(lambda: chain.states)
+    assert driver.process.poll() is None
+
+
 def test_a_required_parameter_that_is_missing_is_named(start_node):
     node = start_node('driver_node')
     assert node.wait() == 2
