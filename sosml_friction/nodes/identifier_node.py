@@ -44,117 +44,25 @@ from sosml_friction.bags.controllers import CONTROLLER_TOPIC, controller_tags, p
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import deserialize, serialize
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
-from sosml_friction.identification.friction_fit import METHODS, FitSettings
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
-from sosml_friction.motion.trajectories import COMMON, TRAJECTORIES, build_trajectory, find_kind
+from sosml_friction.motion.trajectories import COMMON, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
-from sosml_friction.motion.trajectory_option import TrajectoryOption
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_watch import DriverWatch
 from sosml_friction.nodes.fit_job import FitJob, summary
+from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN
 from sosml_friction.nodes.node_help import NodeHelp
-from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.parameters import declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.nodes.stated_model import WITHOUT_MODEL, StatedModel
+from sosml_friction.nodes.stated_model import StatedModel
 from sosml_friction.nodes.trajectory_message import message_from_trajectory, trajectory_bytes
 from sosml_friction.observers.configuration import parse_configuration
-
-#: Options of the first trajectory have no prefix.
-_PLAIN = 'speed_ladder'
-
-
-def _option_specs() -> tuple[ParameterSpec, ...]:
-    """Return a parameter for each option of each trajectory, ``multisine.amplitude`` and so on."""
-
-    def spec(option: TrajectoryOption, prefix: str, label: str) -> ParameterSpec:
-        value = option.default
-        return ParameterSpec(
-            prefix + option.name,
-            option.type,
-            list(value) if isinstance(value, tuple) else value,
-            f'{label}: {option.description}',
-            option.unit,
-            None if option.type == 'double_array' else option.range,
-        )
-
-    return (
-        *(
-            spec(option, '' if kind.name == _PLAIN else f'{kind.name}.', kind.label)
-            for kind in TRAJECTORIES.values()
-            for option in kind.options
-        ),
-        *(spec(option, '', 'every trajectory') for option in COMMON),
-    )
-
-
-PARAMETERS = (
-    ParameterSpec(
-        'model',
-        'string',
-        '',
-        'nominal model folder, written into the bag; empty: exoskeleton, or with armature the '
-        'robot of robot_description',
-    ),
-    *WITHOUT_MODEL,
-    ParameterSpec('output', 'string', 'identification', 'folder that gets a folder for each run'),
-    ParameterSpec('run_name', 'string', '', 'name of the run folder; empty: date and time in UTC'),
-    ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
-    ParameterSpec('driver_node', 'string', 'driver_node', 'node whose ~/stop is called on abort'),
-    ParameterSpec(
-        'trajectory',
-        'string',
-        _PLAIN,
-        'the trajectory that ~/start runs; sosml trajectory draws it',
-        choices=tuple(TRAJECTORIES),
-    ),
-    *_option_specs(),
-    ParameterSpec(
-        'centre',
-        'double_array',
-        [],
-        'about which each joint of the model moves; empty: where the robot is',
-        'rad or m',
-    ),
-    ParameterSpec(
-        'effort_margin',
-        'double',
-        0.85,
-        'share of the URDF effort limit the rigid body alone may need; friction needs the rest',
-        '',
-        (0.01, 1.0),
-    ),
-    ParameterSpec(
-        'acceleration_limit',
-        'double_array',
-        [],
-        'largest acceleration, one for all joints or one for each; empty: effort alone limits it',
-        'rad/s2 or m/s2',
-    ),
-    ParameterSpec(
-        'tracking_tolerance',
-        'double',
-        0.2,
-        'the run fails when a joint is farther than this from the trajectory for a second',
-        'rad or m',
-        (1e-4, 10.0),
-    ),
-    ParameterSpec('method', 'string', 'auto', 'how friction is fitted', choices=METHODS),
-    ParameterSpec(
-        'diagnose',
-        'bool',
-        False,
-        'after the fit, say what the model (the one before the fit) gets wrong about the '
-        'recording, and why, as sosml diagnose does; the sentence is in /diagnostics',
-    ),
-    ParameterSpec(
-        'diagnose_without', 'string_array', [], 'effects that the diagnosis does not look for'
-    ),
-)
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
@@ -264,13 +172,16 @@ class IdentifierNode(ProgramNode):
 
     def _look_for(self, model: RobotModelFile) -> None:
         names = model.joint_names
+        self._check_centre(names)
+        self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
+        self._encoded_names = [name.encode() + b'\0' for name in names]
+
+    def _check_centre(self, names: Sequence[str]) -> None:
         if self._p['centre'] and len(self._p['centre']) != len(names):
             raise ConfigurationError(
                 f'parameter centre has {len(self._p["centre"])} values for the joints '
                 f'{", ".join(names)}: give one for each'
             )
-        self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
-        self._encoded_names = [name.encode() + b'\0' for name in names]
 
     # Messages -----------------------------------------------------------------------------------
 
@@ -396,6 +307,9 @@ class IdentifierNode(ProgramNode):
             raise ConfigurationError(refusal)
         assert self._robot is not None
         assert self._last_state is not None
+        # As they are by now.
+        self._p |= declare(self, [spec for spec in PARAMETERS if not spec.read_only])
+        self._check_centre(self._robot.names)
         state = deserialize(self._last_state, _JOINT_STATE)
         trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
@@ -450,7 +364,8 @@ class IdentifierNode(ProgramNode):
         start = {name: float(position[name]) for name in names}
         centre = dict(zip(names, self._p['centre'] or start.values(), strict=True))
         kind = find_kind(self._p['trajectory'])
-        prefix = '' if kind.name == _PLAIN else f'{kind.name}.'
+        self._label = kind.label
+        prefix = '' if kind.name == PLAIN else f'{kind.name}.'
         values = {option.name: self._p[prefix + option.name] for option in kind.options}
         values |= {option.name: self._p[option.name] for option in COMMON}
         trajectory = build_trajectory(kind.name, start, centre, values)

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from jsonschema import Draft202012Validator
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -271,21 +273,29 @@ def test_a_trajectory_beyond_the_limits_is_refused_before_anything_moves(
 
 
 def test_another_trajectory_is_run_with_the_options_under_its_name(ros, start_node, tmp_path):
-    """The shoulder: 0.1 rad, 2 cycles at 0.5 Hz between ramps of 1 s; the elbow stays."""
+    """
+    The shoulder: 0.1 rad, 2 cycles at 0.5 Hz between ramps of 1 s; the elbow stays.
+
+    Which trajectory it is, and one of its options, are set while the node runs.
+    """
     Robot(ros)
     trajectories = ros.collect(JointTrajectory, 'joint_trajectory', 10)
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
     start_node('observer_node')
-    options = ('amplitude:=0.1', 'cycles:=2.0', 'ramp:=1.0')
+    options = ('amplitude:=0.1', 'ramp:=1.0')
     start_node(
         'identifier_node',
         f'output:={tmp_path}',
         'run_name:=run',
-        'trajectory:=reversal',
         'scale:=[1.0, 0.0]',
         *(f'reversal.{option}' for option in options),
     )
     ros.spin_until(lambda: configuration)
+    new = {'trajectory': 'reversal', 'reversal.cycles': 2.0}
+    changes = [Parameter(name, value=value).to_parameter_msg() for name, value in new.items()]
+    request = SetParametersAtomically.Request(parameters=changes)
+    service = 'identifier_node/set_parameters_atomically'
+    assert ros.call(SetParametersAtomically, service, request).result.successful
     start(ros, phase(ros))
     ros.spin_until(lambda: trajectories)
     points = trajectories[0].points
