@@ -47,7 +47,8 @@ _BREAKAWAY = 2.0
 #: Friction in motion is known after this time of it [s], from which each start is left out [s].
 _KNOWN_S = 0.5
 _SETTLED_S = 0.2
-#: The speed before a standstill is that over twice this time, and at least six intervals [s].
+#: The speed before a standstill is that over twice this time, and at least six intervals; and a
+#: standstill that friction cannot explain is one for so long [s].
 _STOP_S = 0.02
 
 
@@ -152,6 +153,7 @@ class Plausibility:
         self._moving = np.zeros(n, dtype=bool)
         self._standing = np.zeros(n, dtype=bool)
         self._stood_since = np.full(n, math.nan)
+        self._beyond_s = [0.0] * n
         self._trusted: tuple[float, FloatArray] | None = None
         self._doubted: list[tuple[float, FloatArray]] = []
         self._started_s = math.nan
@@ -211,8 +213,13 @@ class Plausibility:
                 and self._moved_s[i] > _KNOWN_S
                 and abs(tau_f) > _BREAKAWAY * self._friction[i]
             ):
-                self._frozen_q[i] = self._history[-1].q[i]
-                self._found = True
+                self._beyond_s[i] += step_s
+                # A velocity made from steps of the encoder is a spike, and soon over.
+                if self._beyond_s[i] > _STOP_S:
+                    self._frozen_q[i] = self._history[-1].q[i]
+                    self._found = True
+                continue
+            self._beyond_s[i] = 0.0
 
     def _judge_effort(
         self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
@@ -371,7 +378,8 @@ class Plausibility:
         while last > 0 and samples[last - 1].q[joint] == samples[-1].q[joint]:
             last -= 1
         since = samples[last].t_s
-        if since == self._stood_since[joint] or len(samples) - last <= _LEAST:
+        stands = samples[-1].t_s - since
+        if since == self._stood_since[joint] or stands < WINDOW_S or len(samples) - last <= _LEAST:
             return False
         self._stood_since[joint] = since
         d = max(_STOP_S, 3.0 * self._interval())
