@@ -8,13 +8,18 @@ Start the exoskeleton's driver and the friction observer, and on demand the iden
     ros2 launch sosml_friction exoskeleton.launch.py emulate:=true identify:=true
 
 ``emulate:=true`` also starts the emulated exoskeleton, at the bus that the default parameters
-name: no hardware is needed.
+name: no hardware is needed. Only this machine finds the nodes, unless
+``discovery:=SUBNET`` or ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import LifecycleNode, Node
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
@@ -55,19 +60,26 @@ def generate_launch_description():
                 'Configure and activate the driver; nothing moves before ~/enable.',
             ),
             switch('identify', 'false', 'Start the identifier too; it waits for ~/start.'),
+            DeclareLaunchArgument(
+                'discovery',
+                default_value=EnvironmentVariable(
+                    'ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST'
+                ),
+                description='Who finds these nodes: LOCALHOST, or SUBNET for other machines too.',
+            ),
+            SetEnvironmentVariable(
+                'ROS_AUTOMATIC_DISCOVERY_RANGE', LaunchConfiguration('discovery')
+            ),
             node('emulator_node', condition=IfCondition(emulate)),
             # Jazzy's launch_ros cannot start lifecycle nodes itself: the driver has `autostart`.
-            # Respawned, it finds an emulator that was not yet listening when it first asked.
+            # An emulator, or an adapter, may not be listening yet when it first asks.
             LifecycleNode(
                 package='sosml_friction',
                 executable='driver_node',
                 name='driver_node',
                 namespace='',
-                parameters=[parameters, {'autostart': autostart}],
+                parameters=[parameters, {'autostart': autostart, 'bus_wait': 10.0}],
                 output='screen',
-                respawn=emulate,
-                respawn_delay=1.0,
-                respawn_max_retries=10,
             ),
             node('observer_node'),
             node('identifier_node', condition=IfCondition(LaunchConfiguration('identify'))),

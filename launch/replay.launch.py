@@ -6,11 +6,19 @@ Play a bag and observe its friction anew; the estimates that the bag may hold ar
 ::
 
     ros2 launch sosml_friction replay.launch.py bag:=RECORDED rate:=5.0
+
+A bag of another recorder has no gains, and perhaps no robot_description; it gets them so::
+
+    ros2 launch sosml_friction replay.launch.py bag:=FOREIGN configuration:= model:=FOLDER
+        urdf_path:=FOLDER/robot.urdf bandwidth:=40.0
+
+It ends with the bag. Only this machine finds the nodes, unless ``discovery:=SUBNET`` or
+ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
-from launch.substitutions import LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
@@ -20,12 +28,13 @@ def generate_launch_description():
         # A text stays one when it looks like a number.
         return ParameterValue(LaunchConfiguration(argument), value_type=kind)
 
-    def node(executable, **parameters):
+    def node(executable, parameters, **more):
         return Node(
             package='sosml_friction',
             executable=executable,
             parameters=[parameters],
             output='screen',
+            **more,
         )
 
     return LaunchDescription(
@@ -35,17 +44,50 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 'model', default_value='', description='Model folder; empty: the exoskeleton.'
             ),
-            node(
-                'observer_node',
-                use_sim_time=True,
-                model=value('model'),
-                configuration=value('bag'),
+            DeclareLaunchArgument(
+                'urdf_path',
+                default_value='',
+                description='URDF file; empty: robot_description of the bag.',
+            ),
+            DeclareLaunchArgument(
+                'configuration',
+                default_value=LaunchConfiguration('bag'),
+                description='Bag or file whose gains run; empty: those of the bandwidth.',
+            ),
+            DeclareLaunchArgument(
+                'bandwidth',
+                default_value='40.0',
+                description='Bandwidth [rad/s] of the gains where no configuration has them.',
+            ),
+            DeclareLaunchArgument(
+                'discovery',
+                default_value=EnvironmentVariable(
+                    'ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST'
+                ),
+                description='Who finds these nodes: LOCALHOST, or SUBNET for other machines too.',
+            ),
+            SetEnvironmentVariable(
+                'ROS_AUTOMATIC_DISCOVERY_RANGE', LaunchConfiguration('discovery')
             ),
             node(
+                'observer_node',
+                {
+                    'use_sim_time': True,
+                    'model': value('model'),
+                    'urdf_path': value('urdf_path'),
+                    'configuration': value('configuration'),
+                    'bandwidth': value('bandwidth', float),
+                },
+            ),
+            # It ends when every message was acknowledged; the observer alone would go on.
+            node(
                 'replay_node',
-                bag=value('bag'),
-                rate=value('rate', float),
-                exclude=['*/friction_estimate*', '*/observer_configuration'],
+                {
+                    'bag': value('bag'),
+                    'rate': value('rate', float),
+                    'exclude': ['*/friction_estimate*', '*/observer_configuration'],
+                },
+                on_exit=Shutdown(reason='the bag has ended'),
             ),
         ]
     )

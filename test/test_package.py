@@ -103,7 +103,8 @@ def test_no_data_file_is_a_hidden_or_compiled_one(setup_py):
 
 def test_there_are_python_and_launch_files_to_check():
     assert len(PYTHON_FILES) > 10
-    assert [path.name for path in LAUNCH_FILES] == ['exoskeleton.launch.py', 'replay.launch.py']
+    names = ['exoskeleton.launch.py', 'observe.launch.py', 'replay.launch.py']
+    assert [path.name for path in LAUNCH_FILES] == names
 
 
 @pytest.mark.parametrize('path', PYTHON_FILES, ids=lambda path: str(path.relative_to(ROOT)))
@@ -145,9 +146,13 @@ def recorded_launch(monkeypatch):
     Recorded.made = []
     kinds = {
         'launch': ['LaunchDescription'],
-        'launch.actions': ['DeclareLaunchArgument'],
+        'launch.actions': ['DeclareLaunchArgument', 'SetEnvironmentVariable', 'Shutdown'],
         'launch.conditions': ['IfCondition'],
-        'launch.substitutions': ['LaunchConfiguration', 'PathJoinSubstitution'],
+        'launch.substitutions': [
+            'EnvironmentVariable',
+            'LaunchConfiguration',
+            'PathJoinSubstitution',
+        ],
         'launch_ros': [],
         'launch_ros.actions': ['LifecycleNode', 'Node'],
         'launch_ros.parameter_descriptions': ['ParameterFile', 'ParameterValue'],
@@ -197,6 +202,22 @@ def test_launch_file_names_only_parameters_that_the_node_has(path, recorded_laun
         known = {spec.name for spec in module.PARAMETERS} | {'use_sim_time'}
         given = [given for given in node.kwargs['parameters'] if isinstance(given, dict)]
         assert {name for names in given for name in names} <= known
+
+
+@pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
+def test_launch_file_is_found_by_this_machine_alone_unless_told_otherwise(path, recorded_launch):
+    made = recorded_launch(path)
+    (setting,) = made['SetEnvironmentVariable']
+    (before,) = made['EnvironmentVariable']
+    assert setting.args[0] == before.args[0] == 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+    assert before.kwargs == {'default_value': 'LOCALHOST'}
+
+
+def test_a_replay_ends_with_its_bag(recorded_launch):
+    made = recorded_launch(ROOT / 'launch' / 'replay.launch.py')
+    ends = [node.kwargs['executable'] for node in made['Node'] if 'on_exit' in node.kwargs]
+    assert ends == ['replay_node']
+    assert made['Shutdown']
 
 
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)

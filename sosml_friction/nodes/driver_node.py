@@ -5,8 +5,9 @@
 import json
 import math
 import sys
+import time
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,12 @@ from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.sample_relay import SampleRelay
 from sosml_friction.actuators.parameter import parameters_of
 from sosml_friction.bags.controllers import CONTROLLER_TOPIC
-from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError, TrajectoryError
+from sosml_friction.exceptions import (
+    ActuatorError,
+    ConfigurationError,
+    SosmlFrictionError,
+    TrajectoryError,
+)
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
@@ -61,11 +67,22 @@ _OWN_PARAMETERS = (
         None,
         'its channel: can0, /dev/ttyACM0, socket://127.0.0.1:29536, ...',
     ),
+    ParameterSpec(
+        'bus_wait',
+        'double',
+        0.0,
+        'how long to wait for a bus that cannot be opened yet, as of an emulator that starts '
+        'beside the driver',
+        's',
+        (0.0, 3600.0),
+    ),
     *specs_of(parameters_of(DriverConfiguration)),
     ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
 )
 PARAMETERS = (*_OWN_PARAMETERS, *all_joint_specs())
 
+# How often a bus is tried that cannot be opened yet [s].
+BUS_PERIOD = 0.2
 # How often the node says that its callbacks run [s].
 HEARTBEAT_PERIOD = 0.05
 # A cycle takes as long as opening a serial adapter again, 2 s, not much longer [ns].
@@ -156,7 +173,7 @@ class DriverNode(LifecycleNode):
         def open_again() -> can.BusABC:
             return open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
 
-        self._bus = open_again()
+        self._bus = self._await_bus(open_again, values['bus_wait'])
         clock = Clock()
         self._driver = JointDriver(configuration, robot, self._bus, clock, open_again)
         self._driver.configure()
@@ -167,6 +184,17 @@ class DriverNode(LifecycleNode):
         logger.info(f'model {model_path}, bus {self._channel}')
         logger.info(f'bus load: {self._driver.bus_load()}')
         self._tell_checks(self._driver)
+
+    def _await_bus(self, open_it: Callable[[], can.BusABC], wait: float) -> can.BusABC:
+        end = time.monotonic() + wait
+        while True:
+            try:
+                return open_it()
+            except ActuatorError as error:
+                if time.monotonic() >= end:
+                    raise
+                self.get_logger().info(f'waiting {wait:g} s for the bus: {error}', once=True)
+            time.sleep(BUS_PERIOD)
 
     def _refuse_after_hang(self) -> None:
         """Never give a bus a second owner: the thread that hung in it may still come back."""
@@ -333,6 +361,8 @@ class DriverNode(LifecycleNode):
         done = {'enable': 'enabled: the joints hold', 'disable': 'disabled: no torque'}
         text = done.get(what, 'stopped: the joints hold')
         self.get_logger().info(text)
+        # At once, so that whoever asked for it finds it so.
+        self._on_timer()
         return True, text
 
     def _on_trajectory(self, message: JointTrajectoryMessage) -> None:

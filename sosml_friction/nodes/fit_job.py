@@ -15,6 +15,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.report.fit.results import write_results
 
 if TYPE_CHECKING:
@@ -120,3 +121,20 @@ class FitJob:
 
 class _GivenUpError(Exception):
     """End the worker between two steps."""
+
+
+def summary(analysis: BagAnalysis) -> str:
+    """Return what was found of each joint, in one line."""
+    parts = []
+    for name, joint in analysis.model.joints.items():
+        if joint.friction is None:
+            reasons = {**analysis.unmodelled, **analysis.fit.unavailable}
+            parts.append(f'{name}: {reasons.get(name, "no friction")}')
+            continue
+        coulomb = joint.friction.parameters['coulomb']
+        viscous = joint.friction.parameters['viscous']
+        parts.append(
+            f'{name}: coulomb {coulomb.value:.4g} +- {half_width(coulomb):.2g} {coulomb.unit}, '
+            f'viscous {viscous.value:.4g} +- {half_width(viscous):.2g} {viscous.unit}'
+        )
+    return '; '.join(parts)

@@ -18,7 +18,9 @@ The bag says in its tags (rosbag2's custom data) which trajectory it is: ``traje
 ``controller_configuration``, which controllers ran: ``controller.<joint>`` as JSON.
 """
 
+import contextlib
 import json
+import shutil
 import struct
 import sys
 import time
@@ -30,129 +32,37 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.controllers import CONTROLLER_TOPIC, controller_tags, parse_controllers
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import deserialize, serialize
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
-from sosml_friction.identification.friction_fit import METHODS, FitSettings
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import check_limits
-from sosml_friction.motion.trajectories import COMMON, TRAJECTORIES, build_trajectory, find_kind
+from sosml_friction.motion.trajectories import COMMON, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
-from sosml_friction.motion.trajectory_option import TrajectoryOption
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
-from sosml_friction.nodes.fit_job import FitJob
+from sosml_friction.nodes.driver_watch import DriverWatch
+from sosml_friction.nodes.fit_job import FitJob, summary
+from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN
 from sosml_friction.nodes.node_help import NodeHelp
-from sosml_friction.nodes.parameters import ParameterSpec, declare
+from sosml_friction.nodes.parameters import declare
 from sosml_friction.nodes.program_node import ProgramNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node
-from sosml_friction.nodes.stated_model import WITHOUT_MODEL, StatedModel
+from sosml_friction.nodes.stated_model import StatedModel
+from sosml_friction.nodes.trajectory_message import message_from_trajectory, trajectory_bytes
 from sosml_friction.observers.configuration import parse_configuration
-
-#: Options of the first trajectory have no prefix.
-_PLAIN = 'speed_ladder'
-
-
-def _option_specs() -> tuple[ParameterSpec, ...]:
-    """Return a parameter for each option of each trajectory, ``multisine.amplitude`` and so on."""
-
-    def spec(option: TrajectoryOption, prefix: str, label: str) -> ParameterSpec:
-        value = option.default
-        return ParameterSpec(
-            prefix + option.name,
-            option.type,
-            list(value) if isinstance(value, tuple) else value,
-            f'{label}: {option.description}',
-            option.unit,
-            None if option.type == 'double_array' else option.range,
-        )
-
-    return (
-        *(
-            spec(option, '' if kind.name == _PLAIN else f'{kind.name}.', kind.label)
-            for kind in TRAJECTORIES.values()
-            for option in kind.options
-        ),
-        *(spec(option, '', 'every trajectory') for option in COMMON),
-    )
-
-
-PARAMETERS = (
-    ParameterSpec(
-        'model',
-        'string',
-        '',
-        'nominal model folder, written into the bag; empty: exoskeleton, or with armature the '
-        'robot of robot_description',
-    ),
-    *WITHOUT_MODEL,
-    ParameterSpec('output', 'string', 'identification', 'folder that gets a folder for each run'),
-    ParameterSpec('run_name', 'string', '', 'name of the run folder; empty: date and time in UTC'),
-    ParameterSpec('observer_node', 'string', 'observer_node', 'node whose ~/reset is called'),
-    ParameterSpec('driver_node', 'string', 'driver_node', 'node whose ~/stop is called on abort'),
-    ParameterSpec(
-        'trajectory',
-        'string',
-        _PLAIN,
-        'the trajectory that ~/start runs; sosml trajectory draws it',
-        choices=tuple(TRAJECTORIES),
-    ),
-    *_option_specs(),
-    ParameterSpec(
-        'centre',
-        'double_array',
-        [],
-        'about which each joint of the model moves; empty: where the robot is',
-        'rad or m',
-    ),
-    ParameterSpec(
-        'effort_margin',
-        'double',
-        0.85,
-        'share of the URDF effort limit the rigid body alone may need; friction needs the rest',
-        '',
-        (0.01, 1.0),
-    ),
-    ParameterSpec(
-        'acceleration_limit',
-        'double_array',
-        [],
-        'largest acceleration, one for all joints or one for each; empty: effort alone limits it',
-        'rad/s2 or m/s2',
-    ),
-    ParameterSpec(
-        'tracking_tolerance',
-        'double',
-        0.2,
-        'the run fails when a joint is farther than this from the trajectory for a second',
-        'rad or m',
-        (1e-4, 10.0),
-    ),
-    ParameterSpec('method', 'string', 'auto', 'how friction is fitted', choices=METHODS),
-    ParameterSpec(
-        'diagnose',
-        'bool',
-        False,
-        'after the fit, say what the model (the one before the fit) gets wrong about the '
-        'recording, and why, as sosml diagnose does; the sentence is in /diagnostics',
-    ),
-    ParameterSpec(
-        'diagnose_without', 'string_array', [], 'effects that the diagnosis does not look for'
-    ),
-)
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
@@ -233,6 +143,8 @@ class IdentifierNode(ProgramNode):
         self.create_service(Trigger, '~/start', self._on_start)
         self.create_service(Trigger, '~/abort', self._on_abort)
         self.create_service(Trigger, '~/fit', self._on_fit)
+        self._driver = DriverWatch(self._p['driver_node'])
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._driver.take, 10)
         self._stamped = {'joint_states', 'friction_estimate'}
         self._subscribed: set[str] = set()
         self._subscribe('joint_states', JointState, JOINT_STATES)
@@ -260,13 +172,16 @@ class IdentifierNode(ProgramNode):
 
     def _look_for(self, model: RobotModelFile) -> None:
         names = model.joint_names
+        self._check_centre(names)
+        self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
+        self._encoded_names = [name.encode() + b'\0' for name in names]
+
+    def _check_centre(self, names: Sequence[str]) -> None:
         if self._p['centre'] and len(self._p['centre']) != len(names):
             raise ConfigurationError(
                 f'parameter centre has {len(self._p["centre"])} values for the joints '
                 f'{", ".join(names)}: give one for each'
             )
-        self.get_logger().info(f'model {self._stated.label}: joints {", ".join(names)}')
-        self._encoded_names = [name.encode() + b'\0' for name in names]
 
     # Messages -----------------------------------------------------------------------------------
 
@@ -388,8 +303,13 @@ class IdentifierNode(ProgramNode):
                 f'{self._p["observer_node"]} does not answer: start it, or name it in parameter '
                 'observer_node'
             )
+        if refusal := self._driver.refusal():
+            raise ConfigurationError(refusal)
         assert self._robot is not None
         assert self._last_state is not None
+        # As they are by now.
+        self._p |= declare(self, [spec for spec in PARAMETERS if not spec.read_only])
+        self._check_centre(self._robot.names)
         state = deserialize(self._last_state, _JOINT_STATE)
         trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
@@ -444,7 +364,8 @@ class IdentifierNode(ProgramNode):
         start = {name: float(position[name]) for name in names}
         centre = dict(zip(names, self._p['centre'] or start.values(), strict=True))
         kind = find_kind(self._p['trajectory'])
-        prefix = '' if kind.name == _PLAIN else f'{kind.name}.'
+        self._label = kind.label
+        prefix = '' if kind.name == PLAIN else f'{kind.name}.'
         values = {option.name: self._p[prefix + option.name] for option in kind.options}
         values |= {option.name: self._p[option.name] for option in COMMON}
         trajectory = build_trajectory(kind.name, start, centre, values)
@@ -466,10 +387,10 @@ class IdentifierNode(ProgramNode):
             self._record(run, topic, message, log_ns)
         if self._phase != 'moving':
             return  # the disk refused: nothing may move unrecorded
-        trajectory = _trajectory_message(run.trajectory)
+        trajectory = message_from_trajectory(run.trajectory)
         self._trajectory_output.publish(trajectory)
         now_ns = self.get_clock().now().nanoseconds
-        self._record(run, 'joint_trajectory', serialize(trajectory), now_ns)
+        self._record(run, 'joint_trajectory', trajectory_bytes(trajectory), now_ns)
 
     def _look_for_end(self, run: _Run, topic: str, data: bytes) -> None:
         if topic not in self._stamped or _stamp_ns(data) <= run.end_ns:
@@ -551,7 +472,7 @@ class IdentifierNode(ProgramNode):
                     self.end(job.outcome)
                 return
             self._result_output.publish(String(data=job.outcome.model.to_yaml()))
-            self._fitted = f'{_summary(job.outcome)}; model in {run.folder / "model"}'
+            self._fitted = f'{summary(job.outcome)}; model in {run.folder / "model"}'
             if not ended and self._p['diagnose']:
                 self._enter('diagnosing', self._fitted)
         if ended:
@@ -589,9 +510,12 @@ class IdentifierNode(ProgramNode):
         if self._run is None or self._phase not in ('starting', 'moving'):
             response.success, response.message = False, f'nothing to abort: {self._phase}'
             return response
+        folder = self._run.folder
         self._fail('aborted')
-        response.success = True
-        response.message = f'aborted; what was recorded is in {self._run.folder}'
+        kept = (
+            'nothing had moved yet' if self._run is None else f'what was recorded is in {folder}'
+        )
+        response.success, response.message = True, f'aborted; {kept}'
         return response
 
     def _call_stop(self) -> None:
@@ -599,7 +523,8 @@ class IdentifierNode(ProgramNode):
             self._stop_client.call_async(Trigger.Request())
 
     def _fail(self, sentence: str) -> None:
-        if self._phase == 'moving':
+        before = self._phase
+        if before == 'moving':
             self._call_stop()
         self._enter('failed', sentence)
         if self._run is not None:
@@ -608,6 +533,12 @@ class IdentifierNode(ProgramNode):
                 self._run.recorder.close()
             except SosmlFrictionError as error:
                 self.get_logger().error(str(error))
+            if before == 'starting':
+                # Nothing has moved: its bag has no sample.
+                shutil.rmtree(self._run.folder / 'bag', ignore_errors=True)
+                with contextlib.suppress(OSError):
+                    self._run.folder.rmdir()
+                self._run = None
 
     def _enter(self, phase: str, message: str) -> None:
         self._phase, self._message, self._phase_since = phase, message, time.monotonic()
@@ -644,36 +575,6 @@ def _stamp_ns(data: bytes) -> int:
     """Read the stamp of a serialised message that begins with a header, without decoding it."""
     seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
     return int(seconds) * 1_000_000_000 + int(nanoseconds)
-
-
-def _trajectory_message(trajectory: Trajectory) -> JointTrajectory:
-    message = JointTrajectory(joint_names=list(trajectory.names))
-    for k, t in enumerate(trajectory.t):
-        seconds, nanoseconds = divmod(round(t * 1e9), 1_000_000_000)
-        message.points.append(
-            JointTrajectoryPoint(
-                positions=trajectory.q[k].tolist(),
-                velocities=[] if trajectory.v is None else trajectory.v[k].tolist(),
-                time_from_start=Duration(sec=seconds, nanosec=nanoseconds),
-            )
-        )
-    return message
-
-
-def _summary(analysis: BagAnalysis) -> str:
-    parts = []
-    for name, joint in analysis.model.joints.items():
-        if joint.friction is None:
-            reasons = {**analysis.unmodelled, **analysis.fit.unavailable}
-            parts.append(f'{name}: {reasons.get(name, "no friction")}')
-            continue
-        coulomb = joint.friction.parameters['coulomb']
-        viscous = joint.friction.parameters['viscous']
-        parts.append(
-            f'{name}: coulomb {coulomb.value:.4g} +- {half_width(coulomb):.2g} {coulomb.unit}, '
-            f'viscous {viscous.value:.4g} +- {half_width(viscous):.2g} {viscous.unit}'
-        )
-    return '; '.join(parts)
 
 
 HELP = NodeHelp(

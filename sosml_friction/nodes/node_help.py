@@ -45,7 +45,7 @@ class NodeHelp:
             '',
             f'Example: {self.name} {self.example}',
             '',
-            'Parameters, read when the node starts ({joint}.x stands for one per joint):',
+            'Parameters, read at the start unless they say otherwise ({joint}.x: one per joint):',
         ]
         for spec in self.parameters:
             parts.append(f'  {spec.name} ({", ".join(_facts(spec))})')

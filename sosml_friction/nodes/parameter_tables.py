@@ -22,8 +22,9 @@ def parameter_document() -> str:
     """Return the page: one table per node."""
     parts = [
         '# Parameters',
-        'All are read when the node starts. `{joint}.x` stands for one parameter per joint. The',
-        'values for the exoskeleton are in `config/exoskeleton.yaml`.',
+        'All are read when the node starts; those that say so may be changed at run time.',
+        '`{joint}.x` stands for one parameter per joint. The values for the exoskeleton are in',
+        '`config/exoskeleton.yaml`.',
     ]
     text = f'{parts[0]}\n\n' + '\n'.join(parts[1:]) + '\n'
     for node in _NODES:

@@ -109,6 +109,9 @@ def _declare_one(node: Node, name: str, spec: ParameterSpec) -> None:
             f'parameter {name} of {node.get_name()} does not fit: give a {spec.type}{limits}'
             f'{point} ({" ".join(str(error).split())})'
         ) from error
+    if spec.default == [] and node._parameters[name].type_ == Parameter.Type.NOT_SET:
+        # Not even rclpy can declare an empty array; without a value, no tool shows any parameter.
+        node._parameters[name] = Parameter(name, _TYPES[spec.type], [])
 
 
 def markdown_table(specs: Sequence[ParameterSpec]) -> str:

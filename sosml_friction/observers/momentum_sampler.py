@@ -121,6 +121,17 @@ class MomentumSampler:
         self._drift = np.full(self.robot.n, np.nan)
         self._tau = np.full(self.robot.n, np.nan)
         self._inertia = np.full((self.robot.n, self.robot.n), np.nan)
+        self._v = np.full(self.robot.n, np.nan)
+
+    @property
+    def inertia(self) -> FloatArray:
+        """Return M at the last sample that was usable, (n, n); NaN before one."""
+        return self._inertia
+
+    @property
+    def velocity(self) -> FloatArray:
+        """Return the velocity at the last sample, (n,), wherever it comes from."""
+        return self._v
 
     def stretches(self, log: JointLog) -> list[Stretch]:
         """
@@ -178,7 +189,7 @@ class MomentumSampler:
             v = (q - q_previous) / h
         else:
             v = np.array(v, dtype=float)
-        self._t_ns, self._q = t_ns, q
+        self._t_ns, self._q, self._v = t_ns, q, v
         for name, effort in zip(self.robot.names, tau.tolist(), strict=True):
             if not isfinite(effort):
                 counts.without_effort[name] = counts.without_effort.get(name, 0) + 1

@@ -5,13 +5,16 @@
 from __future__ import annotations
 
 import json
+import shutil
 import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from jsonschema import Draft202012Validator
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -166,6 +169,33 @@ def test_a_robot_that_does_not_follow_fails_the_run_and_keeps_the_bag(ros, bench
     assert not (tmp_path / 'run' / 'model').exists()
 
 
+def test_a_driver_that_would_not_move_is_told_and_nothing_is_left_behind(ros, bench, tmp_path):
+    _, _, tell = bench
+    diagnostics = ros.node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+
+    def answer(state: str, fault: str, sentence: str):
+        values = [KeyValue(key='state', value=state), KeyValue(key='fault', value=fault)]
+        status = DiagnosticStatus(name='driver_node: driver', values=values)
+
+        def told() -> bool:
+            diagnostics.publish(DiagnosticArray(status=[status]))
+            # Its peers may not have been discovered yet, nor the driver.
+            said = ros.call(Trigger, 'identifier_node/start', done=lambda: tell()[0] == 'starting')
+            assert said is not None
+            if said.success:
+                ros.call(Trigger, 'identifier_node/abort', done=lambda: tell()[0] == 'failed')
+            return sentence in said.message
+
+        ros.spin_until(told)
+
+    answer('disabled', '', 'driver_node is disabled: call its ~/enable first')
+    answer('fault', 'over-temperature', 'driver_node is in fault (over-temperature): end the')
+    shutil.rmtree(tmp_path / 'run', ignore_errors=True)
+    for state in ('disabled', 'fault'):
+        answer(state, '', 'driver_node is')
+    assert not (tmp_path / 'run').exists()
+
+
 def test_abort_closes_the_bag(ros, bench, tmp_path):
     _, _, tell = bench
     start(ros, tell)
@@ -243,21 +273,29 @@ def test_a_trajectory_beyond_the_limits_is_refused_before_anything_moves(
 
 
 def test_another_trajectory_is_run_with_the_options_under_its_name(ros, start_node, tmp_path):
-    """The shoulder: 0.1 rad, 2 cycles at 0.5 Hz between ramps of 1 s; the elbow stays."""
+    """
+    The shoulder: 0.1 rad, 2 cycles at 0.5 Hz between ramps of 1 s; the elbow stays.
+
+    Which trajectory it is, and one of its options, are set while the node runs.
+    """
     Robot(ros)
     trajectories = ros.collect(JointTrajectory, 'joint_trajectory', 10)
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
     start_node('observer_node')
-    options = ('amplitude:=0.1', 'cycles:=2.0', 'ramp:=1.0')
+    options = ('amplitude:=0.1', 'ramp:=1.0')
     start_node(
         'identifier_node',
         f'output:={tmp_path}',
         'run_name:=run',
-        'trajectory:=reversal',
         'scale:=[1.0, 0.0]',
         *(f'reversal.{option}' for option in options),
     )
     ros.spin_until(lambda: configuration)
+    new = {'trajectory': 'reversal', 'reversal.cycles': 2.0}
+    changes = [Parameter(name, value=value).to_parameter_msg() for name, value in new.items()]
+    request = SetParametersAtomically.Request(parameters=changes)
+    service = 'identifier_node/set_parameters_atomically'
+    assert ros.call(SetParametersAtomically, service, request).result.successful
     start(ros, phase(ros))
     ros.spin_until(lambda: trajectories)
     points = trajectories[0].points

@@ -4,21 +4,28 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from outside_observer import define_observer
+from rcl_interfaces.msg import ParameterType
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import EffectTerm, read_model
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.parameter import Parameter as ModelParameter
 from sosml_friction.model.urdf_bodies import with_bodies
 from sosml_friction.nodes.observer_node import PATIENCE
+from sosml_friction.nodes.observer_parameters import parameters
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import parse_configuration
 from sosml_friction.observers.observer import Observer
@@ -38,13 +45,13 @@ def message(k: int, names=NAMES, effort=True, velocity=True) -> JointState:
     """Return sample k of a smooth motion, 500 Hz."""
     t = k / HZ
     phase = np.arange(1, len(names) + 1) * t
-    result = JointState(name=list(names), position=np.sin(phase).tolist())
+    result = JointState(name=list(names), position=(0.5 + 0.4 * np.sin(phase)).tolist())
     result.header.stamp.sec, result.header.stamp.nanosec = divmod(
         1_000_000_000 + k * 2_000_000, 10**9
     )
     result.header.frame_id = 'base_link'
     if velocity:
-        result.velocity = (np.arange(1, len(names) + 1) * np.cos(phase)).tolist()
+        result.velocity = (0.4 * np.arange(1, len(names) + 1) * np.cos(phase)).tolist()
     if effort:
         result.effort = (2.0 * np.sin(3.0 * phase)).tolist()
     return result
@@ -166,7 +173,7 @@ def test_a_diagnosed_model_gives_its_own_body_and_the_torque_behind_the_effort(
     heavier = replace(
         known,
         urdf=with_bodies(urdf, {'elbow': body}),
-        effects=(EffectTerm('effort_scale', 'shoulder', {'error': Parameter(0.1, '1')}),),
+        effects=(EffectTerm('effort_scale', 'shoulder', {'error': ModelParameter(0.1, '1')}),),
         provenance={'rigid_body': {'written': ['gravity@elbow'], 'refused': {}}},
     )
     heavier.write(tmp_path / 'model')
@@ -209,9 +216,11 @@ def test_reset_starts_the_observers_afresh(ros, urdf_path, start_node):
     assert known == [False] + [True] * 9 + [False, True]
 
 
-def test_a_position_that_wraps_is_continuous_in_the_estimate(ros, urdf_path, start_node):
+def test_a_position_that_wraps_is_continuous_in_the_estimate(ros, urdf_path, start_node, tmp_path):
     """The estimate is that of the same motion without a wrap, but for the joint's weight."""
-    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
+    endless = tmp_path / 'endless.urdf'
+    endless.write_text(urdf_path.read_text().replace('"revolute"', '"continuous"'))
+    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={endless}')
     received = estimates['friction_estimate']
     sent = []
     for k in range(100):
@@ -240,6 +249,123 @@ def test_joints_are_found_by_name_whatever_their_order_and_company(ros, urdf_pat
     for k, state in enumerate(received):
         assert list(state.name) == list(NAMES)
         assert state.position[0] == message(k, ('gripper', 'elbow', 'shoulder')).position[2]
+
+
+def statuses(diagnostics) -> dict[str, tuple[bytes, str]]:
+    """Return level and message of each part, from the last array."""
+    return {
+        status.name.removeprefix('observer_node: '): (status.level, status.message)
+        for status in diagnostics[-1].status
+    }
+
+
+def test_what_is_wrong_is_nan_and_told_and_ends(ros, urdf_path, start_node):
+    """Good, an effort that cannot be, silence, good again: level and sentence follow."""
+    diagnostics = ros.collect(DiagnosticArray, '/diagnostics', 10)
+    errors = ros.collect(JointState, 'friction_estimate_error', JOINT_STATES)
+    output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={urdf_path}')
+    ros.spin_until(lambda: ros.node.count_publishers('friction_estimate_error') == 1)
+    received = estimates['friction_estimate']
+    sent = 0
+
+    def tell(level, sentence, change=lambda state: None):
+        nonlocal sent
+        diagnostics.clear()
+
+        def back():
+            last = stamp(message(sent - 1))
+            return all(got and stamp(got[-1]) == last for got in (received, errors))
+
+        def told():
+            nonlocal sent
+            # Each message that comes back calls this: no faster than they do.
+            if not sent or back():
+                time.sleep(0.02)
+                for _ in range(10):
+                    state = message(sent)
+                    change(state)
+                    output.publish(state)
+                    sent += 1
+            said = statuses(diagnostics)['observers'] if diagnostics else (b'', '')
+            return said[0] == level and sentence in said[1]
+
+        ros.spin_until(told)
+        ros.spin_until(back)
+
+    def implausible(state):
+        state.effort[0] = 60.0
+
+    tell(DiagnosticStatus.OK, 'observing shoulder, elbow')
+    assert np.isfinite(received[-1].effort).all()
+    assert np.isfinite(errors[-1].effort).all()
+    tell(DiagnosticStatus.WARN, 'shoulder: effort 60 Nm where the URDF', implausible)
+    assert np.isfinite(received[-1].effort).tolist() == [False, True]
+    assert np.isfinite(errors[-1].effort).tolist() == [False, True]
+    diagnostics.clear()
+    ros.spin_until(
+        lambda: diagnostics and statuses(diagnostics)['observers'][0] == DiagnosticStatus.ERROR
+    )
+    assert 'see whether the driver runs' in statuses(diagnostics)['shoulder'][1]
+    tell(DiagnosticStatus.OK, 'observing shoulder, elbow')
+    assert np.isfinite(received[-1].effort).all()
+
+
+def test_a_best_effort_publisher_is_followed(ros, urdf_path, start_node):
+    loose = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+    output = ros.node.create_publisher(JointState, 'joint_states', loose)
+    received = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
+    node = start_node('observer_node', f'urdf_path:={urdf_path}')
+    count = iter(range(10**6))
+    ros.spin_until(lambda: output.publish(message(next(count))) or received)
+    assert 'publishes joint_states best_effort: it is subscribed so' in node.output
+
+
+def test_a_stated_reliability_that_cannot_match_is_told(ros, urdf_path, start_node):
+    loose = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
+    ros.node.create_publisher(JointState, 'joint_states', loose)
+    diagnostics = ros.collect(DiagnosticArray, '/diagnostics', 10)
+    start_node('observer_node', f'urdf_path:={urdf_path}', 'reliability:=reliable')
+    sentence = 'set parameter reliability to best_effort'
+    ros.spin_until(lambda: diagnostics and sentence in statuses(diagnostics)['observers'][1])
+
+
+def test_parameters_are_listed_and_gains_change_at_run_time(ros, urdf_path, start_node):
+    output, estimates, configuration = published(
+        ros, urdf_path, start_node, f'urdf_path:={urdf_path}'
+    )
+    names = [spec.name for spec in parameters()]
+    values = ros.call(
+        GetParameters, 'observer_node/get_parameters', GetParameters.Request(names=names)
+    ).values
+    # What is not set makes ros2 param dump print nothing at all.
+    assert len(values) == len(names)
+    assert all(value.type != ParameterType.PARAMETER_NOT_SET for value in values)
+
+    def change(**new):
+        request = SetParametersAtomically.Request(
+            parameters=[
+                Parameter(name.replace('__', '.'), value=value).to_parameter_msg()
+                for name, value in new.items()
+            ]
+        )
+        return ros.call(
+            SetParametersAtomically, 'observer_node/set_parameters_atomically', request
+        ).result
+
+    assert not change(selected='magic').successful
+    assert 'one value for each of the joints' in change(first_order__cutoff=[1.0]).reason
+    assert change(selected='first_order', first_order__cutoff=[5.0, 6.0]).successful
+    ros.spin_until(lambda: len(configuration) == 2)
+    gains = parse_configuration(configuration[-1].data, 'test').gains
+    assert gains['first_order'] == {'cutoff': [5.0, 6.0]}
+    for k in range(20):
+        output.publish(message(k))
+    ros.spin_until(lambda: all(len(received) == 20 for received in estimates.values()))
+    selected, first_order = (
+        [state.effort for state in estimates[topic]]
+        for topic in ('friction_estimate', 'friction_estimate/first_order')
+    )
+    np.testing.assert_array_equal(selected, first_order)
 
 
 @pytest.mark.parametrize(

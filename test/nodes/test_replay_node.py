@@ -32,8 +32,8 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     log = JointLog(
         model.joint_names,
         1_700_000_000_000_000_000 + np.arange(SAMPLES) * 2_000_000,
-        np.sin(phase),
-        np.array([3.0, 5.0]) * np.cos(phase),
+        0.5 + 0.4 * np.sin(phase),
+        0.4 * np.array([3.0, 5.0]) * np.cos(phase),
         np.cos(2.0 * phase),
     )
     folder = tmp_path_factory.mktemp('bags') / 'motion'

@@ -1,0 +1,45 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the driver would move the robot, from its diagnostics."""
+
+import time
+
+from diagnostic_msgs.msg import DiagnosticArray
+
+#: Diagnostics that are older say nothing of the driver [s]; it sends them every second.
+_FRESH_S = 3.0
+
+
+class DriverWatch:
+    """
+    Hold what a driver said last of itself.
+
+    :param driver: name of its node, with or without a namespace.
+    """
+
+    def __init__(self, driver: str) -> None:
+        self._driver = driver
+        self._name = f'{driver.rpartition("/")[2]}: driver'
+        self._heard_s = -_FRESH_S
+        self._state, self._reason = '', ''
+
+    def take(self, message: DiagnosticArray) -> None:
+        """Look for the driver's status in the diagnostics."""
+        for status in message.status:
+            if status.name == self._name:
+                values = {item.key: item.value for item in status.values}
+                self._heard_s = time.monotonic()
+                self._state, self._reason = values.get('state', ''), values.get('fault', '')
+
+    def refusal(self) -> str:
+        """Return why it would not follow a trajectory, '' if it would or is not known."""
+        if time.monotonic() - self._heard_s > _FRESH_S:
+            return ''
+        if self._state == 'fault':
+            return (
+                f'{self._driver} is in fault ({self._reason}): end the cause, then call its '
+                '~/enable'
+            )
+        if self._state == 'disabled':
+            return f'{self._driver} is disabled: call its ~/enable first'
+        return ''

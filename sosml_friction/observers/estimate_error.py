@@ -1,0 +1,117 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The standard error of an estimate on line: the noise that is seen, behind the observer's lag."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+from scipy.signal import lfilter
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.observers.observer import Observer
+from sosml_friction.observers.signal_noise import difference_noise
+
+#: Samples the noise is measured over, and between two such measurements. Chosen: the median of
+#: 200 differences is within some 10 % of its limit, and one in 50 samples costs little.
+_SPAN = 200
+_EVERY = 50
+#: Settled: what is left of a step is below this share.
+_LEFT = 0.05
+#: Length of the impulse responses [s]: the slowest observer of the recipes has settled.
+_RESPONSE_S = 5.0
+
+
+class EstimateError:
+    """
+    Follow the noise of velocity and effort, and what of it passes an observer.
+
+    With g the response of the estimate to the true disturbance, sampled every h ::
+
+        s^2 = s_tau^2 sum_k g_k^2 + (s_p / h)^2 sum_k (g_k - g_{k-1})^2
+
+    for white noise of effort, s_tau, and of momentum, s_p^2 = sum_j M_ij^2 s_v,j^2, both measured
+    from second differences over the last 200 samples. It is that of noise alone: not of a wrong
+    model, of a wrong scale, of the lag after a change, nor of a velocity whose noise is not white.
+
+    :param observer: that is linear, or has a linear part (``lag_filter``).
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self._n = observer.n
+        self._samples: deque[tuple[float, FloatArray, FloatArray]] = deque(maxlen=_SPAN)
+        self._since = 0
+        self._value = np.full(self._n, np.nan)
+        self._settling = np.full(self._n, np.nan)
+        self._h = math.nan
+        self._gains: list[tuple[float, float]] = []
+        self._known_since = np.full(self._n, np.nan)
+
+    def update(
+        self, t_s: float, v: FloatArray, tau: FloatArray, inertia: FloatArray, known: BoolArray
+    ) -> FloatArray:
+        """
+        Return the standard error (n,) [Nm or N], NaN where the estimate is not known or settles.
+
+        :param t_s: stamp [s].
+        :param v: velocity as the observer has it (n,) [rad/s or m/s].
+        :param tau: effort (n,) [Nm or N].
+        :param inertia: M (n, n) at this sample.
+        :param known: joints that have an estimate (n,).
+        """
+        if self._samples and t_s < self._samples[-1][0]:
+            self._samples.clear()
+            self._known_since[:] = np.nan
+        self._samples.append((t_s, np.array(v), np.array(tau)))
+        fresh = known & np.isnan(self._known_since)
+        self._known_since = np.where(fresh, t_s, np.where(known, self._known_since, np.nan))
+        self._since += 1
+        if self._since >= _EVERY:
+            self._since = 0
+            self._measure(inertia)
+        with np.errstate(invalid='ignore'):
+            settled = known & (t_s - self._known_since >= self._settling)
+        return np.where(settled, self._value, np.nan)
+
+    def _measure(self, inertia: FloatArray) -> None:
+        h = float(np.median(np.diff([sample[0] for sample in self._samples])))
+        if not (h > 0.0 and np.isfinite(inertia).all()):
+            return
+        if not abs(h - self._h) <= 0.1 * h:
+            self._h = h
+            responses = [self._response(h, joint) for joint in range(self._n)]
+            self._gains = [
+                (float(np.sum(g**2)), float(np.sum(np.diff(g, prepend=0.0) ** 2)) / h**2)
+                for g in responses
+            ]
+            self._settling = np.array([h * _settled(g) for g in responses])
+        s_v = self._noise(1)
+        s_tau = self._noise(2)
+        s_p = np.sqrt(inertia**2 @ s_v**2)
+        by_effort, by_momentum = np.array(self._gains).T
+        self._value = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum)
+
+    def _noise(self, column: int) -> FloatArray:
+        signal = np.array([sample[column] for sample in self._samples])
+        noise = np.full(self._n, np.nan)
+        for joint, x in enumerate(np.diff(signal, 2, axis=0).T):
+            finite = x[np.isfinite(x)]
+            if len(finite):
+                noise[joint] = difference_noise(finite, 2)
+        return noise
+
+    def _response(self, h: float, joint: int) -> FloatArray:
+        b, a = self._observer.lag_filter(h, joint)
+        impulse = np.zeros(max(2, round(_RESPONSE_S / h)))
+        impulse[0] = 1.0
+        return np.asarray(lfilter(b, a, impulse))
+
+
+def _settled(g: FloatArray) -> int:
+    """Return after how many samples a step has settled."""
+    step = np.cumsum(g)
+    off = np.flatnonzero(np.abs(step - step[-1]) > _LEFT * abs(step[-1]))
+    return int(off[-1]) + 1 if len(off) else 0

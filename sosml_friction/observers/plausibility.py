@@ -1,0 +1,486 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether stamped joint states can be true, by the URDF's limits and by each other."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.model.robot import Robot
+from sosml_friction.observers.signal_noise import difference_noise
+
+#: Measured beyond this multiple of a limit of the URDF is no measurement; beyond the limit itself
+#: it is only told. Limits are often those of continuous duty: the pulses recorded on EMPS have
+#: 1.98 times the force of its URDF's limit, which encloses its other record.
+EXCESS = 2.0
+#: A position this share of its range beyond a limit is no measurement. Chosen: a mechanical stop
+#: stands beyond the limit of the software.
+BEYOND = 0.1
+#: Evidence is gathered over this time and at least ``_LEAST`` samples [s]: with the pause between
+#: two looks, a number that is wrong is told before it was so for 0.1 s.
+WINDOW_S = 0.07
+_LEAST = 4
+_LOOK_S = 0.02
+#: Position and velocity that both change are compared over this time [s]: a servo's position may
+#: be held for some 50 ms between two of its frames.
+_LONG_S = 0.4
+#: A velocity may lag so much behind the position it belongs to [s], and be off by this share of
+#: its limit. Chosen: filters of drives are faster.
+_LAG_S = 0.05
+_OFFSET = 0.02
+#: Positions are told from constant ones above so many of their smallest steps.
+_STEPS = 3.0
+#: Before a smaller step was seen: that of ten bits per turn [rad], or a millimetre [m].
+_COARSE = {'Nm': 2.0 * math.pi / 1024.0, 'N': 1e-3}
+#: Where velocity has no limit: one for the offset above [rad/s or m/s].
+_SPEED = 1.0
+#: A joint at rest holds against at most this multiple of the friction seen in motion: breakaway
+#: is above sliding, by a factor below two in the measured joints of docs/validation.md.
+_BREAKAWAY = 2.0
+#: Friction in motion is known after this time of it [s], from which each start is left out [s].
+_KNOWN_S = 0.5
+_SETTLED_S = 0.2
+#: The speed before a standstill is that over twice this time, and at least six intervals; and a
+#: standstill that friction cannot explain is one for so long [s].
+_STOP_S = 0.02
+
+
+class Verdict(NamedTuple):
+    """
+    What is left of a sample.
+
+    ``q``, ``v`` and ``tau`` are those that were given where nothing is wrong; NaN where not to be
+    used. ``causes``: by joint, why, and what to do; ``remarks``: by joint, what is told and yet
+    used.
+    """
+
+    q: FloatArray
+    v: FloatArray
+    tau: FloatArray
+    causes: dict[int, str]
+    remarks: dict[int, str]
+
+
+@dataclass
+class _Sample:
+    t_s: float
+    q: FloatArray
+    v: FloatArray
+    tau: FloatArray
+    travel: FloatArray
+
+
+class Plausibility:
+    """
+    Judge samples (t, q, v, tau) one after the other, by their stamps alone.
+
+    * Limits: an effort beyond :data:`EXCESS` times the limit of the URDF is not used; a velocity
+      beyond it, a position beyond its limits by :data:`BEYOND` of the range, or one that is
+      reached faster than the limit of velocity allows, make the whole sample unusable: momentum
+      and weight of every joint need them. A limit that is not stated, or 0, judges nothing.
+    * Position against velocity: one of them exactly constant while the other says that the joint
+      moves, or the two apart by more than half.
+    * Rest against effort: a position exactly constant while more than twice the friction that was
+      seen in motion would have to hold the joint, or to have stopped it: a frozen encoder, a brake
+      or a stop.
+    * Effort exactly 0.0: not measured, unless it was something else before and the joint rests,
+      or the joint is ``passive``.
+
+    What was judged wrong is right again as soon as the evidence ends. Samples that are not finite
+    pass: the estimator knows what to do with them.
+
+    :param robot: whose joints are the columns.
+    :param excess: instead of :data:`EXCESS`.
+    :param passive: joints without an actuator, whose effort is truly 0.0.
+    :param uses_velocity: False where velocity is made from positions.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        excess: float = EXCESS,
+        passive: Collection[str] = (),
+        uses_velocity: bool = True,
+    ) -> None:
+        n = robot.n
+        self._robot = robot
+        self.names = robot.names
+        self._uses_velocity = uses_velocity
+        limits = robot.limits
+        self._units = [('rad', 'Nm') if u == 'Nm' else ('m', 'N') for u in robot.effort_units]
+        self._told = [_limit(limit.effort) for limit in limits]
+        self._most_effort = [excess * told for told in self._told]
+        self._velocity = np.array([excess * _limit(limit.velocity) for limit in limits])
+        lower = np.array([limit.lower for limit in limits])
+        upper = np.array([limit.upper for limit in limits])
+        # The same place twice, as of a joint whose limits nobody filled in, limits nothing.
+        room = np.where(upper > lower, upper - lower, np.inf)
+        with np.errstate(invalid='ignore'):
+            self._lower = np.where(np.isfinite(room), lower - BEYOND * room, -np.inf)
+            self._upper = np.where(np.isfinite(room), upper + BEYOND * room, np.inf)
+        self._ranges = self._velocity.tolist(), self._lower.tolist(), self._upper.tolist()
+        self._stated = limits
+        self._passive = [name in passive for name in robot.names]
+        #: The smallest step of each position that was seen, coarse before one was [rad or m].
+        self.steps = [_COARSE[unit] for unit in robot.effort_units]
+        self._ever = [False] * n
+        self._friction = [0.0] * n
+        # By joint: the greatest between looks, those that may be of a standstill not yet seen.
+        self._recent = [deque([0.0]) for _ in range(n)]
+        self._moved_s = [0.0] * n
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past but the resolution of positions and the friction seen in motion."""
+        n = len(self.names)
+        self._history: deque[_Sample] = deque()
+        self._looked_s = -math.inf
+        self._zero_since = [math.nan] * n
+        self._zeros = [0] * n
+        #: By joint: the value at which position or velocity stands, NaN where not judged so.
+        self._frozen_q = np.full(n, np.nan)
+        self._frozen_v = np.full(n, np.nan)
+        self._apart_until = np.full(n, -math.inf)
+        self._apart_last = -math.inf
+        self._found = False
+        self._moving = np.zeros(n, dtype=bool)
+        self._standing = np.zeros(n, dtype=bool)
+        self._stood_since = np.full(n, math.nan)
+        self._beyond_s = [0.0] * n
+        self._trusted: tuple[float, FloatArray] | None = None
+        self._doubted: list[tuple[float, FloatArray]] = []
+        self._started_s = math.nan
+
+    def judge(self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray) -> Verdict:
+        """
+        Return what of a sample can be used.
+
+        :param t_ns: stamp of measurement [ns].
+        :param q: position (n,) [rad or m].
+        :param v: velocity (n,) [rad/s or m/s].
+        :param tau: effort (n,) [Nm or N].
+        """
+        t_s = t_ns * 1e-9
+        if self._history and t_s < self._history[-1].t_s:
+            self.reset()
+        seen = v if self._uses_velocity else np.zeros(len(q))
+        causes: dict[int, str] = {}
+        remarks: dict[int, str] = {}
+        tau = self._judge_effort(tau, causes, remarks)
+        whole = self._judge_limits(q, seen, causes)
+        whole |= self._judge_jump(t_s, q, causes)
+        if not whole and _finite(q) and _finite(seen):
+            self._remember(t_s, q, seen, tau)
+            if t_s - self._looked_s >= _LOOK_S:
+                self._looked_s = t_s
+                self._look(t_s)
+        whole |= self._judge_agreement(t_s, q, seen, causes)
+        tau = self._judge_zero(t_s, tau, causes)
+        if whole:
+            q = np.full(len(q), np.nan)
+            self._started_s = math.nan
+        elif math.isnan(self._started_s):
+            self._started_s = t_s
+        return Verdict(q, v, tau, causes, remarks)
+
+    def learn(self, estimate: FloatArray) -> None:
+        """
+        Take the friction that was estimated from the sample judged last.
+
+        :param estimate: tau_f (n,) [Nm or N], NaN where not known.
+        """
+        if len(self._history) < 2 or math.isnan(self._started_s):
+            return
+        now = self._history[-1].t_s
+        step_s = min(now - self._history[-2].t_s, WINDOW_S)
+        settled = now - self._started_s > _SETTLED_S
+        for i, tau_f in enumerate(estimate.tolist()):
+            if not math.isfinite(tau_f):
+                continue
+            if self._moving[i]:
+                if settled:
+                    self._moved_s[i] += step_s
+                    self._recent[i][-1] = max(self._recent[i][-1], abs(tau_f))
+            elif (
+                self._standing[i]
+                and self._moved_s[i] > _KNOWN_S
+                and abs(tau_f) > _BREAKAWAY * self._friction[i]
+            ):
+                self._beyond_s[i] += step_s
+                # A velocity made from steps of the encoder is a spike, and soon over.
+                if self._beyond_s[i] > _STOP_S:
+                    self._frozen_q[i] = self._history[-1].q[i]
+                    self._found = True
+                continue
+            self._beyond_s[i] = 0.0
+
+    def _judge_effort(
+        self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
+    ) -> FloatArray:
+        # Plain floats, here and below: NumPy takes several times as long over a few joints.
+        beyond = [i for i, x in enumerate(tau.tolist()) if abs(x) > self._told[i]]
+        if not beyond:
+            return tau
+        tau = np.array(tau, dtype=float)
+        for i in beyond:
+            said = (
+                f'effort {tau[i]:.3g} {self._units[i][1]} where the URDF limits it to '
+                f'{self._stated[i].effort:.3g}: check its unit and its cable, or correct the limit'
+            )
+            if abs(tau[i]) > self._most_effort[i]:
+                causes[i], tau[i] = said, np.nan
+            else:
+                remarks[i] = said
+        return tau
+
+    def _judge_limits(self, q: FloatArray, v: FloatArray, causes: dict[int, str]) -> bool:
+        if all(
+            not abs(speed) > most and not position < least and not position > greatest
+            for position, speed, most, least, greatest in zip(
+                q.tolist(), v.tolist(), *self._ranges, strict=True
+            )
+        ):
+            return False
+        fast = np.abs(v) > self._velocity
+        outside = (q < self._lower) | (q > self._upper)
+        for i in np.flatnonzero(fast).tolist():
+            causes[i] = (
+                f'velocity {v[i]:.3g} {self._units[i][0]}/s where the URDF limits it to '
+                f'{self._stated[i].velocity:.3g}: check its unit, or correct the limit'
+            )
+        for i in np.flatnonzero(outside).tolist():
+            limit = self._stated[i]
+            causes[i] = (
+                f'position {q[i]:.4g} {self._units[i][0]} where the URDF allows {limit.lower:.4g} '
+                f'to {limit.upper:.4g}: check its unit and its zero, or correct the limits'
+            )
+        return True
+
+    def _judge_jump(self, t_s: float, q: FloatArray, causes: dict[int, str]) -> bool:
+        """Refuse a position that cannot be reached, until it has stood for a while by itself."""
+        if not _finite(q):
+            return False
+        if self._trusted is None or t_s - self._trusted[0] > 1.0:
+            self._trusted, self._doubted = (t_s, q), []
+            return False
+        reachable = self._reachable(self._trusted, t_s, q)
+        if not all(reachable.tolist()):
+            if self._doubted and not self._reachable(self._doubted[-1], t_s, q).all():
+                self._doubted = []
+            self._doubted.append((t_s, q))
+            if t_s - self._doubted[0][0] < WINDOW_S or len(self._doubted) < _LEAST:
+                for i in np.flatnonzero(~reachable).tolist():
+                    causes.setdefault(
+                        i,
+                        f'position jumped by {q[i] - self._trusted[1][i]:.3g} {self._units[i][0]} '
+                        f'within {1e3 * (t_s - self._trusted[0]):.3g} ms, faster than the URDF '
+                        'lets it move: check the encoder and its cable, and that one node alone '
+                        'publishes joint_states',
+                    )
+                return True
+        if self._doubted:
+            self._forget()
+        self._trusted, self._doubted = (t_s, q), []
+        return False
+
+    def _reachable(self, since: tuple[float, FloatArray], t_s: float, q: FloatArray) -> BoolArray:
+        # Stamps may bunch: two intervals more are granted.
+        granted = t_s - since[0] + 2.0 * self._interval()
+        return np.array(
+            [
+                abs(now - before) <= speed * granted + 10.0 * step
+                for now, before, speed, step in zip(
+                    q.tolist(), since[1].tolist(), self._ranges[0], self.steps, strict=True
+                )
+            ]
+        )
+
+    def _interval(self) -> float:
+        """Return the mean interval of the history [s]; long before there is one."""
+        if len(self._history) < _LEAST:
+            return WINDOW_S
+        return (self._history[-1].t_s - self._history[0].t_s) / (len(self._history) - 1)
+
+    def _remember(self, t_s: float, q: FloatArray, v: FloatArray, tau: FloatArray) -> None:
+        travel = np.zeros(len(q))
+        if self._history and t_s - self._history[-1].t_s > max(WINDOW_S, 5.0 * self._interval()):
+            self._forget()
+        if self._history:
+            last = self._history[-1]
+            for i, (now, before) in enumerate(zip(q.tolist(), last.q.tolist(), strict=True)):
+                # Less than this is the rounding of the same position.
+                if 1e-9 * (1.0 + abs(now)) < abs(now - before) < self.steps[i]:
+                    self.steps[i] = abs(now - before)
+            travel = last.travel + (0.5 * (t_s - last.t_s)) * (last.v + v)
+        self._history.append(_Sample(t_s, np.array(q), np.array(v), np.array(tau), travel))
+        while len(self._history) > _LEAST + 1 and self._history[1].t_s <= t_s - _LONG_S:
+            self._history.popleft()
+
+    def _forget(self) -> None:
+        """Begin with new evidence: what was before does not belong to what is now."""
+        self._history.clear()
+        self._apart_until[:] = self._apart_last = -math.inf
+
+    def _look(self, t_s: float) -> None:
+        samples = list(self._history)
+        first = len(samples) - 1
+        while first > 0 and (
+            t_s - samples[first].t_s < WINDOW_S or len(samples) - first <= _LEAST
+        ):
+            first -= 1
+        recent = samples[first:]
+        enough = t_s - recent[0].t_s >= 0.99 * WINDOW_S and len(recent) > _LEAST
+        q = np.array([sample.q for sample in recent])
+        noise = difference_noise(np.diff(q, 2, axis=0), 2) if len(q) > 2 else np.zeros(q.shape[1])
+        room = np.ptp(q, axis=0)
+        self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
+        self._standing = (room == 0.0) & enough
+        for joint, recent_friction in enumerate(self._recent):
+            if not self._moving[joint]:
+                recent_friction.clear()
+            recent_friction.append(0.0)
+            if len(recent_friction) > WINDOW_S / _LOOK_S + 2.0:
+                greatest = recent_friction.popleft()
+                self._friction[joint] = max(self._friction[joint], greatest)
+            if self._moved_s[joint] > _KNOWN_S and self._has_stopped_dead(samples, joint):
+                self._frozen_q[joint] = samples[-1].q[joint]
+                self._found = True
+        if not (enough and self._uses_velocity):
+            return
+        v = np.array([sample.v for sample in recent])
+        steady = np.ptp(v, axis=0) == 0.0
+        apart = self._apart(recent, v, noise)
+        self._frozen_q = np.where(self._standing & apart, q[-1], self._frozen_q)
+        # A velocity of which only the zeros are seen is that of a joint that creeps.
+        self._frozen_v = np.where(steady & apart & self._moving, v[-1], self._frozen_v)
+        self._found |= bool(apart.any())
+        if t_s - samples[0].t_s >= 0.99 * _LONG_S:
+            speeds = np.array([sample.v for sample in samples])
+            wrong = self._apart(samples, speeds, noise)
+            self._apart_until = np.where(wrong, t_s + _LONG_S, self._apart_until)
+            self._apart_last = float(np.max(self._apart_until))
+
+    def _has_stopped_dead(self, samples: list[_Sample], joint: int) -> bool:
+        """
+        Tell whether twice the friction in motion would not have stopped a joint as it did.
+
+        With v the speed at t - d, d before the joint stood still, friction was, on average over d,
+        tau - g - M (v(t) - v(t - d)) / d, with v(t) = 0 for the joint itself.
+        """
+        last = len(samples) - 1
+        while last > 0 and samples[last - 1].q[joint] == samples[-1].q[joint]:
+            last -= 1
+        since = samples[last].t_s
+        stands = samples[-1].t_s - since
+        if since == self._stood_since[joint] or stands < WINDOW_S or len(samples) - last <= _LEAST:
+            return False
+        self._stood_since[joint] = since
+        d = max(_STOP_S, 3.0 * self._interval())
+        before = [s for s in samples[: last + 1] if since - s.t_s <= 2.0 * d]
+        way = samples[last].q - before[0].q
+        span = since - before[0].t_s
+        if span < 1.5 * d or abs(way[joint]) <= _STEPS * self.steps[joint]:
+            return False
+        middle = [s for s in before if since - s.t_s <= d]
+        change = samples[last].v - middle[0].v
+        change[joint] = -way[joint] / span
+        q = samples[last].q
+        inertia, gravity = self._robot.inertia(q)[joint], self._robot.gravity(q)[joint]
+        effort = float(np.mean([s.tau[joint] for s in middle]))
+        friction = effort - gravity - inertia @ change / d
+        doubt = inertia[joint] * 2.0 * self.steps[joint] / (span * d)
+        return bool(abs(friction) > _BREAKAWAY * self._friction[joint] + doubt)
+
+    def _apart(self, samples: list[_Sample], v: FloatArray, noise: FloatArray) -> BoolArray:
+        """Tell where the way by positions and the way by velocities differ by more than half."""
+        by_q = samples[-1].q - samples[0].q
+        by_v = samples[-1].travel - samples[0].travel
+        speed = np.where(np.isfinite(self._velocity), self._velocity, _SPEED)
+        granted = (
+            0.5 * np.maximum(np.abs(by_q), np.abs(by_v))
+            + _LAG_S * np.ptp(v, axis=0)
+            + _OFFSET * speed * (samples[-1].t_s - samples[0].t_s)
+            + _STEPS * np.array(self.steps)
+            + 4.0 * noise
+        )
+        return np.asarray(np.abs(by_q - by_v) > granted)
+
+    def _judge_agreement(
+        self, t_s: float, q: FloatArray, v: FloatArray, causes: dict[int, str]
+    ) -> bool:
+        if not self._found and t_s >= self._apart_last:
+            return False
+        found, self._found = self._found, False
+        # A position that moves again, or is not there, ends the finding.
+        self._frozen_q = np.where(q == self._frozen_q, self._frozen_q, np.nan)
+        self._frozen_v = np.where(v == self._frozen_v, self._frozen_v, np.nan)
+        frozen_q, frozen_v = np.isfinite(self._frozen_q), np.isfinite(self._frozen_v)
+        self._found = bool(frozen_q.any() or frozen_v.any())
+        if found and not self._found:
+            self._forget()
+        apart = self._apart_until > t_s
+        for i in np.flatnonzero(frozen_q | frozen_v | apart).tolist():
+            if frozen_q[i]:
+                causes[i] = (
+                    'position stands still to the last bit while velocity or effort say that the '
+                    'joint moves: check the encoder; or a brake or a stop holds the joint'
+                )
+            elif frozen_v[i]:
+                causes[i] = (
+                    f'velocity stays at {v[i]:.3g} to the last bit while the position moves '
+                    'otherwise: check the driver, or set parameter velocity_source to '
+                    'position_difference'
+                )
+            else:
+                causes[i] = (
+                    'velocity and the change of position differ by more than half: check the unit '
+                    'of the velocity and that one node alone publishes joint_states, or set '
+                    'parameter velocity_source to position_difference'
+                )
+        return bool(frozen_q.any() or frozen_v.any() or apart.any())
+
+    def _judge_zero(self, t_s: float, tau: FloatArray, causes: dict[int, str]) -> FloatArray:
+        used = tau
+        for i, effort in enumerate(tau.tolist()):
+            if effort != 0.0:
+                self._zeros[i] = 0
+                # NaN is no effort that was something else.
+                self._ever[i] |= effort == effort
+                continue
+            if not self._zeros[i]:
+                self._zero_since[i] = t_s
+            self._zeros[i] += 1
+            moving = bool(self._moving[i])
+            if (
+                self._passive[i]
+                or self._zeros[i] < _LEAST
+                or t_s - self._zero_since[i] < WINDOW_S
+                or (self._ever[i] and not moving)
+            ):
+                continue
+            if used is tau:
+                used = np.array(tau, dtype=float)
+            used[i] = np.nan
+            causes.setdefault(
+                i,
+                f'effort is exactly 0.0 {"while the joint moves" if moving else "since the start"}'
+                ': enable the actuator, or make its driver measure effort; a joint without an '
+                'actuator is named in parameter passive_joints',
+            )
+        return used
+
+
+def _finite(x: FloatArray) -> bool:
+    return all(map(math.isfinite, x.tolist()))
+
+
+def _limit(stated: float) -> float:
+    """Return a limit that judges: infinite where it is not stated, or 0 as for not filled in."""
+    return stated if 0.0 < stated < math.inf else math.inf

@@ -1,0 +1,240 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Estimates with, for each that is not known, the reason why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Hashable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.observers.estimate_error import EstimateError
+from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.observer import Observer
+from sosml_friction.observers.plausibility import EXCESS, Plausibility
+
+#: Two publishers take turns: this often within this time [s], after which they are found no more.
+_TURNS = 2
+_TURNS_S = 1.0
+#: Where there are several, a position that is not where its velocity leads, by more than so many
+#: steps and half of the way, is another publisher's. Chosen, no measurement.
+_STEPS = 5.0
+#: The gap is made from so many intervals of one message to the next, and is this multiple of
+#: their median; never below the least, at which most streams run [s]. Chosen, no measurement.
+_INTERVALS = 10
+_GAP = 3.0
+LEAST_GAP_S = 0.05
+
+
+@dataclass
+class Watched:
+    """
+    Hold what one sample gave.
+
+    :param estimates: tau_f of each observer (n,), NaN where not known.
+    :param error: standard error of the selected one (n,), NaN where not known or settling.
+    :param causes: by joint, why its estimate is not known.
+    :param remarks: by joint, what is to be told of an estimate that is known.
+    :param events: what happened to the stream at this sample: gap, repeated, backwards.
+    """
+
+    estimates: dict[str, FloatArray] = field(default_factory=dict)
+    error: FloatArray = field(default_factory=lambda: np.empty(0))
+    causes: dict[str, str] = field(default_factory=dict)
+    remarks: dict[str, str] = field(default_factory=dict)
+    events: tuple[str, ...] = ()
+
+
+class WatchedEstimator:
+    """
+    Run a :class:`FrictionEstimator` on what of a stream is plausible, and say why on the rest.
+
+    Samples in which nothing is wrong give its numbers to the last bit.
+
+    :param estimator: what runs.
+    :param selected: the observer whose errors are published.
+    :param excess: of :class:`~sosml_friction.observers.plausibility.Plausibility`, as is what
+        follows.
+    :param follows_rate: whether a stream that is slower than the estimator's ``maximum_gap_s``
+        allows makes it longer.
+    :param correct: from the measured effort to the torque behind it.
+    """
+
+    def __init__(
+        self,
+        estimator: FrictionEstimator,
+        selected: str,
+        excess: float = EXCESS,
+        passive: Collection[str] = (),
+        follows_rate: bool = False,
+        correct: Callable[[FloatArray], FloatArray] | None = None,
+    ) -> None:
+        self.estimator = estimator
+        self.names = estimator.robot.names
+        uses_velocity = estimator.velocity_source == 'message'
+        self._plausibility = Plausibility(estimator.robot, excess, passive, uses_velocity)
+        self._correct = correct or (lambda tau: tau)
+        self._follows_rate = follows_rate
+        self._steps: list[int] = []
+        self._last_ns: int | None = None
+        self._source: Hashable = None
+        self._before: tuple[int, list[float], list[float]] | None = None
+        #: Whether joint_states has more publishers than this stream alone explains.
+        self.several = False
+        self._turns: list[float] = []
+        self.select(selected)
+
+    def select(self, selected: str) -> None:
+        """Make the errors those of another observer that runs."""
+        self.selected = selected
+        self._error = EstimateError(self.estimator.observers[selected])
+
+    def replace(self, observer: Observer) -> None:
+        """Run an observer with other gains in the place of its like; it starts afresh."""
+        self.estimator.observers[observer.identifier] = observer
+        self.reset()
+        self.select(self.selected)
+
+    def reset(self) -> None:
+        """Forget the past: the next sample starts the observers."""
+        self.estimator.reset()
+        self._plausibility.reset()
+        self._last_ns = None
+
+    def update(
+        self,
+        t_ns: int,
+        q: FloatArray,
+        v: FloatArray,
+        tau: FloatArray,
+        source: Hashable = None,
+    ) -> Watched | None:
+        """
+        Take one sample; None for a repeated stamp, which brings nothing.
+
+        :param t_ns: stamp of measurement [ns].
+        :param q: position (n,) [rad or m].
+        :param v: velocity (n,) [rad/s or m/s].
+        :param tau: measured effort (n,) [Nm or N].
+        :param source: what tells messages of one publisher from those of another, if anything.
+        """
+        if t_ns == self._last_ns:
+            self.estimator.counts.samples += 1
+            self.estimator.counts.repeated_stamps += 1
+            return None
+        verdict = self._plausibility.judge(t_ns, q, v, tau)
+        causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
+        q_used = verdict.q
+        if self._is_interleaved(t_ns, q, v, source):
+            q_used = np.full(len(q), np.nan)
+            causes = dict.fromkeys(
+                self.names,
+                'two publishers send these joints on joint_states by turns: stop one of them '
+                '(ros2 topic info -v joint_states names them)',
+            )
+        self._follow_rate(t_ns)
+        self._last_ns = t_ns
+        counts = self.estimator.counts
+        before = counts.gaps, counts.time_backwards
+        estimates = self.estimator.update(t_ns, q_used, verdict.v, self._correct(verdict.tau))
+        assert estimates is not None
+        gap, back = counts.gaps - before[0], counts.time_backwards - before[1]
+        self._plausibility.learn(estimates[self.selected])
+        events = (*(('gap',) * gap), *(('backwards',) * back))
+        known = np.isfinite(estimates[self.selected])
+        if not known.all():
+            self._explain(causes, known, events, q, v, tau)
+        else:
+            causes = {}
+        error = self._error.update(
+            t_ns * 1e-9, self.estimator.velocity, verdict.tau, self.estimator.inertia, known
+        )
+        remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
+        return Watched(estimates, error, causes, remarks, events)
+
+    def _explain(
+        self,
+        causes: dict[str, str],
+        known: FloatArray,
+        events: tuple[str, ...],
+        q: FloatArray,
+        v: FloatArray,
+        tau: FloatArray,
+    ) -> None:
+        """Add why joints are not known that are plausible."""
+        of_message = self.estimator.velocity_source == 'message'
+        lost = {}
+        for i, name in enumerate(self.names):
+            if not np.isfinite(q[i]):
+                lost[name] = f'joint_states carries no position of {name}'
+            elif of_message and not np.isfinite(v[i]):
+                lost[name] = (
+                    f'joint_states carries no velocity of {name}: make the driver publish it, or '
+                    'set parameter velocity_source to position_difference'
+                )
+        first = next(iter(causes.items()), None)
+        for i, name in enumerate(self.names):
+            if known[i]:
+                causes.pop(name, None)
+            elif name in causes:
+                continue
+            elif lost:
+                causes[name] = lost.get(name, next(iter(lost.values())))
+            elif not np.isfinite(tau[i]):
+                causes[name] = (
+                    'friction of this joint unavailable: its actuator reports no current, so '
+                    'joint_states carries no effort of it'
+                )
+            elif first is not None:
+                causes[name] = f'joint {first[0]}: {first[1]}'
+            elif 'backwards' in events:
+                causes[name] = 'time went back: the observers start afresh'
+            elif 'gap' in events:
+                causes[name] = 'a gap in joint_states: the observers start afresh'
+            else:
+                causes[name] = 'the observers start'
+
+    def _is_interleaved(self, t_ns: int, q: FloatArray, v: FloatArray, source: Hashable) -> bool:
+        """Tell whether messages of two publishers come by turns."""
+        t_s = t_ns * 1e-9
+        turn = self._source is not None and source != self._source
+        self._source = source
+        if self.several:
+            now = t_ns, q.tolist(), v.tolist()
+            turn |= self._before is not None and self._is_elsewhere(self._before, now)
+            self._before = now
+        if turn:
+            self._turns.append(t_s)
+        if self._turns:
+            self._turns = [t for t in self._turns if abs(t_s - t) < _TURNS_S]
+        return len(self._turns) >= _TURNS
+
+    def _is_elsewhere(
+        self,
+        before: tuple[int, list[float], list[float]],
+        now: tuple[int, list[float], list[float]],
+    ) -> bool:
+        half = 0.5e-9 * (now[0] - before[0])
+        uses_velocity = self.estimator.velocity_source == 'message'
+        for i, step in enumerate(self._plausibility.steps):
+            moved = now[1][i] - before[1][i]
+            way = half * (before[2][i] + now[2][i]) if uses_velocity else 0.0
+            if abs(moved - way) > _STEPS * step + 0.5 * max(abs(moved), abs(way)):
+                return True
+        return False
+
+    def _follow_rate(self, t_ns: int) -> None:
+        if not self._follows_rate:
+            return
+        if self._last_ns is None or t_ns <= self._last_ns:
+            return
+        self._steps.append(t_ns - self._last_ns)
+        if len(self._steps) == _INTERVALS:
+            typical = float(np.median(self._steps)) * 1e-9
+            self._steps.clear()
+            gap = max(LEAST_GAP_S, _GAP * typical)
+            # A rate that wanders by less changes nothing.
+            if typical > self.estimator.maximum_gap_s / 2.0:
+                self.estimator.maximum_gap_s = gap
