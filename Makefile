@@ -32,8 +32,9 @@ STALE := $(shell purpose= python=; { read -r purpose; read -r python; } 2>/dev/n
 # A ROS_DOMAIN_ID per run: two runs on one machine do not hear each other, nor a robot nearby.
 ISOLATED = ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ROS_DOMAIN_ID=$$(( $$$$ % 101 + 1 ))
 
-# Tests run on two cores, unless they are to print or to be debugged; ARGS='-n 4' for more.
-WORKERS = $(if $(filter -s --capture=no --pdb,$(ARGS)),,-n 2 --dist loadfile)
+# Tests are for two cores, unless they are to print or to be debugged: the nodes have a worker of their own,
+# which mostly waits, and two others go behind it. ARGS='-n 5' for more.
+WORKERS = $(if $(filter -s --capture=no --pdb,$(ARGS)),,-n 3 --dist loadfile)
 
 .PHONY: help
 help:

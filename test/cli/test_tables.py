@@ -29,7 +29,6 @@ def friction(text):
 @pytest.mark.parametrize(
     ('scale', 'columns'),
     [
-        ((1.0, 1.0, 1.0), ('--position', 'q', '--effort', 'f')),
         ((1.0, 1.0, 1.0), ('--position', '1', '--effort', '2', '--time', '0')),
         ((1e3, 1e3, 0.1), ('--position', 'q:mm', '--effort', 'f:A', '--kt', '10')),
         ((1e6, 1.0, 0.5), ('--position', 'q', '--current', 'f', '--kt', '2', '--time', 't:us')),

@@ -34,7 +34,7 @@ from sosml_friction.study.plant import (
     study_urdf,
 )
 
-SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '3'))
+SEEDS = int(os.environ.get('SOSML_FRICTION_SEEDS', '2'))
 MASS, VISCOUS, COULOMB, BIAS = 80.0, 150.0, 15.0, -2.0
 
 
