@@ -43,6 +43,9 @@ def trusting(laboratory: WhitenedRegression) -> WhitenedRegression:
     factor = np.array([trust.get(_group(name), tolerance) for name in nominal.names]) / tolerance
     # What the model does not know has no tolerance, and one of nothing stays.
     changed = (factor != 1.0) & np.isfinite(nominal.bound) & (nominal.bound > 0.0)
+    # The bound of a rotor that is fitted freely is none of the tolerance.
+    free = [f'{joint} armature' for joint in laboratory.settings.free_inertia]
+    changed &= ~np.isin(nominal.names, free)
     if not changed.any():
         return laboratory
     bound, prior = (
@@ -57,12 +60,13 @@ def trusting(laboratory: WhitenedRegression) -> WhitenedRegression:
 
 def _group(name: str) -> str:
     """Return the group of a nominal parameter, '' for what is in none."""
-    _, _, what = name.partition(' ')
+    # A joint's name may have blanks, and so may the words of a body's parameter.
+    what = name.rsplit(' ', 1)[-1]
     if what in _FRICTION:
         return 'friction'
-    if what.startswith('body '):
-        return 'masses'
-    return 'armature' if what == 'armature' else ''
+    if what == 'armature':
+        return 'armature'
+    return 'masses' if ' body ' in name else ''
 
 
 def scale_tolerance(laboratory: WhitenedRegression) -> float:

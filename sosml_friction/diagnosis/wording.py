@@ -9,7 +9,7 @@ import numpy as np
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
-from sosml_friction.diagnosis.decision.leftover import NEIGHBOURS, TONE, Leftover
+from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
@@ -197,7 +197,9 @@ def _noise(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
         )
         if np.isfinite(relative)
     ]
-    return f' Free curves explain {", ".join(parts)}: the rest is noise.' if parts else ''
+    if not parts:
+        return ''
+    return f' Free curves explain {", ".join(parts)}, in whitened energy: the rest is noise.'
 
 
 def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
@@ -229,25 +231,31 @@ def _along(x: Leftover, joint: str) -> str:
             f'{joint} depends on {x.axis} in another way: one power of {x.axis} explains more '
             'than what is named'
         )
+    what = f'friction of {joint}' if x.axis.startswith(FRICTION_BY) else joint
+    axis = x.axis.removeprefix(FRICTION_BY)
     which = 'which no cause of the catalogue is: ' if NEIGHBOURS in x.axis else ''
     if x.share < 1.0:
         return (
-            f'{joint} depends on {x.axis} in another way: {which}a free curve of it explains '
+            f'{what} depends on {axis} in another way: {which}a free curve of it explains '
             f'{number} % of what it and the named causes explain there'
         )
-    return f'{joint} depends on {x.axis}: {which}a free curve of it explains more than noise would'
+    return f'{what} depends on {axis}: {which}a free curve of it explains more than noise would'
 
 
 def _rest(selection: Selection, names: tuple[str, ...]) -> str:
     """Return what free curves explain of the rest, as a sentence with a blank before it."""
     left = selection.remainder
-    parts = [f'{names[i]} {100.0 * left.explained[i]:.0f} %' for i in _joints(left.beyond_chance)]
-    if not parts:
-        return ''
-    return (
-        ' Free curves of speed, position, acceleration, load and time still explain some of what '
-        f'is left ({", ".join(parts)} of its whitened energy), so the catalogue is not the whole.'
-    )
+    more = left.beyond_chance
+    text = ''.join(f' {_along(x, names[x.joint])}.' for x in more if x.axis == TONE)
+    curved = _joints([x for x in more if x.axis != TONE])
+    if curved:
+        parts = [f'{names[i]} {100.0 * left.explained[i]:.0f} %' for i in curved]
+        text += (
+            ' Free curves of speed, position, acceleration, load, time and the next joint still '
+            f'explain some of what is left ({", ".join(parts)} of its whitened energy), so the '
+            'catalogue is not the whole.'
+        )
+    return text
 
 
 def _number(x: Uncertain, form: str = 'f') -> str:

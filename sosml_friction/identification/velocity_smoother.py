@@ -101,6 +101,7 @@ class VelocitySmoother:
         # After it the filter has to find its way again.
         lost = round(lasting[0] / step)
         self._counted = minimum_filter1d(~self.free, 2 * lost + 1, axis=0)
+        self._counted[1:] &= known
         self._overlap = int(5.0 * lasting[0] / step)
 
     def run(self) -> tuple[FloatArray, FloatArray]:
@@ -122,12 +123,12 @@ class VelocitySmoother:
                 self._about[kept] += self._moved[kept]
                 self.v[kept], self.variance[kept] = v[own], variance[own]
         for i, noise in enumerate(self.noise):
-            # Two estimates differ by the errors of both: what is left is that of the first.
-            sure = ~self.free[:, i]
-            if not sure.any():
-                continue
-            variance = np.median(self.variance[sure, i])
-            apart = np.mean(np.square(self.v[sure, i] - self._first[sure, i]))
+            # Two estimates of no bias differ by the errors of both: what is left is the first's.
+            sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]
+            variance = apart = np.inf
+            if sure.any():
+                variance = np.mean(self.variance[sure, i])
+                apart = np.mean(np.square(self.v[sure, i] - self._first[sure, i]))
             if not variance < max(noise.velocity**2, apart - variance):
                 self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
         return self.v, self.variance

@@ -30,12 +30,13 @@ class Tone:
 
     ``hertz``; ``share``: of the energy in the band that is left, in effort and not whitened, as
     the model of the noise takes a tone for a part of it; ``chance``: the probability that noise
-    has one as much beyond its neighbours in frequency.
+    has one as much beyond its neighbours in frequency; ``energy``: whitened.
     """
 
     hertz: float
     share: float
     chance: float
+    energy: float = 0.0
 
     def follows(self, q: FloatArray, step: float) -> bool:
         """
@@ -49,7 +50,11 @@ class Tone:
         turn = np.exp(2j * np.pi * self.hertz * step * np.arange(len(q)))
         for x in q.T:
             speed = np.abs(np.diff(x)) / step
-            slow, fast = np.quantile(speed[speed > _MOVES * speed.max()], (0.1, 0.9))
+            moving = speed[speed > _MOVES * speed.max()]
+            if not len(moving):
+                # A joint that stands makes no tone of a period over position.
+                continue
+            slow, fast = np.quantile(moving, (0.1, 0.9))
             low, high = 2.0 * np.pi * self.hertz / fast, 2.0 * np.pi * self.hertz / slow
             # Half of a line's width over the range apart.
             count = (high - low) * float(np.ptp(x)) / np.pi + 2.0
@@ -84,6 +89,8 @@ def strongest_tone(left: FloatArray, noise: NoiseModel, step: float, band: float
     lag = np.arange(len(noise.whitening))
     gain = np.abs(np.exp(-2j * np.pi * step * np.outer(hertz, lag)) @ noise.whitening) ** 2
     effort = np.where(inside, power / gain, 0.0)
-    share = float(effort[max(k - 1, 0) : k + 2].sum() / effort.sum())
+    line = slice(max(k - 1, 0), k + 2)
+    share = float(effort[line].sum() / effort.sum())
     chance = min(1.0, float(inside.sum() * np.exp(-beyond[k])))
-    return Tone(float(hertz[k]), share, chance)
+    # Parseval: of a real signal each line stands for itself and its mirror.
+    return Tone(float(hertz[k]), share, chance, 2.0 / count * float(power[line].sum()))

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from known_robots import slider_model, slider_recording
-from scipy.signal import lfilter
+from scipy.signal import lfilter, savgol_filter
 
 from sosml_friction.diagnosis.decision.remainder import LEAST
 from sosml_friction.diagnosis.decision.selector import Selector
@@ -200,3 +200,24 @@ def test_a_hum_beside_nothing_else_is_unknown_and_said_with_its_frequency():
     found = diagnose([build(spec).log], nominal_model())
     assert found.verdict == 'unknown_structure'
     assert 'shoulder has a tone of' in found.sentence
+
+
+def test_curves_that_are_alike_do_not_hide_each_other_from_an_all_clear():
+    """Without friction the load is the acceleration: each curve has what the other has."""
+    log = slider_recording(seed=1)
+    step = float(np.median(np.diff(log.time)))
+    acceleration = savgol_filter(log.q[:, 0], 21, 3, deriv=2) / step**2
+    hidden = np.cos(2.5 * acceleration / acceleration.std())[:, None]
+    found = diagnose(
+        [replace(log, tau=log.tau + hidden)],
+        slider_model(0.0, 0.0),
+        settings=DiagnosisSettings(nulls=2, trust={'friction': np.inf}),
+        without=('cogging', 'backlash', 'joint_elasticity', 'thermal_drift'),
+    )
+    assert found.verdict == 'unknown_structure'
+    assert 'slider depends on acceleration' in found.sentence
+
+
+def test_a_joint_that_stands_gives_a_tone_no_period():
+    q = np.column_stack([np.cumsum(np.random.default_rng(0).normal(0.0, 1e-3, 500)), np.ones(500)])
+    assert not Tone(4.0, 0.5, 0.0).follows(q, 0.01)
