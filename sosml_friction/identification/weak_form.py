@@ -152,8 +152,6 @@ class WeakForm:
         self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
-        # Where no law smoothed it, as that of the position has no sign there.
-        self._free = np.zeros(log.q.shape, dtype=bool)
         self._unsmoothed: WeakForm | None = None
         self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
 
@@ -198,18 +196,16 @@ class WeakForm:
                 factor[i] = fit.fit.extra[0].value
         laws = [fitted_law(fit.fit) if fit else None for fit in fits]
         v = self._log.v.copy()
-        variance, free = np.full_like(v, np.nan), np.zeros(v.shape, dtype=bool)
+        variance = np.full_like(v, np.nan)
         for stretch in self._stretches:
             rows = stretch.rows
             if len(rows) > _FEWEST_SAMPLES:
                 samples = MomentumSamples(*(column[1:] for column in stretch.samples.columns))
-                smoother = VelocitySmoother(
+                v[rows], variance[rows] = VelocitySmoother(
                     samples, self._log.q[rows], v[rows], laws, noise, factor, self._half
-                )
-                v[rows], variance[rows] = smoother.run()
-                free[rows] = smoother.free
+                ).run()
         form = copy(self)
-        form._variance, form._free, form._unsmoothed = variance, free, self
+        form._variance, form._unsmoothed = variance, self
         form._take(replace(self._log, v=v))
         return form
 
@@ -310,7 +306,6 @@ class WeakForm:
 
         def beyond(zero_band: float) -> LawRows:
             still = np.abs(v) <= np.maximum(zero_band, _NOISES * noise)
-            still |= smoothed & (self._free[rows, i] | self._free[first, i])
             unsure = [unsure_sign(x, zero_band, half) for x in np.split(v, ends)]
             keep = means((still | np.concatenate(unsure)).astype(float)) == 0.0
             known = keep & np.isfinite(y)
@@ -342,7 +337,8 @@ class WeakForm:
             return found
         # The same rows, so that nothing but the velocities differs.
         before = self._unsmoothed.rows(i, smoothing_velocity)
-        return replace(found, unsmoothed=replace(before, keep=before.keep & found.keep))
+        keep = before.keep & found.keep
+        return replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:

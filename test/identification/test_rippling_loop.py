@@ -24,6 +24,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.law.law_stack import joined, row_noise, stack_rows
+from sosml_friction.identification.segments import unsure_sign
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.motion.trajectories import build_trajectory
 
@@ -89,18 +90,19 @@ def velocity_errors(rough: WeakForm, smooth: WeakForm, true: np.ndarray, i: int)
     """
     Return root mean squares of joint ``i`` in motion [rad/s]: error of either, and what is stated.
 
-    The fourth is how unsure the smoothed one is, over the noise of the slope: six is the limit.
+    The fourth is how unsure the smoothed one is, over the noise of the slope.
     """
-    speed = np.abs(rough._log.v[:, i])
-    moving = (speed > 5e-3) & np.isfinite(smooth._variance[:, i]) & ~smooth._free[:, i]
+    v = rough._log.v[:, i]
+    unsure = unsure_sign(np.nan_to_num(v), rough.settings.zero_band, rough._half)
+    moving = (np.abs(v) > 5e-3) & np.isfinite(smooth._variance[:, i]) & ~unsure
     variance = smooth._variance[moving, i]
     squares = [
         (rough._log.v[moving, i] - true[moving, i]) ** 2,
         (smooth._log.v[moving, i] - true[moving, i]) ** 2,
         variance,
     ]
-    unsure = np.sqrt(np.median(variance)) / rough._v_noise[i]
-    return np.array([*(np.sqrt(np.mean(x)) for x in squares), unsure])
+    noises = np.sqrt(np.median(variance)) / rough._v_noise[i]
+    return np.array([*(np.sqrt(np.mean(x)) for x in squares), noises])
 
 
 def identify(seed: int, rippling: bool) -> Run:

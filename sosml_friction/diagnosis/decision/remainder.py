@@ -36,12 +36,12 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: tell curves, loads and masses apart too little.
 LEAST = 0.015
 #: Share of what is left that all curves of a joint explain together where there is no cause: twice
-#: the largest of 30 null recordings of the blind plant (0.051; two of the same multisine have 0.10
-#: and 0.12). Curves that are alike share what they explain, so that none of them stands out. Only of a
-#: joint without a cause, which would be told that nothing is missing.
+#: the largest of 29 null recordings of the blind plant, seeds 71901 and 82902 (0.051; 0.08, 0.10
+#: and 0.12 of three that are unknown by one curve alone). Curves that are alike share what they
+#: explain: none stands out. Only of a joint without a cause, which would be told that all is well.
 ALL = 0.1
 #: Along acceleration and load a curve may have this many times the energy that noise of position
-#: feigns, where acceleration is mostly noise: 1.5 times the largest of three null recordings of the
+#: feigns, where acceleration is mostly noise: 1.5 times the largest of three recordings of the
 #: emulated exoskeleton (6.0, 2.7 and 4.5; test/regression/test_rests.py has the first).
 _FEIGNED = 9.0
 #: Smallest share of what is left, in effort, that makes a tone: of SNR 0.5 it is 0.2. In 300
