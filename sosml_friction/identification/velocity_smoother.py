@@ -127,8 +127,8 @@ class VelocitySmoother:
             sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]
             variance = apart = np.inf
             if sure.any():
-                variance = np.mean(self.variance[sure, i])
-                apart = np.mean(np.square(self.v[sure, i] - self._first[sure, i]))
+                variance = float(np.mean(self.variance[sure, i]))
+                apart = float(np.mean(np.square(self.v[sure, i] - self._first[sure, i])))
             if not variance < max(noise.velocity**2, apart - variance):
                 self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
         return self.v, self.variance
