@@ -263,7 +263,9 @@ def _unpacked_mat(path: Path) -> int:
             while left > 0 and found <= most and not decoder.eof:
                 # What did not fit into a step is unpacked in the next.
                 part = decoder.unconsumed_tail or stream.read(min(left, _STEP))
-                left -= 0 if decoder.unconsumed_tail else max(len(part), 1)
+                if not part:  # the file ends before the variable does
+                    break
+                left -= 0 if decoder.unconsumed_tail else len(part)
                 found += len(decoder.decompress(part, _STEP))
             while decoder.unconsumed_tail and found <= most and not decoder.eof:
                 found += len(decoder.decompress(decoder.unconsumed_tail, _STEP))

@@ -162,3 +162,15 @@ def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_pa
     savemat(tmp_path / 'x.mat', {'noise': noise}, do_compression=True)
     for name in ('x.npz', 'x.mat'):
         assert np.array_equal(DataFile(tmp_path / name)['noise'], noise)
+
+
+def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
+    from scipy.io import savemat
+
+    path = tmp_path / 'x.mat'
+    savemat(path, {'q': np.random.default_rng(0).normal(size=2000)}, do_compression=True)
+    whole = path.read_bytes()
+    # Its one variable says that it is 4 GB long: the file ends before it does.
+    path.write_bytes(whole[:132] + b'\xff\xff\xff\xff' + whole[136 : len(whole) // 2])
+    with pytest.raises(DataError, match=r'x\.mat cannot be read: could not read'):
+        DataFile(path)
