@@ -194,6 +194,7 @@ class _Scanner:
             opcode, length = _FRAME.unpack_from(data, position)
             start = position + _FRAME.size
             stop = start + length
+            content = self.content
             if opcode != Opcode.MESSAGE_INDEX:
                 self._close_content()
             if opcode == Opcode.CHUNK:
@@ -213,9 +214,12 @@ class _Scanner:
                 self._data_end(position, start, stop)
             elif opcode == Opcode.MESSAGE_INDEX:
                 self._message_index(start, stop)
-            elif opcode == Opcode.MESSAGE and self.chunks:
-                # Who writes chunks writes all messages into them: this was something else.
-                self._note('has a message outside of its chunks')
+            elif (
+                opcode == Opcode.MESSAGE
+                and self.chunks
+                and not self._is_message(content, start, stop)
+            ):
+                self._note('has a message outside of its chunks that is none')
             else:
                 self._take(data, opcode, start, stop, self.region)
             position = found.read_to = stop
@@ -317,12 +321,30 @@ class _Scanner:
             # No record has this opcode; a disk that lost power fills files with zeros.
             raise _DamagedError
 
+    def _is_message(self, content: _Content | None, start: int, stop: int) -> bool:
+        """
+        Tell whether a record behind a chunk can be the message that it says it is.
+
+        One wrong bit makes a message of an index, of a channel that there is.
+        """
+        if stop - start < _MESSAGE.size:
+            return False
+        (channel_id, *_) = _MESSAGE.unpack_from(self.data, start)
+        is_index = content is not None and self._is_index(content, start, stop)
+        return channel_id in self.found.messages and not is_index
+
     def _message_index(self, start: int, stop: int) -> None:
         """Compare an index of messages with the chunk before it."""
         content = self.content
         if content is None or stop - start < _INDEX.size:
             self._note('has an index that stands behind no chunk')
             return
+        if not self._is_index(content, start, stop):
+            self._note('has a chunk whose index does not agree with its messages')
+        content.indexed.add(_INDEX.unpack_from(self.data, start)[0])
+
+    def _is_index(self, content: _Content, start: int, stop: int) -> bool:
+        """Tell whether a record lists the messages of one channel in a chunk as they are."""
         channel_id, length = _INDEX.unpack_from(self.data, start)
         start += _INDEX.size
         index = self.found.messages.get(channel_id, MessageIndex())
@@ -331,14 +353,11 @@ class _Scanner:
         # An index points to the frame of a message, and from where its chunk begins.
         offsets = np.array(index.offset[before:], dtype='<u8')
         offsets -= np.uint64(content.base + _FRAME.size + _MESSAGE.size)
-        right = length == stop - start == 16 * len(times)
-        if right:
-            pairs = np.frombuffer(self.data[start:stop], dtype='<u8').reshape(-1, 2)
-            pairs = pairs[np.argsort(pairs[:, 1], kind='stable')]
-            right = bool((pairs[:, 0] == times).all() and (pairs[:, 1] == offsets).all())
-        if not right:
-            self._note('has a chunk whose index does not agree with its messages')
-        content.indexed.add(channel_id)
+        if not length == stop - start == 16 * len(times):
+            return False
+        pairs = np.frombuffer(self.data[start:stop], dtype='<u8').reshape(-1, 2)
+        pairs = pairs[np.argsort(pairs[:, 1], kind='stable')]
+        return bool((pairs[:, 0] == times).all() and (pairs[:, 1] == offsets).all())
 
     def _note(self, damage: str) -> None:
         """Take note of damage that leaves the rest readable."""
