@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
+from sosml_friction.bags import mcap_scan
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.mcap_scan import open_store, scan
 from sosml_friction.bags.recorder import BagRecorder
@@ -226,3 +227,24 @@ def test_an_index_that_one_bit_makes_a_message_is_none(tmp_path):
     found = scan(path, [])
     assert found.count == 65
     assert found.damage[0] == 'has a message outside of its chunks that is none'
+
+
+@pytest.mark.parametrize('compression', [CompressionType.ZSTD, CompressionType.LZ4])
+def test_a_chunk_larger_than_any_is_read_unless_it_packs_as_no_recording_does(
+    tmp_path, foreign_mcap, monkeypatch, compression
+):
+    monkeypatch.setattr(mcap_scan, 'LARGEST_CHUNK', 4096)
+    path = foreign_mcap(tmp_path / 'x.mcap', ENTRIES, compression=compression)
+    bag = Bag.open(path)
+    assert bag.recovery == ''
+    assert list(bag.timeline()) == EXPECTED
+    # What of it was cut off says nothing against the rest.
+    noise = [('/a', JOINT_STATE, os.urandom(70_000), 10**9 + k) for k in range(80)]
+    whole = foreign_mcap(tmp_path / 'y.mcap', noise, compression, 10**8).read_bytes()
+    path.write_bytes(whole[: len(whole) // 60])
+    assert Bag.open(path).messages_read == 1
+    foreign_mcap(path, [('/a', JOINT_STATE, bytes(10**6), 10**9)], compression=compression)
+    with pytest.raises(
+        BagError, match=r'a chunk of \d+ bytes holds more than the \d+ that can be'
+    ):
+        Bag.open(path)
