@@ -33,6 +33,8 @@ _UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
 #: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
 #: joints at 200 Hz are 200 MB, and recordings pack to a tenth.
 _UNPACKED, _TIMES = 2**28, 50
+#: Bytes of a value by the types that Parquet stores; those of any other are 8 at least.
+_WIDTHS = {'BOOLEAN': 1, 'INT32': 4, 'FLOAT': 4}
 
 
 class DataFile(Mapping[str, NDArray[Any]]):
@@ -354,6 +356,17 @@ def _read_npy(path: Path) -> dict[str, Any]:
     return {str(k): part for k, part in enumerate(parts)}
 
 
+def _unpacked_parquet(form: Any) -> int:
+    """Return what the columns of a Parquet file unpack to [bytes], each by its own width."""
+    found = 0
+    for k in range(form.num_row_groups):
+        group = form.row_group(k)
+        for column in map(group.column, range(form.num_columns)):
+            width = _WIDTHS.get(column.physical_type, 8)
+            found += max(width * column.num_values, column.total_uncompressed_size)
+    return found
+
+
 def _read_parquet(path: Path) -> dict[str, Any]:
     try:
         from pyarrow import parquet
@@ -363,8 +376,7 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             'table as CSV'
         ) from None
     try:
-        form = parquet.read_metadata(path)
-        _check_size(path, 8 * form.num_rows * form.num_columns)
+        _check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
     except DataError:
         raise

@@ -174,3 +174,18 @@ def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
     path.write_bytes(whole[:132] + b'\xff\xff\xff\xff' + whole[136 : len(whole) // 2])
     with pytest.raises(DataError, match=r'x\.mat cannot be read: could not read'):
         DataFile(path)
+
+
+def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monkeypatch):
+    pa = pytest.importorskip('pyarrow')
+    parquet = pytest.importorskip('pyarrow.parquet')
+    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    path, rows = tmp_path / 'x.parquet', 2**13
+    # 0.4 MB, where 8 bytes for each value were 3.3 MB.
+    wide = {f'flag{k}': np.zeros(rows, dtype=bool) for k in range(48)}
+    parquet.write_table(pa.table({'t': np.zeros(rows), **wide}), path)
+    assert len(DataFile(path).series()) == 49
+    for column in (np.zeros(2**18), [[0.0] * 2**6] * 2**12):
+        parquet.write_table(pa.table({'x': column}), path)
+        with pytest.raises(DataError, match=r'x\.parquet takes \d+ bytes and says that it unpac'):
+            DataFile(path)
