@@ -3,6 +3,8 @@
 """The same series out of every kind of file, and how they are called."""
 
 import json
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -189,3 +191,23 @@ def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monke
         parquet.write_table(pa.table({'x': column}), path)
         with pytest.raises(DataError, match=r'x\.parquet takes \d+ bytes and says that it unpac'):
             DataFile(path)
+
+
+@pytest.mark.parametrize('packed', [False, True])
+@pytest.mark.parametrize('kind', [0, 8, 46, 2**16 - 1])
+def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
+    from scipy.io import savemat
+
+    path = tmp_path / 'x.mat'
+    savemat(path, {'arm': {'q': T}})
+    content = path.read_bytes()
+    assert list(DataFile(path)) == ['arm.q']
+    # A double is of type 9. Where none is, the reader of scipy 1.17 ends the process.
+    place = content.index(struct.pack('<II', 9, T.nbytes))
+    content = content[:place] + struct.pack('<I', kind) + content[place + 4 :]
+    if packed:
+        inner = zlib.compress(content[128:])
+        content = content[:128] + struct.pack('<II', 15, len(inner)) + inner
+    path.write_bytes(content)
+    with pytest.raises(DataError, match=rf'x\.mat is no readable MAT file: .* of type {kind}'):
+        DataFile(path)
