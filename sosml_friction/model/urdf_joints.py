@@ -165,8 +165,10 @@ def _plain_link(link: ElementTree.Element, name: str, moves: bool) -> ElementTre
             'it one, or leave the inertial out of a link that has no mass'
         )
     m = _number(mass.get('value'), f'the mass of link {name}')
+    if m == 0.0 and not moves:
+        return plain
     moments = [0.0] * len(_MOMENTS) if inertia is None else _moments(inertia, name)
-    if m == 0.0 and not (moves and any(moments)):
+    if m == 0.0 and not any(moments):
         return plain
     if not m > 0.0:
         raise _refused(

@@ -83,14 +83,21 @@ ONES = '<inertia ixx="1" iyy="1" izz="1"/>'
 
 
 @pytest.mark.parametrize(
-    'inertial', ['', f'<mass value="0"/>{ONES}', '<mass value="0"/>', '<origin xyz="0, 0, 0"/>']
+    'inertial',
+    [
+        '',
+        '<origin xyz="0, 0, 0"/>',
+        '<mass value="0"/>',
+        '<mass value="0"/><inertia/>',
+        f'<mass value="0"/>{ONES}',
+    ],
 )
 def test_a_frame_without_mass_has_no_body_whatever_else_it_states(inertial):
     frame = f'<link name="tip"><inertial>{inertial}</inertial></link>'
     urdf = URDF.replace('<link name="tip"/>', frame)
     assert read_joints(urdf) == read_joints(URDF)
     # What a joint moves is no frame.
-    with pytest.raises(ConfigurationError, match=r'link tip (is 0 kg|has no)'):
+    with pytest.raises(ConfigurationError, match=r'link tip (is 0 kg|has no|is missing)'):
         read_joints(urdf.replace('type="fixed"', 'type="planar"'))
 
 
