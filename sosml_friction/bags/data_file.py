@@ -24,8 +24,9 @@ SUFFIXES = (
 )  # fmt: skip
 #: What loggers write for a value that is missing, beside an empty cell and nan.
 _MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
-#: Kind of a packed variable in a MAT file of version 5, and how much of one is unpacked at a time.
-_PACKED, _STEP = 15, 2**20
+#: Types of what stands in a MAT file of version 5: an array, a packed one, and all of an array.
+_ARRAY, _PACKED = 14, 15
+_TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
 _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
 _UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
 
@@ -33,6 +34,8 @@ _UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
 #: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
 #: joints at 200 Hz are 200 MB, and recordings pack to a tenth.
 _UNPACKED, _TIMES = 2**28, 50
+#: Bytes of a value by the types that Parquet stores; those of any other are 8 at least.
+_WIDTHS = {'BOOLEAN': 1, 'INT32': 4, 'FLOAT': 4}
 
 
 class DataFile(Mapping[str, NDArray[Any]]):
@@ -250,25 +253,41 @@ def _check_size(path: Path, unpacked: int) -> None:
 
 
 def _unpacked_mat(path: Path) -> int:
-    """Return what the packed variables of a MAT file unpack to [bytes], or too much."""
+    """
+    Return what the packed variables of a MAT file unpack to [bytes], or too much.
+
+    :raises DataError: if it has data of a type that is none.
+    """
     most, found = max(_UNPACKED, _TIMES * path.stat().st_size), 0
     with path.open('rb') as stream:
-        order = {b'IM': '<', b'MI': '>'}.get(stream.read(128)[126:])
+        # Version and order of bytes; another version packs nothing, or is read by h5py.
+        order = {b'\x00\x01IM': '<', b'\x01\x00MI': '>'}.get(stream.read(128)[124:])
         while order and len(tag := stream.read(8)) == 8 and found <= most:
             kind, length = struct.unpack(f'{order}II', tag)
-            if kind != _PACKED:
-                stream.seek(length, 1)
-                continue
-            decoder, left = zlib.decompressobj(), length
-            while left > 0 and found <= most and not decoder.eof:
-                # What did not fit into a step is unpacked in the next.
-                part = decoder.unconsumed_tail or stream.read(min(left, _STEP))
-                left -= 0 if decoder.unconsumed_tail else max(len(part), 1)
-                found += len(decoder.decompress(part, _STEP))
-            while decoder.unconsumed_tail and found <= most and not decoder.eof:
-                found += len(decoder.decompress(decoder.unconsumed_tail, _STEP))
-            stream.seek(max(left, 0), 1)
+            data = stream.read(min(length, path.stat().st_size))
+            if kind == _PACKED:
+                data = zlib.decompressobj().decompress(data, most - found + 1)
+                found += len(data)
+            if kind in (_ARRAY, _PACKED) and found <= most:
+                _check_types(path, memoryview(data), order)
     return found
+
+
+def _check_types(path: Path, data: memoryview, order: str) -> None:
+    """Refuse types that are none: scipy looks them up in a table of 20 and ends the process."""
+    waiting = [data]
+    while waiting:
+        part, at = waiting.pop(), 0
+        while at + 8 <= len(part):
+            kind, length = struct.unpack_from(f'{order}II', part, at)
+            at += 8
+            if kind >> 16:  # a short one, whose length and data stand in its tag
+                kind, length = kind & 0xFFFF, 0
+            if kind not in _TYPES:
+                raise DataError(f'{path} is no readable MAT file: it has data of type {kind}')
+            if kind == _ARRAY:
+                waiting.append(part[at : at + length])
+            at += -(-length // 8) * 8
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
@@ -352,6 +371,17 @@ def _read_npy(path: Path) -> dict[str, Any]:
     return {str(k): part for k, part in enumerate(parts)}
 
 
+def _unpacked_parquet(form: Any) -> int:
+    """Return what the columns of a Parquet file unpack to [bytes], each by its own width."""
+    found = 0
+    for k in range(form.num_row_groups):
+        group = form.row_group(k)
+        for column in map(group.column, range(form.num_columns)):
+            width = _WIDTHS.get(column.physical_type, 8)
+            found += max(width * column.num_values, column.total_uncompressed_size)
+    return found
+
+
 def _read_parquet(path: Path) -> dict[str, Any]:
     try:
         from pyarrow import parquet
@@ -361,8 +391,7 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             'table as CSV'
         ) from None
     try:
-        form = parquet.read_metadata(path)
-        _check_size(path, 8 * form.num_rows * form.num_columns)
+        _check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
     except DataError:
         raise

@@ -4,7 +4,8 @@
 
 import math
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,19 +105,20 @@ def read_joints(urdf: str) -> UrdfJoints:
             'the URDF cannot be read: it is xacro still; run xacro over it and use what it prints'
         )
     plain = ElementTree.Element('robot', {'name': root.get('name') or 'robot'})
-    links = _names(root, 'link')
+    links = dict.fromkeys(_names(root, 'link'))
+    # Those of a transmission or a plugin stand deeper, and are other elements of the same name.
+    elements = root.findall('joint')
+    names = _names(root, 'joint')
+    stated = [_joint(*pair) for pair in zip(elements, names, strict=True)]
+    joints = {joint.name: joint for joint in stated if joint.kind != 'fixed'}
+    moved = {joint.child for joint in joints.values()}
     weighed = set()
     for link, name in zip(root.findall('link'), links, strict=True):
-        body = _plain_link(link, name)
+        body = _plain_link(link, name, name in moved)
         plain.append(body)
         if len(body):
             weighed.add(name)
-    joints = {}
-    # Those of a transmission or a plugin stand deeper, and are other elements of the same name.
-    for element, name in zip(root.findall('joint'), _names(root, 'joint'), strict=True):
-        joint = _joint(element, name)
-        if joint.kind != 'fixed':
-            joints[name] = joint
+    for element, joint in zip(elements, stated, strict=True):
         plain.append(_plain_joint(element, joint, links))
     _check_tree(plain, links)
     _check_mimics(joints)
@@ -132,16 +134,21 @@ def _refused(what: str) -> ConfigurationError:
 def _names(root: ElementTree.Element, tag: str) -> list[str]:
     """Return the names of the links or joints, each of which has its own."""
     names = [element.get('name', '') for element in root.findall(tag)]
-    for name in names:
+    for name, times in Counter(names).items():
         if not name.strip():
             raise _refused(f'a {tag} has no name')
-        if names.count(name) > 1:
+        if times > 1:
             raise _refused(f'it has {tag} {name} twice')
     return names
 
 
-def _plain_link(link: ElementTree.Element, name: str) -> ElementTree.Element:
-    """Return a link with the numbers of its body alone, which are those of a body."""
+def _plain_link(link: ElementTree.Element, name: str, moves: bool) -> ElementTree.Element:
+    """
+    Return a link with the numbers of its body alone, which are those of a body.
+
+    :param moves: whether a joint moves it. One that is fixed to another may be a frame: without
+        mass it has no body, whatever else is stated of it, and one without moments is a point.
+    """
     plain = ElementTree.Element('link', {'name': name})
     found = link.findall('inertial')
     if not found:
@@ -150,13 +157,17 @@ def _plain_link(link: ElementTree.Element, name: str) -> ElementTree.Element:
         raise _refused(f'link {name} has {len(found)} inertials: leave it one')
     inertial = found[0]
     mass, inertia = inertial.find('mass'), inertial.find('inertia')
-    if mass is None or inertia is None:
+    if not moves and mass is None and inertia is None:
+        return plain
+    if mass is None or (moves and inertia is None):
         raise _refused(
             f'the inertial of link {name} has no {"mass" if mass is None else "inertia"}: give '
             'it one, or leave the inertial out of a link that has no mass'
         )
     m = _number(mass.get('value'), f'the mass of link {name}')
-    moments = [_number(inertia.get(key), f'{key} of link {name}') for key in _MOMENTS]
+    if m == 0.0 and not moves:
+        return plain
+    moments = [0.0] * len(_MOMENTS) if inertia is None else _moments(inertia, name)
     if m == 0.0 and not any(moments):
         return plain
     if not m > 0.0:
@@ -170,6 +181,14 @@ def _plain_link(link: ElementTree.Element, name: str) -> ElementTree.Element:
     numbers = {key: repr(x) for key, x in zip(_MOMENTS, moments, strict=True)}
     ElementTree.SubElement(body, 'inertia', numbers)
     return plain
+
+
+def _moments(inertia: ElementTree.Element, name: str) -> list[float]:
+    """Return the moments of inertia in the order of their names; a missing product is 0."""
+    missing = {key: '0' for key in ('ixy', 'ixz', 'iyz')}
+    return [
+        _number(inertia.get(key, missing.get(key)), f'{key} of link {name}') for key in _MOMENTS
+    ]
 
 
 def _check_moments(moments: Sequence[float], name: str) -> None:
@@ -191,7 +210,7 @@ def _plain_origin(element: ElementTree.Element, where: str) -> ElementTree.Eleme
     origin = element.find('origin')
     stated = {} if origin is None else origin.attrib
     numbers = {
-        key: _vector(stated.get(key, '0 0 0'), f'{key} in the origin of {where}')
+        key: _vector(stated.get(key, '').strip() or '0 0 0', f'{key} in the origin of {where}')
         for key in ('xyz', 'rpy')
     }
     return ElementTree.Element(
@@ -209,10 +228,7 @@ def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
     for key in ('lower', 'upper', 'velocity', 'effort'):
         text = None if limit is None else limit.get(key)
         if text is not None:
-            # "inf" is how many say that there is none.
-            unlimited = text.strip().lower().lstrip('+-') in ('inf', 'infinity')
-            what = f'the {key} limit of joint {name}'
-            stated[key] = float(text) if unlimited else _number(text, what, math.inf)
+            stated[key] = _limit(text, f'the {key} limit of joint {name}')
     # One side alone leaves the other at 0, as the format says; none at all limits nothing.
     free = kind == 'continuous' or not stated.keys() & {'lower', 'upper'}
     limits = JointLimits(
@@ -230,6 +246,16 @@ def _joint(element: ElementTree.Element, name: str) -> UrdfJoint:
             _number(entry.get('offset', '0'), f'the offset of the mimic joint {name}'),
         )
     return UrdfJoint(name, kind, '' if child is None else child.get('link', ''), limits, mimic)
+
+
+def _limit(text: str, what: str) -> float:
+    """Return a limit; "inf", and what is larger than a number can be, say that there is none."""
+    try:
+        if math.isinf(value := float(text)):
+            return value
+    except ValueError:
+        pass
+    return _number(text, what, math.inf)
 
 
 def _number(text: str | None, what: str, largest: float = _LARGEST) -> float:
@@ -253,7 +279,7 @@ def _vector(text: str, what: str) -> FloatArray:
 
 
 def _plain_joint(
-    element: ElementTree.Element, joint: UrdfJoint, links: Sequence[str]
+    element: ElementTree.Element, joint: UrdfJoint, links: Collection[str]
 ) -> ElementTree.Element:
     # A continuous joint turned as a revolute one has an angle for its position, of any size.
     kind = 'revolute' if joint.kind == 'continuous' else joint.kind
@@ -283,7 +309,7 @@ def _plain_joint(
     return plain
 
 
-def _check_tree(plain: ElementTree.Element, links: Sequence[str]) -> None:
+def _check_tree(plain: ElementTree.Element, links: Collection[str]) -> None:
     """See that the links hang on one another as a tree, from one root."""
     parents: dict[str, str] = {}
     for joint in plain.findall('joint'):

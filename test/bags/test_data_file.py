@@ -3,6 +3,8 @@
 """The same series out of every kind of file, and how they are called."""
 
 import json
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -162,3 +164,50 @@ def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_pa
     savemat(tmp_path / 'x.mat', {'noise': noise}, do_compression=True)
     for name in ('x.npz', 'x.mat'):
         assert np.array_equal(DataFile(tmp_path / name)['noise'], noise)
+
+
+def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
+    from scipy.io import savemat
+
+    path = tmp_path / 'x.mat'
+    savemat(path, {'q': np.random.default_rng(0).normal(size=2000)}, do_compression=True)
+    whole = path.read_bytes()
+    # Its one variable says that it is 4 GB long: the file ends before it does.
+    path.write_bytes(whole[:132] + b'\xff\xff\xff\xff' + whole[136 : len(whole) // 2])
+    with pytest.raises(DataError, match=r'x\.mat cannot be read: could not read'):
+        DataFile(path)
+
+
+def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monkeypatch):
+    pa = pytest.importorskip('pyarrow')
+    parquet = pytest.importorskip('pyarrow.parquet')
+    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    path, rows = tmp_path / 'x.parquet', 2**13
+    # 0.4 MB, where 8 bytes for each value were 3.3 MB.
+    wide = {f'flag{k}': np.zeros(rows, dtype=bool) for k in range(48)}
+    parquet.write_table(pa.table({'t': np.zeros(rows), **wide}), path)
+    assert len(DataFile(path).series()) == 49
+    for column in (np.zeros(2**18), [[0.0] * 2**6] * 2**12):
+        parquet.write_table(pa.table({'x': column}), path)
+        with pytest.raises(DataError, match=r'x\.parquet takes \d+ bytes and says that it unpac'):
+            DataFile(path)
+
+
+@pytest.mark.parametrize('packed', [False, True])
+@pytest.mark.parametrize('kind', [0, 8, 46, 2**16 - 1])
+def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
+    from scipy.io import savemat
+
+    path = tmp_path / 'x.mat'
+    savemat(path, {'arm': {'q': T}})
+    content = path.read_bytes()
+    assert list(DataFile(path)) == ['arm.q']
+    # A double is of type 9. Where none is, the reader of scipy 1.17 ends the process.
+    place = content.index(struct.pack('<II', 9, T.nbytes))
+    content = content[:place] + struct.pack('<I', kind) + content[place + 4 :]
+    if packed:
+        inner = zlib.compress(content[128:])
+        content = content[:128] + struct.pack('<II', 15, len(inner)) + inner
+    path.write_bytes(content)
+    with pytest.raises(DataError, match=rf'x\.mat is no readable MAT file: .* of type {kind}'):
+        DataFile(path)

@@ -3,12 +3,14 @@
 """Reading up to the last whole message of a file cut or damaged anywhere."""
 
 import os
+import struct
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mcap.writer import CompressionType
+from mcap.writer import CompressionType, Writer
 
+from sosml_friction.bags import mcap_scan
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.mcap_scan import open_store, scan
 from sosml_friction.bags.recorder import BagRecorder
@@ -177,3 +179,72 @@ def test_a_file_that_changes_after_it_was_opened_is_noticed(name, tmp_path, fore
 def test_an_old_two_part_type_name_is_understood(tmp_path, foreign_mcap):
     path = foreign_mcap(tmp_path / 'x.mcap', [('/a', 'sensor_msgs/JointState', b'', 5)])
     assert Bag.open(path).topics == {'/a': (JOINT_STATE, 1)}
+
+
+def write_messages_behind_chunks(path, topics):
+    """Write messages into chunks of 10, but every 11th behind its chunk, as the format allows."""
+    with path.open('wb') as stream:
+        writer = Writer(stream)
+        writer.start('ros2', 'test')
+        schema = writer.register_schema(JOINT_STATE, 'ros2msg', b'x')
+        channels = {topic: writer.register_channel(topic, 'cdr', schema) for topic in topics}
+        for k, (topic, log_time_ns, cdr) in enumerate(EXPECTED):
+            builder = writer._Writer__chunk_builder
+            if k % 11 == 10:
+                writer._Writer__finalize_chunk()
+                writer._Writer__chunk_builder = None
+            writer.add_message(channels.get(topic, 1), log_time_ns, cdr, log_time_ns)
+            writer._Writer__chunk_builder = builder
+        writer.finish()
+
+
+def test_messages_outside_of_chunks_are_read_where_the_file_counts_them(tmp_path):
+    path = tmp_path / 'x.mcap'
+    write_messages_behind_chunks(path, ['/a/joint_states', '/b/joint_states'])
+    bag = Bag.open(path)
+    assert bag.recovery == ''
+    assert list(bag.timeline()) == EXPECTED
+    # One that is gone is missed by the statistics, whatever stands behind it.
+    content = path.read_bytes()
+    end = content.find(EXPECTED[10][2]) + len(EXPECTED[10][2])
+    length = 22 + len(EXPECTED[10][2])
+    path.write_bytes(content[: end - length - 9] + content[end:])
+    bag = Bag.open(path)
+    assert bag.messages_read == MESSAGES - 1
+    assert bag.recovered
+
+
+def test_an_index_that_one_bit_makes_a_message_is_none(tmp_path):
+    path = tmp_path / 'x.mcap'
+    write_messages_behind_chunks(path, ['/joint_states'])
+    content = bytearray(path.read_bytes())
+    # Opcode 7, length, channel 1, ten entries of 16 bytes; as a message it is of channel 1.
+    frame = struct.pack('<BQHI', 7, 6 + 160, 1, 160)
+    places = [at for at in range(len(content)) if content.startswith(frame, at)]
+    assert len(places) == MESSAGES // 11
+    content[places[2]] = 5
+    path.write_bytes(content[: places[5]])
+    found = scan(path, [])
+    assert found.count == 65
+    assert found.damage[0] == 'has a message outside of its chunks that is none'
+
+
+@pytest.mark.parametrize('compression', [CompressionType.ZSTD, CompressionType.LZ4])
+def test_a_chunk_larger_than_any_is_read_unless_it_packs_as_no_recording_does(
+    tmp_path, foreign_mcap, monkeypatch, compression
+):
+    monkeypatch.setattr(mcap_scan, 'LARGEST_CHUNK', 4096)
+    path = foreign_mcap(tmp_path / 'x.mcap', ENTRIES, compression=compression)
+    bag = Bag.open(path)
+    assert bag.recovery == ''
+    assert list(bag.timeline()) == EXPECTED
+    # What of it was cut off says nothing against the rest.
+    noise = [('/a', JOINT_STATE, os.urandom(70_000), 10**9 + k) for k in range(80)]
+    whole = foreign_mcap(tmp_path / 'y.mcap', noise, compression, 10**8).read_bytes()
+    path.write_bytes(whole[: len(whole) // 60])
+    assert Bag.open(path).messages_read == 1
+    foreign_mcap(path, [('/a', JOINT_STATE, bytes(10**6), 10**9)], compression=compression)
+    with pytest.raises(
+        BagError, match=r'a chunk of \d+ bytes holds more than the \d+ that can be'
+    ):
+        Bag.open(path)

@@ -40,6 +40,8 @@ URDF = """<robot name="r"><link name="base"/>
         ('0.2 0 0', '0.2 0', 'xyz in the origin of the inertial of link arm is .*three numbers'),
         ('0 1 0', '0 0 0', "the axis of joint j is '0 0 0', which is no direction"),
         ('0 1 0', '0 inf 0', "the axis of joint j is 'inf'"),
+        ('0.2 0 0', '0.2, 0, 0', "xyz in the origin of the inertial of link arm is '0.2,'"),
+        ('effort="9"', 'effort="nan"', "the effort limit of joint j is 'nan'"),
         ('lower="-1"', 'lower="nan"', "the lower limit of joint j is 'nan'"),
         ('child link="arm"', 'child link="leg"', "the child of joint j is 'leg', which is no"),
         ('parent link="base"', 'parent link="tip"', 'arm, tip hang on one another in a ring'),
@@ -74,3 +76,70 @@ def test_the_length_of_an_axis_and_an_empty_body_say_nothing():
 def test_a_moment_of_inertia_that_was_rounded_is_let_through():
     rounded = URDF.replace('ixx="0.02"', 'ixx="0.000"').replace('ixy="0"', 'ixy="0.0005"')
     assert Robot(rounded, ['j'], [0.1]).n == 1
+
+
+ZEROS = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+ONES = '<inertia ixx="1" iyy="1" izz="1"/>'
+
+
+@pytest.mark.parametrize(
+    'inertial',
+    [
+        '',
+        '<origin xyz="0, 0, 0"/>',
+        '<mass value="0"/>',
+        '<mass value="0"/><inertia/>',
+        f'<mass value="0"/>{ONES}',
+    ],
+)
+def test_a_frame_without_mass_has_no_body_whatever_else_it_states(inertial):
+    frame = f'<link name="tip"><inertial>{inertial}</inertial></link>'
+    urdf = URDF.replace('<link name="tip"/>', frame)
+    assert read_joints(urdf) == read_joints(URDF)
+    # What a joint moves is no frame.
+    with pytest.raises(ConfigurationError, match=r'link tip (is 0 kg|has no|is missing)'):
+        read_joints(urdf.replace('type="fixed"', 'type="planar"'))
+
+
+@pytest.mark.parametrize(
+    ('mass', 'sentence'),
+    [('"2,5"', "'2,5'"), ('"abc"', "'abc'"), ('"nan"', "'nan'"), ('"-1"', '-1 kg'), ('', 'missi')],
+)
+def test_the_mass_of_a_frame_that_is_no_number_is_refused_too(mass, sentence):
+    value = f'value={mass}' if mass else ''
+    frame = f'<link name="tip"><inertial><mass {value}/>{ZEROS}</inertial></link>'
+    with pytest.raises(ConfigurationError, match=f'the mass of link tip is {sentence}'):
+        read_joints(URDF.replace('<link name="tip"/>', frame))
+
+
+def test_a_frame_with_a_mass_and_no_inertia_is_a_point():
+    point = '<link name="tip"><inertial><origin xyz="0.3 0 0"/><mass value="2"/>'
+    bodies = [
+        Robot(
+            URDF.replace('<link name="tip"/>', f'{point}{inertia}</inertial></link>'), ['j'], [0.0]
+        )
+        for inertia in ('', ZEROS)
+    ]
+    q = np.array([0.3])
+    assert bodies[0].gravity(q) == bodies[1].gravity(q)
+    assert bodies[0].inertia(q)[0, 0] == pytest.approx(0.03 + 2.5 * 0.04 + 2 * 0.09)
+
+
+@pytest.mark.parametrize(
+    ('old', 'new'),
+    [
+        (' ixy="0" ixz="0"', ''),
+        (' iyz="0"', ''),
+        ('<origin xyz="0.2 0 0"/>', '<origin xyz="0.2 0 0" rpy=""/>'),
+        ('<axis xyz="0 0 0"/>', '<origin xyz="" rpy=" "/>'),
+    ],
+)
+def test_products_of_inertia_and_origins_that_are_left_out_are_0(old, new):
+    assert old in URDF
+    assert read_joints(URDF.replace(old, new, 1)) == read_joints(URDF)
+
+
+def test_a_limit_that_is_infinite_is_none():
+    for text in ('inf', '1e400'):
+        limits = read_joints(URDF.replace('effort="9"', f'effort="{text}"')).joints['j'].limits
+        assert limits.effort == np.inf

@@ -145,7 +145,7 @@ class ServoDbc:
                     f'signal {theirs} of message {name} in the DBC {self.path} has the unit '
                     f'{found!r}: it must be {unit!r}'
                 )
-            scale, offset = float(present[theirs].scale), float(present[theirs].offset)
+            scale, offset = map(_finite_or_inf, (present[theirs].scale, present[theirs].offset))
             size = abs(scale) * 2.0 ** present[theirs].length
             if present[theirs].is_float or not (scale and math.isfinite(size + abs(offset))):
                 raise ConfigurationError(
@@ -258,6 +258,14 @@ class ServoDbc:
         half = 1 << (signal.length - 1)
         low, high = (-half, half - 1) if signal.is_signed else (0, 2 * half - 1)
         return min(max(round(counts), low), high)
+
+
+def _finite_or_inf(number: float) -> float:
+    """Return a number of a DBC, whose whole ones may be larger than a double can be."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
 
 
 def _parse_map(names: Sequence[str]) -> dict[str, str]:

@@ -113,6 +113,7 @@ def test_an_unknown_mode_is_a_protocol_error():
         ('servo_state:', 'state:', 'has no message servo_state'),
         ('BO_ 368 ', 'BO_ 2147484016 ', '29-bit identifier'),
         ('(0.001,0)', '(0,0)', 'has the scale 0 and the offset 0: give an integer signal a scale'),
+        ('(0.001,0)', f'(0.001,{"9" * 400})', 'has the scale 0.001 and the offset inf: give an'),
     ],
 )
 def test_a_dbc_that_does_not_fit_is_refused_in_one_sentence(tmp_path, old, new, sentence):
