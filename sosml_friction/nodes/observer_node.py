@@ -319,7 +319,7 @@ class ObserverNode(ProgramNode):
             self._health.event(now_s, event)
         if watch.estimator.maximum_gap_s != self._configuration.maximum_gap_s:
             gap_s = watch.estimator.maximum_gap_s
-            self.get_logger().info(f'joint_states is slow: a gap is now more than {gap_s:.3g} s')
+            self.get_logger().info(f'a gap in joint_states is now more than {gap_s:.3g} s')
             self._run(replace(self._configuration, maximum_gap_s=gap_s))
         result = JointState(header=message.header, name=self._joints)
         result.position, result.velocity = q.tolist(), v.tolist()
