@@ -12,10 +12,11 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.observer_health import ObserverHealth
+from sosml_friction.observers.estimate_error import EstimateError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.plausibility import Plausibility
 from sosml_friction.observers.recipe import recipe_gains
-from sosml_friction.observers.registry import make_observer
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.observers.watched_estimator import WatchedEstimator
 from sosml_friction.share import share_directory
 
@@ -279,11 +280,11 @@ def test_slips_of_a_joint_that_sticks_are_no_frozen_encoder(robot):
 
 def test_what_stops_a_joint_is_judged_by_the_corrected_effort(robot):
     """An effort told as four times the torque: friction of 0.5 Nm stops a joint that creeps."""
-    judge = Plausibility(robot, correct=lambda tau: 0.25 * tau)
+    judge = Plausibility(robot, excess=10.0, correct=lambda tau: 0.25 * tau)
     friction = np.array([0.5, 0.5])
     q = np.array([-0.3, 0.3])
     for k in range(3 * HZ):
-        v = np.full(2, 0.1 if k < 2 * HZ else 0.0)
+        v = np.full(2, 0.02 if k < 2 * HZ else 0.0)
         q = q + v / HZ
         verdict = judge.judge(k * 4_000_000, q, v, 4.0 * (robot.gravity(q) + friction))
         judge.learn(friction)
@@ -363,6 +364,44 @@ def test_the_standard_error_is_the_scatter_of_the_estimate(robot, observer):
         errors.append(taken.error)
     scatter = np.std(np.array(estimates)[HZ:], axis=0)
     np.testing.assert_allclose(np.median(np.array(errors)[HZ:], axis=0), scatter, rtol=0.1)
+
+
+def fed(observer, stamps, tau, v=0.0):
+    """Return the errors of a watch of the noise alone, of one joint of inertia 1."""
+    error = EstimateError(observer)
+    known = np.ones(1, dtype=bool)
+    return [
+        error.update(t, np.atleast_1d(v), np.atleast_1d(effort), np.eye(1), known)[0]
+        for t, effort in zip(stamps, tau, strict=True)
+    ]
+
+
+def test_the_error_costs_no_more_where_stamps_come_in_bunches_or_nanoseconds():
+    """An impulse response of 5 s in steps of 1 ns would take 40 GB."""
+    first_order = make_observer('first_order', {'cutoff': [40.0]})
+    tau = np.random.default_rng(5).standard_normal(400)
+    bunched = np.repeat(np.arange(100) * 0.04, 4) + np.tile(np.arange(4) * 1e-6, 100)
+    evenly = np.arange(400) * 0.01
+    ends = [fed(first_order, stamps, tau)[-1] for stamps in (bunched, evenly)]
+    assert ends[0] == pytest.approx(ends[1], rel=0.05)
+    assert len(fed(first_order, np.arange(400) * 1e-9, tau)) == 400
+
+
+def test_a_resolution_that_hides_the_noise_is_part_of_the_error():
+    first_order = make_observer('first_order', {'cutoff': [40.0]})
+    tau = np.repeat([0.0, 0.5], 400)
+    errors = fed(first_order, np.arange(800) * 4e-3, tau)
+    a = np.exp(-40.0 * 4e-3)
+    assert errors[-1] == pytest.approx(0.5 / np.sqrt(12.0) * np.sqrt((1 - a) / (1 + a)))
+
+
+def test_an_observer_without_a_filter_has_no_error_that_is_known():
+    sliding = make_observer(
+        'sosml',
+        {name: [0.0] for name in OBSERVERS['sosml'].gain_units} | {'sliding': [1.0]},
+    )
+    noise = np.random.default_rng(6).standard_normal(400)
+    assert np.isnan(fed(sliding, np.arange(400) * 4e-3, noise)).all()
 
 
 class Heard:
