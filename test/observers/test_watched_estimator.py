@@ -471,6 +471,15 @@ def test_the_rate_is_that_of_the_last_second():
     assert heard.said()[0].values['rate by stamps [Hz]'] == pytest.approx(HZ, rel=0.01)
 
 
+def test_a_stream_that_is_slower_than_a_message_a_second_is_estimated():
+    heard = Heard()
+    for _ in range(5):
+        heard.now += 2.0
+        heard.health.estimated(heard.now, round(heard.now * 1e9), np.ones(2), {})
+    heard.now += 1.5
+    assert [s.level for s in heard.health.judge(heard.now, 6.0)] == ['ok', 'ok', 'ok']
+
+
 def test_stamps_that_are_all_zero_are_said():
     heard = Heard()
     heard.health.heard(heard.now, 0)
