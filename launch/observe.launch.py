@@ -81,7 +81,8 @@ def generate_launch_description():
                         'velocity_source': value('velocity_source'),
                         'bandwidth': value('bandwidth', float),
                         'limit_excess': value('limit_excess', float),
-                        'passive_joints': value('passive_joints', list[str]),
+                        # By the rules of YAML: launch knows no list[str].
+                        'passive_joints': value('passive_joints', None),
                     }
                 ],
                 output='screen',
