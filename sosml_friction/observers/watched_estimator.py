@@ -227,9 +227,11 @@ class WatchedEstimator:
         first, second, third = (self._positions[-k] for k in (3, 2, 1))
         least = _STEPS * np.array(self._plausibility.steps)
         there, back = third - second, q - third
-        way = np.minimum(np.abs(there), np.abs(back))
+        way, farther = np.sort(np.abs([there, back]), axis=0)
+        # What leaps and goes on, as at a wrap, does not come back.
+        aside = (there * back < 0.0) & (farther < 2.0 * way)
         # A joint that turns round by itself is accelerated alike over both steps.
-        aside = (there * back < 0.0) & ((back - there) * (there - (second - first)) < 0.0)
+        aside &= (back - there) * (there - (second - first)) < 0.0
         if not (aside & (way > least)).any():
             return False
         x = np.array(self._positions)
