@@ -13,7 +13,7 @@ name: no hardware is needed. Only this machine finds the nodes, unless
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import (
     EnvironmentVariable,
@@ -27,6 +27,8 @@ from launch_ros.substitutions import FindPackageShare
 
 def generate_launch_description():
     parameters = ParameterFile(LaunchConfiguration('params_file'), allow_substs=True)
+    # Of the nodes alone: what includes this file keeps its own.
+    discovery = {'ROS_AUTOMATIC_DISCOVERY_RANGE': LaunchConfiguration('discovery')}
     emulate = LaunchConfiguration('emulate')
     autostart = ParameterValue(LaunchConfiguration('autostart'), value_type=bool)
 
@@ -41,6 +43,7 @@ def generate_launch_description():
             executable=executable,
             parameters=[parameters],
             output='screen',
+            additional_env=discovery,
             **more,
         )
 
@@ -67,19 +70,18 @@ def generate_launch_description():
                 ),
                 description='Who finds these nodes: LOCALHOST, or SUBNET for other machines too.',
             ),
-            SetEnvironmentVariable(
-                'ROS_AUTOMATIC_DISCOVERY_RANGE', LaunchConfiguration('discovery')
-            ),
             node('emulator_node', condition=IfCondition(emulate)),
             # Jazzy's launch_ros cannot start lifecycle nodes itself: the driver has `autostart`.
-            # An emulator, or an adapter, may not be listening yet when it first asks.
+            # An emulator, or an adapter, may not be listening yet when it first asks; the
+            # parameter file may say otherwise.
             LifecycleNode(
                 package='sosml_friction',
                 executable='driver_node',
                 name='driver_node',
                 namespace='',
-                parameters=[parameters, {'autostart': autostart, 'bus_wait': 10.0}],
+                parameters=[{'bus_wait': 10.0}, parameters, {'autostart': autostart}],
                 output='screen',
+                additional_env=discovery,
             ),
             node('observer_node'),
             node('identifier_node', condition=IfCondition(LaunchConfiguration('identify'))),

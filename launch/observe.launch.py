@@ -13,7 +13,7 @@ or ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -48,6 +48,18 @@ def generate_launch_description():
                 'bandwidth', default_value='40.0', description='Of the observers [rad/s].'
             ),
             DeclareLaunchArgument(
+                'limit_excess',
+                default_value='2.0',
+                description='An effort or velocity beyond so many times its limit in the URDF is '
+                'no measurement.',
+            ),
+            DeclareLaunchArgument(
+                'passive_joints',
+                # Of an empty array the type is not known.
+                default_value="['']",
+                description="Joints without an actuator: '[wheel, caster]'.",
+            ),
+            DeclareLaunchArgument(
                 'namespace', default_value='', description='Of the topics and the node.'
             ),
             DeclareLaunchArgument(
@@ -56,9 +68,6 @@ def generate_launch_description():
                     'ROS_AUTOMATIC_DISCOVERY_RANGE', default_value='LOCALHOST'
                 ),
                 description='Who finds these nodes: LOCALHOST, or SUBNET for other machines too.',
-            ),
-            SetEnvironmentVariable(
-                'ROS_AUTOMATIC_DISCOVERY_RANGE', LaunchConfiguration('discovery')
             ),
             Node(
                 package='sosml_friction',
@@ -71,9 +80,14 @@ def generate_launch_description():
                         'reliability': value('reliability'),
                         'velocity_source': value('velocity_source'),
                         'bandwidth': value('bandwidth', float),
+                        'limit_excess': value('limit_excess', float),
+                        # By the rules of YAML: launch knows no list[str].
+                        'passive_joints': value('passive_joints', None),
                     }
                 ],
                 output='screen',
+                # Of the node alone: what includes this file keeps its own.
+                additional_env={'ROS_AUTOMATIC_DISCOVERY_RANGE': LaunchConfiguration('discovery')},
             ),
         ]
     )

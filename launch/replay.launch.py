@@ -17,7 +17,7 @@ ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
 """
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable, Shutdown
+from launch.actions import DeclareLaunchArgument, Shutdown
 from launch.substitutions import EnvironmentVariable, LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -34,6 +34,8 @@ def generate_launch_description():
             executable=executable,
             parameters=[parameters],
             output='screen',
+            # Of the nodes alone: what includes this file keeps its own.
+            additional_env={'ROS_AUTOMATIC_DISCOVERY_RANGE': LaunchConfiguration('discovery')},
             **more,
         )
 
@@ -66,9 +68,6 @@ def generate_launch_description():
                 ),
                 description='Who finds these nodes: LOCALHOST, or SUBNET for other machines too.',
             ),
-            SetEnvironmentVariable(
-                'ROS_AUTOMATIC_DISCOVERY_RANGE', LaunchConfiguration('discovery')
-            ),
             node(
                 'observer_node',
                 {
@@ -87,7 +86,7 @@ def generate_launch_description():
                     'rate': value('rate', float),
                     'exclude': ['*/friction_estimate*', '*/observer_configuration'],
                 },
-                on_exit=Shutdown(reason='the bag has ended'),
+                on_exit=Shutdown(reason='replay_node has ended'),
             ),
         ]
     )

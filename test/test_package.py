@@ -146,7 +146,7 @@ def recorded_launch(monkeypatch):
     Recorded.made = []
     kinds = {
         'launch': ['LaunchDescription'],
-        'launch.actions': ['DeclareLaunchArgument', 'SetEnvironmentVariable', 'Shutdown'],
+        'launch.actions': ['DeclareLaunchArgument', 'Shutdown'],
         'launch.conditions': ['IfCondition'],
         'launch.substitutions': [
             'EnvironmentVariable',
@@ -207,9 +207,11 @@ def test_launch_file_names_only_parameters_that_the_node_has(path, recorded_laun
 @pytest.mark.parametrize('path', LAUNCH_FILES, ids=lambda path: path.name)
 def test_launch_file_is_found_by_this_machine_alone_unless_told_otherwise(path, recorded_launch):
     made = recorded_launch(path)
-    (setting,) = made['SetEnvironmentVariable']
+    for node in made.get('Node', []) + made.get('LifecycleNode', []):
+        ((name, value),) = node.kwargs['additional_env'].items()
+        assert (name, value.args) == ('ROS_AUTOMATIC_DISCOVERY_RANGE', ('discovery',))
     (before,) = made['EnvironmentVariable']
-    assert setting.args[0] == before.args[0] == 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+    assert before.args == ('ROS_AUTOMATIC_DISCOVERY_RANGE',)
     assert before.kwargs == {'default_value': 'LOCALHOST'}
 
 

@@ -43,7 +43,7 @@ from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, jo
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
-from sosml_friction.nodes.run import run_node
+from sosml_friction.nodes.run import run_node, stop_requested
 from sosml_friction.nodes.stamps import StampConverter
 from sosml_friction.nodes.trajectory_message import trajectory_from_message
 from sosml_friction.share import share_directory
@@ -191,7 +191,7 @@ class DriverNode(LifecycleNode):
             try:
                 return open_it()
             except ActuatorError as error:
-                if time.monotonic() >= end:
+                if time.monotonic() >= end or stop_requested() or not self.context.ok():
                     raise
                 self.get_logger().info(f'waiting {wait:g} s for the bus: {error}', once=True)
             time.sleep(BUS_PERIOD)
@@ -422,7 +422,8 @@ class DriverNode(LifecycleNode):
             level, text = OK, 'following a trajectory'
         else:
             level, text = OK, report.state.value
-        name, channel = self.get_name(), self._channel
+        # With its namespace: there may be a driver in each.
+        name, channel = self.get_fully_qualified_name().lstrip('/'), self._channel
         cycle = cycle_values(
             report, driver.configuration, self._refused_trajectory, thread, self._relay
         )

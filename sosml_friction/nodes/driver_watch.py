@@ -14,12 +14,12 @@ class DriverWatch:
     """
     Hold what a driver said last of itself.
 
-    :param driver: name of its node, with or without a namespace.
+    :param driver: full name of its node, its namespace included.
     """
 
     def __init__(self, driver: str) -> None:
-        self._driver = driver
-        self._name = f'{driver.rpartition("/")[2]}: driver'
+        self._driver = driver.lstrip('/')
+        self._name = f'{self._driver}: driver'
         self._heard_s = -_FRESH_S
         self._state, self._reason = '', ''
 

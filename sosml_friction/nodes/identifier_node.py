@@ -143,7 +143,8 @@ class IdentifierNode(ProgramNode):
         self.create_service(Trigger, '~/start', self._on_start)
         self.create_service(Trigger, '~/abort', self._on_abort)
         self.create_service(Trigger, '~/fit', self._on_fit)
-        self._driver = DriverWatch(self._p['driver_node'])
+        stop = self.resolve_service_name(f'{self._p["driver_node"]}/stop', only_expand=True)
+        self._driver = DriverWatch(stop.removesuffix('/stop'))
         self.create_subscription(DiagnosticArray, '/diagnostics', self._driver.take, 10)
         self._stamped = {'joint_states', 'friction_estimate'}
         self._subscribed: set[str] = set()
@@ -291,6 +292,10 @@ class IdentifierNode(ProgramNode):
         self.get_logger().info(response.message)
         return response
 
+    def _read_again(self) -> None:
+        """Take what was set meanwhile."""
+        self._p |= declare(self, [spec for spec in PARAMETERS if not spec.read_only])
+
     def _start(self) -> _Run:
         if self._phase in _RUNNING:
             raise ConfigurationError(f'a run is {self._phase}: wait for its end or call ~/abort')
@@ -308,7 +313,7 @@ class IdentifierNode(ProgramNode):
         assert self._robot is not None
         assert self._last_state is not None
         # As they are by now.
-        self._p |= declare(self, [spec for spec in PARAMETERS if not spec.read_only])
+        self._read_again()
         self._check_centre(self._robot.names)
         state = deserialize(self._last_state, _JOINT_STATE)
         trajectory, tags = self._plan(self._robot, state)
@@ -497,6 +502,7 @@ class IdentifierNode(ProgramNode):
         elif self._run is None:
             response.success, response.message = False, 'nothing is recorded yet: call ~/start'
         else:
+            self._read_again()
             self._begin_fit(self._run)
             response.success, response.message = True, f'fitting {self._run.folder / "bag"}'
         return response

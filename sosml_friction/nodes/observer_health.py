@@ -183,7 +183,8 @@ class ObserverHealth:
         }
 
     def _forget(self, now_s: float) -> None:
-        while self._estimates and now_s - self._estimates[0].now_s > SPAN_S:
+        # A stream may be so slow that a second has none: then the last two speak.
+        while len(self._estimates) > 2 and now_s - self._estimates[0].now_s > SPAN_S:
             self._estimates.popleft()
         while self._events and now_s - self._events[0][0] > SPAN_S:
             self._events.popleft()

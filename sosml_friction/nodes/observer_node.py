@@ -87,13 +87,7 @@ class ObserverNode(ProgramNode):
         self._correction: EffortCorrection | None = None
         if self._stated.model is not None:
             self._correct(self._stated.model)
-        refuse_offline(self._p['observers'])
-        unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
-        if unknown or self._p['selected'] not in self._p['observers']:
-            raise ConfigurationError(
-                f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
-                f'from {", ".join(on_line_names())} and select one that runs'
-            )
+        self._refuse_observers()
         self._watch: WatchedEstimator | None = None
         self._topic: JointStatesTopic | None = None
         self._health = ObserverHealth(())
@@ -120,6 +114,15 @@ class ObserverNode(ProgramNode):
             self._take(urdf)
         else:
             self.create_subscription(String, 'robot_description', self._on_description, LATCHED)
+
+    def _refuse_observers(self) -> None:
+        refuse_offline(self._p['observers'])
+        unknown = [name for name in self._p['observers'] if name not in OBSERVERS]
+        if unknown or self._p['selected'] not in self._p['observers']:
+            raise ConfigurationError(
+                f'observers {self._p["observers"]} with {self._p["selected"]!r} selected: choose '
+                f'from {", ".join(on_line_names())} and select one that runs'
+            )
 
     def _on_description(self, message: String) -> None:
         if self._watch is not None or self._measured is not None:
@@ -178,6 +181,15 @@ class ObserverNode(ProgramNode):
     def _begin(self, robot: Robot) -> None:
         for sentence in robot.remarks:
             self.get_logger().warning(sentence)
+        # What was set while the node waited counts.
+        self._p |= declare(self, [spec for spec in parameters() if not spec.read_only])
+        self._refuse_observers()
+        passive = [name for name in self._p['passive_joints'] if name]
+        if unknown := sorted(set(passive) - set(robot.names)):
+            raise ConfigurationError(
+                f'passive_joints names {", ".join(unknown)}, which is not observed: choose from '
+                f'{", ".join(robot.names)}'
+            )
         configuration = configuration_of(self._p, robot)
         refuse_offline(configuration.gains)
         # What is selected may not be among those of a bag: the first one then speaks for all.
@@ -187,7 +199,7 @@ class ObserverNode(ProgramNode):
             configuration.make_estimator(robot),
             self._p['selected'],
             self._p['limit_excess'],
-            self._p['passive_joints'],
+            passive,
             follows_rate=not (self._p['maximum_gap'] or self._p['configuration']),
             correct=None if self._correction is None else self._correction.torque,
         )
@@ -260,7 +272,9 @@ class ObserverNode(ProgramNode):
             )
         for observer in observers:
             self._watch.replace(observer)
-        self._watch.select(selected)
+        if selected != self._watch.selected:
+            # It settles anew, and so does its error.
+            self._watch.select(selected)
         if observers:
             self._run(replace(self._configuration, gains=gains))
         return SetParametersResult(successful=True)
@@ -319,7 +333,7 @@ class ObserverNode(ProgramNode):
             self._health.event(now_s, event)
         if watch.estimator.maximum_gap_s != self._configuration.maximum_gap_s:
             gap_s = watch.estimator.maximum_gap_s
-            self.get_logger().info(f'joint_states is slow: a gap is now more than {gap_s:.3g} s')
+            self.get_logger().info(f'a gap in joint_states is now more than {gap_s:.3g} s')
             self._run(replace(self._configuration, maximum_gap_s=gap_s))
         result = JointState(header=message.header, name=self._joints)
         result.position, result.velocity = q.tolist(), v.tolist()

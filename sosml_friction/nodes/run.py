@@ -33,6 +33,11 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
+def stop_requested() -> bool:
+    """Tell whether a signal asked this program to end: for what waits inside a callback."""
+    return _stop is not None and _stop.is_set()
+
+
 def run_node(
     factory: Callable[[], Node], args: Sequence[str] | None = None, help_: NodeHelp | None = None
 ) -> int:
@@ -60,7 +65,8 @@ def run_node(
     except Exception as error:  # rclpy raises several types, none of them documented
         return _refuse(error, 'ROS arguments cannot be read')
     node: Node | None = None
-    stop = _StopSignal()
+    global _stop
+    stop = _stop = _StopSignal()
     try:
         node = factory()
         if isinstance(node, ProgramNode):
@@ -74,7 +80,8 @@ def run_node(
         if isinstance(node, ProgramNode) and node.outcome is not None:
             raise node.outcome
     except SosmlFrictionError as error:
-        return _refuse(error)
+        # A factory that a signal ends says what it waited for, which nobody asked.
+        return 0 if node is None and stop.is_set() else _refuse(error)
     except OSError as error:
         return _refuse(error, 'a file cannot be used')
     except RCLError as error:
@@ -90,6 +97,7 @@ def run_node(
             node.destroy_node()
         rclpy.try_shutdown()
         stop.restore()
+        _stop = None
     return 0
 
 
@@ -141,3 +149,6 @@ class _StopSignal:
         os.close(self._write)
         # In C++ while the interpreter ends, it would abort the process.
         self._watcher.join(1.0)
+
+
+_stop: _StopSignal | None = None

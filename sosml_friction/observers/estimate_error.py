@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.observer import Observer
-from sosml_friction.observers.signal_noise import difference_noise
+from sosml_friction.observers.signal_noise import difference_noise, signal_noise
 
 #: Samples the noise is measured over, and between two such measurements. Chosen: the median of
 #: 200 differences is within some 10 % of its limit, and one in 50 samples costs little.
@@ -22,6 +22,9 @@ _EVERY = 50
 _LEFT = 0.05
 #: Length of the impulse responses [s]: the slowest observer of the recipes has settled.
 _RESPONSE_S = 5.0
+#: At most so many samples of them, and none below so many stamps. Chosen: 10 kHz for those 5 s.
+_LONGEST = 50_000
+_FEWEST = 10
 
 
 class EstimateError:
@@ -33,16 +36,21 @@ class EstimateError:
         s^2 = s_tau^2 sum_k g_k^2 + (s_p / h)^2 sum_k (g_k - g_{k-1})^2
 
     for white noise of effort, s_tau, and of momentum, s_p^2 = sum_j M_ij^2 s_v,j^2, both measured
-    from second differences over the last 200 samples. It is that of noise alone: not of a wrong
-    model, of a wrong scale, of the lag after a change, nor of a velocity whose noise is not white.
+    from second differences over the last 200 samples, and each at least step / sqrt(12) of the
+    resolution that is seen, which a signal at rest hides. It is that of noise alone: not of a
+    wrong model, of a wrong scale, of the lag after a change, nor of a velocity whose noise
+    is not white.
 
-    :param observer: that is linear, or has a linear part (``lag_filter``).
+    :param observer: that is linear, or has a linear part (``lag_filter``). Without one (1 / 1) the
+        error is not known.
     """
 
     def __init__(self, observer: Observer) -> None:
         self._observer = observer
         self._n = observer.n
         self._samples: deque[tuple[float, FloatArray, FloatArray]] = deque(maxlen=_SPAN)
+        # The finest step of velocity and of effort that was seen.
+        self._steps = np.full((2, self._n), np.inf)
         self._since = 0
         self._value = np.full(self._n, np.nan)
         self._settling = np.full(self._n, np.nan)
@@ -77,7 +85,10 @@ class EstimateError:
         return np.where(settled, self._value, np.nan)
 
     def _measure(self, inertia: FloatArray) -> None:
-        h = float(np.median(np.diff([sample[0] for sample in self._samples])))
+        if len(self._samples) < _FEWEST:
+            return
+        # The mean: the median of stamps that come in bunches is next to nothing.
+        h = (self._samples[-1][0] - self._samples[0][0]) / (len(self._samples) - 1)
         if not (h > 0.0 and np.isfinite(inertia).all()):
             return
         if not abs(h - self._h) <= 0.1 * h:
@@ -85,9 +96,11 @@ class EstimateError:
             responses = [self._response(h, joint) for joint in range(self._n)]
             self._gains = [
                 (float(np.sum(g**2)), float(np.sum(np.diff(g, prepend=0.0) ** 2)) / h**2)
+                if len(g)
+                else (math.nan, math.nan)
                 for g in responses
             ]
-            self._settling = np.array([h * _settled(g) for g in responses])
+            self._settling = np.array([h * _settled(g) if len(g) else 0.0 for g in responses])
         s_v = self._noise(1)
         s_tau = self._noise(2)
         s_p = np.sqrt(inertia**2 @ s_v**2)
@@ -100,12 +113,19 @@ class EstimateError:
         for joint, x in enumerate(np.diff(signal, 2, axis=0).T):
             finite = x[np.isfinite(x)]
             if len(finite):
+                step = signal_noise(signal[:, joint])[0] or math.inf
+                finest = self._steps[column - 1, joint] = min(self._steps[column - 1, joint], step)
                 noise[joint] = difference_noise(finite, 2)
+                if finest < math.inf:
+                    noise[joint] = max(noise[joint], finest / math.sqrt(12.0))
         return noise
 
     def _response(self, h: float, joint: int) -> FloatArray:
+        """Return the response to an impulse; empty where the observer has no filter."""
         b, a = self._observer.lag_filter(h, joint)
-        impulse = np.zeros(max(2, round(_RESPONSE_S / h)))
+        if len(b) == len(a) == 1:
+            return np.empty(0)
+        impulse = np.zeros(max(2, min(round(_RESPONSE_S / h), _LONGEST)))
         impulse[0] = 1.0
         return np.asarray(lfilter(b, a, impulse))
 

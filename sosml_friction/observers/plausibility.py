@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,8 +28,10 @@ BEYOND = 0.1
 WINDOW_S = 0.07
 _LEAST = 4
 _LOOK_S = 0.02
-#: Position and velocity that both change are compared over this time [s]: a servo's position may
-#: be held for some 50 ms between two of its frames.
+_LONG_LOOK_S = 0.1
+#: A servo's position may be held so long between two of its frames [s].
+_FRAME_S = 0.05
+#: Position and velocity that both change are compared over this time [s], of many frames.
 _LONG_S = 0.4
 #: A velocity may lag so much behind the position it belongs to [s], and be off by this share of
 #: its limit. Chosen: filters of drives are faster.
@@ -44,8 +46,10 @@ _SPEED = 1.0
 #: A joint at rest holds against at most this multiple of the friction seen in motion: breakaway
 #: is above sliding, by a factor below two in the measured joints of docs/validation.md.
 _BREAKAWAY = 2.0
-#: Friction in motion is known after this time of it [s], from which each start is left out [s].
-_KNOWN_S = 0.5
+#: Friction in motion is known after this time of it [s], and the greatest of the last 10 s of it,
+#: as looked at; each start is left out [s].
+_KNOWN = round(0.5 / _LOOK_S)
+_KEPT = round(10.0 / _LOOK_S)
 _SETTLED_S = 0.2
 #: The speed before a standstill is that over twice this time, and at least six intervals; and a
 #: standstill that friction cannot explain is one for so long [s].
@@ -77,6 +81,13 @@ class _Sample:
     travel: FloatArray
 
 
+class _Place(NamedTuple):
+    t_s: float
+    q: FloatArray
+    #: By joint, when it came there [s].
+    since: list[float]
+
+
 class Plausibility:
     """
     Judge samples (t, q, v, tau) one after the other, by their stamps alone.
@@ -100,6 +111,7 @@ class Plausibility:
     :param excess: instead of :data:`EXCESS`.
     :param passive: joints without an actuator, whose effort is truly 0.0.
     :param uses_velocity: False where velocity is made from positions.
+    :param correct: from the measured effort to the torque behind it, which friction balances.
     """
 
     def __init__(
@@ -108,7 +120,9 @@ class Plausibility:
         excess: float = EXCESS,
         passive: Collection[str] = (),
         uses_velocity: bool = True,
+        correct: Callable[[FloatArray], FloatArray] | None = None,
     ) -> None:
+        self._correct = correct or (lambda tau: tau)
         n = robot.n
         self._robot = robot
         self.names = robot.names
@@ -134,14 +148,15 @@ class Plausibility:
         self._friction = [0.0] * n
         # By joint: the greatest between looks, those that may be of a standstill not yet seen.
         self._recent = [deque([0.0]) for _ in range(n)]
-        self._moved_s = [0.0] * n
+        #: The others, of the last motions: the greatest between two looks.
+        self._seen: list[deque[float]] = [deque(maxlen=_KEPT) for _ in range(n)]
         self.reset()
 
     def reset(self) -> None:
         """Forget the past but the resolution of positions and the friction seen in motion."""
         n = len(self.names)
         self._history: deque[_Sample] = deque()
-        self._looked_s = -math.inf
+        self._looked_s = self._looked_far_s = -math.inf
         self._zero_since = [math.nan] * n
         self._zeros = [0] * n
         #: By joint: the value at which position or velocity stands, NaN where not judged so.
@@ -154,8 +169,8 @@ class Plausibility:
         self._standing = np.zeros(n, dtype=bool)
         self._stood_since = np.full(n, math.nan)
         self._beyond_s = [0.0] * n
-        self._trusted: tuple[float, FloatArray] | None = None
-        self._doubted: list[tuple[float, FloatArray]] = []
+        self._trusted: _Place | None = None
+        self._doubted: list[_Place] = []
         self._started_s = math.nan
 
     def judge(self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray) -> Verdict:
@@ -206,11 +221,10 @@ class Plausibility:
                 continue
             if self._moving[i]:
                 if settled:
-                    self._moved_s[i] += step_s
                     self._recent[i][-1] = max(self._recent[i][-1], abs(tau_f))
             elif (
                 self._standing[i]
-                and self._moved_s[i] > _KNOWN_S
+                and self._is_known(i)
                 and abs(tau_f) > _BREAKAWAY * self._friction[i]
             ):
                 self._beyond_s[i] += step_s
@@ -220,6 +234,10 @@ class Plausibility:
                     self._found = True
                 continue
             self._beyond_s[i] = 0.0
+
+    def _is_known(self, joint: int) -> bool:
+        """Tell whether friction was seen in motion for long enough; short slips do not count."""
+        return len(self._seen[joint]) >= _KNOWN
 
     def _judge_effort(
         self, tau: FloatArray, causes: dict[int, str], remarks: dict[int, str]
@@ -267,37 +285,46 @@ class Plausibility:
         """Refuse a position that cannot be reached, until it has stood for a while by itself."""
         if not _finite(q):
             return False
-        if self._trusted is None or t_s - self._trusted[0] > 1.0:
-            self._trusted, self._doubted = (t_s, q), []
+        if self._trusted is None or t_s - self._trusted.t_s > 1.0:
+            self._trusted, self._doubted = _place(None, t_s, q), []
             return False
         reachable = self._reachable(self._trusted, t_s, q)
         if not all(reachable.tolist()):
             if self._doubted and not self._reachable(self._doubted[-1], t_s, q).all():
                 self._doubted = []
-            self._doubted.append((t_s, q))
-            if t_s - self._doubted[0][0] < WINDOW_S or len(self._doubted) < _LEAST:
+            self._doubted.append(_place(self._doubted[-1] if self._doubted else None, t_s, q))
+            if t_s - self._doubted[0].t_s < WINDOW_S or len(self._doubted) < _LEAST:
                 for i in np.flatnonzero(~reachable).tolist():
                     causes.setdefault(
                         i,
-                        f'position jumped by {q[i] - self._trusted[1][i]:.3g} {self._units[i][0]} '
-                        f'within {1e3 * (t_s - self._trusted[0]):.3g} ms, faster than the URDF '
+                        f'position jumped by {q[i] - self._trusted.q[i]:.3g} {self._units[i][0]} '
+                        f'within {1e3 * (t_s - self._trusted.t_s):.3g} ms, faster than the URDF '
                         'lets it move: check the encoder and its cable, and that one node alone '
                         'publishes joint_states',
                     )
                 return True
+        before = self._trusted
         if self._doubted:
             self._forget()
-        self._trusted, self._doubted = (t_s, q), []
+            before = self._doubted[-1]
+        self._trusted, self._doubted = _place(before, t_s, q), []
         return False
 
-    def _reachable(self, since: tuple[float, FloatArray], t_s: float, q: FloatArray) -> BoolArray:
-        # Stamps may bunch: two intervals more are granted.
-        granted = t_s - since[0] + 2.0 * self._interval()
+    def _reachable(self, before: _Place, t_s: float, q: FloatArray) -> BoolArray:
+        # Stamps may bunch: two intervals more are granted. And a servo that holds a position
+        # between its frames makes the way of a whole frame at once.
+        bunched, passed = 2.0 * self._interval(), t_s - before.t_s
         return np.array(
             [
-                abs(now - before) <= speed * granted + 10.0 * step
-                for now, before, speed, step in zip(
-                    q.tolist(), since[1].tolist(), self._ranges[0], self.steps, strict=True
+                abs(now - place)
+                <= speed * (max(passed, min(t_s - since, _FRAME_S)) + bunched) + 10.0 * step
+                for now, place, since, speed, step in zip(
+                    q.tolist(),
+                    before.q.tolist(),
+                    before.since,
+                    self._ranges[0],
+                    self.steps,
+                    strict=True,
                 )
             ]
         )
@@ -348,8 +375,10 @@ class Plausibility:
             recent_friction.append(0.0)
             if len(recent_friction) > WINDOW_S / _LOOK_S + 2.0:
                 greatest = recent_friction.popleft()
-                self._friction[joint] = max(self._friction[joint], greatest)
-            if self._moved_s[joint] > _KNOWN_S and self._has_stopped_dead(samples, joint):
+                if greatest > 0.0:
+                    self._seen[joint].append(greatest)
+                    self._friction[joint] = max(self._seen[joint])
+            if self._is_known(joint) and self._has_stopped_dead(samples, joint):
                 self._frozen_q[joint] = samples[-1].q[joint]
                 self._found = True
         if not (enough and self._uses_velocity):
@@ -361,7 +390,8 @@ class Plausibility:
         # A velocity of which only the zeros are seen is that of a joint that creeps.
         self._frozen_v = np.where(steady & apart & self._moving, v[-1], self._frozen_v)
         self._found |= bool(apart.any())
-        if t_s - samples[0].t_s >= 0.99 * _LONG_S:
+        if t_s - samples[0].t_s >= 0.99 * _LONG_S and t_s - self._looked_far_s >= _LONG_LOOK_S:
+            self._looked_far_s = t_s
             speeds = np.array([sample.v for sample in samples])
             wrong = self._apart(samples, speeds, noise)
             self._apart_until = np.where(wrong, t_s + _LONG_S, self._apart_until)
@@ -393,7 +423,7 @@ class Plausibility:
         change[joint] = -way[joint] / span
         q = samples[last].q
         inertia, gravity = self._robot.inertia(q)[joint], self._robot.gravity(q)[joint]
-        effort = float(np.mean([s.tau[joint] for s in middle]))
+        effort = float(np.mean([self._correct(s.tau)[joint] for s in middle]))
         friction = effort - gravity - inertia @ change / d
         doubt = inertia[joint] * 2.0 * self.steps[joint] / (span * d)
         return bool(abs(friction) > _BREAKAWAY * self._friction[joint] + doubt)
@@ -475,6 +505,15 @@ class Plausibility:
                 'actuator is named in parameter passive_joints',
             )
         return used
+
+
+def _place(before: _Place | None, t_s: float, q: FloatArray) -> _Place:
+    """Return where the joints are now; one that stayed came there when it did before."""
+    if before is None:
+        return _Place(t_s, q, [t_s] * len(q))
+    stays = (q == before.q).tolist()
+    since = [then if stay else t_s for then, stay in zip(before.since, stays, strict=True)]
+    return _Place(t_s, q, since)
 
 
 def _finite(x: FloatArray) -> bool:

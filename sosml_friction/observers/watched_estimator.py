@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Collection, Hashable
 from dataclasses import dataclass, field
 
@@ -14,13 +15,19 @@ from sosml_friction.observers.estimate_error import EstimateError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.observer import Observer
 from sosml_friction.observers.plausibility import EXCESS, Plausibility
+from sosml_friction.observers.signal_noise import difference_noise
 
 #: Two publishers take turns: this often within this time [s], after which they are found no more.
 _TURNS = 2
 _TURNS_S = 1.0
-#: Where there are several, a position that is not where its velocity leads, by more than so many
-#: steps and half of the way, is another publisher's. Chosen, no measurement.
+#: Where there are several, a position that goes out of line and back is another publisher's: by
+#: more than so many steps and so many times its noise, either way. Chosen: of white noise one
+#: sample in 1e7 is so far from both beside it.
 _STEPS = 5.0
+_NOISE = 8.0
+#: Positions from which the noise is known. Only every second or third of them counts, if that
+#: makes less: what comes by turns is then of one publisher.
+_KEPT = 61
 #: The gap is made from so many intervals of one message to the next, and is this multiple of
 #: their median; never below the least, at which most streams run [s]. Chosen, no measurement.
 _INTERVALS = 10
@@ -57,8 +64,8 @@ class WatchedEstimator:
     :param selected: the observer whose errors are published.
     :param excess: of :class:`~sosml_friction.observers.plausibility.Plausibility`, as is what
         follows.
-    :param follows_rate: whether a stream that is slower than the estimator's ``maximum_gap_s``
-        allows makes it longer.
+    :param follows_rate: whether the estimator's ``maximum_gap_s`` follows the rate of the
+        stream.
     :param correct: from the measured effort to the torque behind it.
     """
 
@@ -74,13 +81,15 @@ class WatchedEstimator:
         self.estimator = estimator
         self.names = estimator.robot.names
         uses_velocity = estimator.velocity_source == 'message'
-        self._plausibility = Plausibility(estimator.robot, excess, passive, uses_velocity)
         self._correct = correct or (lambda tau: tau)
+        self._plausibility = Plausibility(
+            estimator.robot, excess, passive, uses_velocity, self._correct
+        )
         self._follows_rate = follows_rate
         self._steps: list[int] = []
         self._last_ns: int | None = None
         self._source: Hashable = None
-        self._before: tuple[int, list[float], list[float]] | None = None
+        self._positions: deque[FloatArray] = deque(maxlen=_KEPT)
         #: Whether joint_states has more publishers than this stream alone explains.
         self.several = False
         self._turns: list[float] = []
@@ -127,7 +136,7 @@ class WatchedEstimator:
         verdict = self._plausibility.judge(t_ns, q, v, tau)
         causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
         q_used = verdict.q
-        if self._is_interleaved(t_ns, q, v, source):
+        if self._is_interleaved(t_ns, q, source):
             q_used = np.full(len(q), np.nan)
             causes = dict.fromkeys(
                 self.names,
@@ -138,7 +147,8 @@ class WatchedEstimator:
         self._last_ns = t_ns
         counts = self.estimator.counts
         before = counts.gaps, counts.time_backwards
-        estimates = self.estimator.update(t_ns, q_used, verdict.v, self._correct(verdict.tau))
+        torque = self._correct(verdict.tau)
+        estimates = self.estimator.update(t_ns, q_used, verdict.v, torque)
         assert estimates is not None
         gap, back = counts.gaps - before[0], counts.time_backwards - before[1]
         self._plausibility.learn(estimates[self.selected])
@@ -149,7 +159,7 @@ class WatchedEstimator:
         else:
             causes = {}
         error = self._error.update(
-            t_ns * 1e-9, self.estimator.velocity, verdict.tau, self.estimator.inertia, known
+            t_ns * 1e-9, self.estimator.velocity, torque, self.estimator.inertia, known
         )
         remarks = {self.names[i]: remark for i, remark in verdict.remarks.items()}
         return Watched(estimates, error, causes, remarks, events)
@@ -196,34 +206,37 @@ class WatchedEstimator:
             else:
                 causes[name] = 'the observers start'
 
-    def _is_interleaved(self, t_ns: int, q: FloatArray, v: FloatArray, source: Hashable) -> bool:
+    def _is_interleaved(self, t_ns: int, q: FloatArray, source: Hashable) -> bool:
         """Tell whether messages of two publishers come by turns."""
         t_s = t_ns * 1e-9
         turn = self._source is not None and source != self._source
         self._source = source
-        if self.several:
-            now = t_ns, q.tolist(), v.tolist()
-            turn |= self._before is not None and self._is_elsewhere(self._before, now)
-            self._before = now
+        if np.isfinite(q).all():
+            turn |= self.several and self._goes_back(q)
+            self._positions.append(np.array(q))
         if turn:
             self._turns.append(t_s)
         if self._turns:
             self._turns = [t for t in self._turns if abs(t_s - t) < _TURNS_S]
         return len(self._turns) >= _TURNS
 
-    def _is_elsewhere(
-        self,
-        before: tuple[int, list[float], list[float]],
-        now: tuple[int, list[float], list[float]],
-    ) -> bool:
-        half = 0.5e-9 * (now[0] - before[0])
-        uses_velocity = self.estimator.velocity_source == 'message'
-        for i, step in enumerate(self._plausibility.steps):
-            moved = now[1][i] - before[1][i]
-            way = half * (before[2][i] + now[2][i]) if uses_velocity else 0.0
-            if abs(moved - way) > _STEPS * step + 0.5 * max(abs(moved), abs(way)):
-                return True
-        return False
+    def _goes_back(self, q: FloatArray) -> bool:
+        """Tell whether the position before this one was out of line with those beside it."""
+        if len(self._positions) < _KEPT:
+            return False
+        first, second, third = (self._positions[-k] for k in (3, 2, 1))
+        least = _STEPS * np.array(self._plausibility.steps)
+        there, back = third - second, q - third
+        way, farther = np.sort(np.abs([there, back]), axis=0)
+        # What leaps and goes on, as at a wrap, does not come back.
+        aside = (there * back < 0.0) & (farther < 2.0 * way)
+        # A joint that turns round by itself is accelerated alike over both steps.
+        aside &= (back - there) * (there - (second - first)) < 0.0
+        if not (aside & (way > least)).any():
+            return False
+        x = np.array(self._positions)
+        every = [difference_noise(np.diff(x[k::k], 2, axis=0), 2) for k in (1, 2, 3)]
+        return bool((aside & (way > least + _NOISE * np.min(every, axis=0))).any())
 
     def _follow_rate(self, t_ns: int) -> None:
         if not self._follows_rate:
@@ -236,5 +249,5 @@ class WatchedEstimator:
             self._steps.clear()
             gap = max(LEAST_GAP_S, _GAP * typical)
             # A rate that wanders by less changes nothing.
-            if typical > self.estimator.maximum_gap_s / 2.0:
+            if not 0.5 <= gap / self.estimator.maximum_gap_s <= 1.5:
                 self.estimator.maximum_gap_s = gap

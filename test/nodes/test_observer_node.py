@@ -368,6 +368,21 @@ def test_parameters_are_listed_and_gains_change_at_run_time(ros, urdf_path, star
     np.testing.assert_array_equal(selected, first_order)
 
 
+def test_what_is_set_while_the_node_waits_for_the_robot_counts(ros, urdf_path, start_node):
+    configuration = ros.collect(String, 'observer_configuration', LATCHED)
+    start_node('observer_node', "passive_joints:=['']")
+    new = Parameter('first_order.cutoff', value=[5.0, 6.0]).to_parameter_msg()
+    request = SetParametersAtomically.Request(parameters=[new])
+    assert ros.call(
+        SetParametersAtomically, 'observer_node/set_parameters_atomically', request
+    ).result.successful
+    description = ros.node.create_publisher(String, 'robot_description', LATCHED)
+    description.publish(String(data=urdf_path.read_text()))
+    ros.spin_until(lambda: configuration)
+    gains = parse_configuration(configuration[-1].data, 'test').gains
+    assert gains['first_order'] == {'cutoff': [5.0, 6.0]}
+
+
 @pytest.mark.parametrize(
     ('parameters', 'states', 'sentence'),
     [
@@ -407,6 +422,7 @@ def test_useless_joint_states_end_the_node_with_one_sentence(
         (['sosml.linear:=[1.0]'], 'gain >= 0 for each joint'),
         (['effort_hold:=[never]'], 'effort_hold'),
         (['observers:=[sosml, kalman]'], 'observer kalman has no gains by bandwidth'),
+        (['passive_joints:=[elbow, wrist]'], 'passive_joints names wrist, which is not observed'),
         (['friction_jump:=[2.0, 1.0]'], 'position_noise is [] for the joints shoulder, elbow'),
     ],
 )

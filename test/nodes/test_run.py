@@ -99,6 +99,19 @@ def test_an_error_of_the_package_in_the_factory_is_one_sentence_and_two(start):
     assert (code, out, err) == (2, [], 'no URDF\n')
 
 
+def test_a_signal_ends_a_factory_that_waits_without_a_word(start):
+    waits = (
+        "print('waiting', flush=True)\n"
+        '    while not run.stop_requested():\n'
+        '        time.sleep(0.01)\n'
+        "    raise ConfigurationError('no bus')"
+    )
+    process = start(factory=f'import time; from sosml_friction.nodes import run\n    {waits}')
+    assert process.stdout.readline().strip() == 'waiting'
+    process.send_signal(signal.SIGINT)
+    assert finish(process) == (0, [], '')
+
+
 def test_a_callback_may_end_the_program(start):
     assert finish(start(tick='raise SystemExit'))[:2] == (0, ['spinning', 'destroyed'])
     assert finish(start(tick='raise SystemExit(1)'))[:2] == (1, ['spinning', 'destroyed'])

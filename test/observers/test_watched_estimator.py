@@ -12,9 +12,11 @@ import pytest
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.observer_health import ObserverHealth
+from sosml_friction.observers.estimate_error import EstimateError
 from sosml_friction.observers.friction_estimator import FrictionEstimator
+from sosml_friction.observers.plausibility import Plausibility
 from sosml_friction.observers.recipe import recipe_gains
-from sosml_friction.observers.registry import make_observer
+from sosml_friction.observers.registry import OBSERVERS, make_observer
 from sosml_friction.observers.watched_estimator import WatchedEstimator
 from sosml_friction.share import share_directory
 
@@ -238,9 +240,82 @@ def test_two_publishers_that_nothing_tells_apart_are_found_by_where_they_are(rob
         watch.several = k > HZ // 2
         taken = watch.update(int(two.t_ns[k]), two.q[k], two.v[k], two.tau[k])
         unknown.append(np.isnan(taken.estimates['sosml']).any())
-    assert np.flatnonzero(unknown)[1] == FAULTY.start + 1
-    assert all(unknown[FAULTY.start + 1 : FAULTY.stop])
+    assert np.flatnonzero(unknown)[1] == FAULTY.start + 2
+    assert all(unknown[FAULTY.start + 2 : FAULTY.stop])
     assert not any(unknown[FAULTY.stop + 2 * HZ :])
+
+
+@pytest.mark.parametrize('noise', [0.0, 1e-3])
+@pytest.mark.parametrize('every', [1, 10])
+@pytest.mark.parametrize('source', ['message', 'position_difference'])
+def test_a_second_publisher_that_sends_none_of_these_joints_changes_nothing(
+    robot, good, noise, every, source
+):
+    gains = recipe_gains(robot, 40.0)
+    estimator = FrictionEstimator(
+        robot, [make_observer('sosml', gains['sosml'])], 'end', source, 0.2
+    )
+    watch = WatchedEstimator(estimator, 'sosml')
+    watch.several = True
+    q = good.q + noise * np.random.default_rng(3).standard_normal(good.q.shape)
+    # A leap is none either, whatever else it is.
+    for leap in range(HZ, len(q), HZ // 3):
+        q[leap:] += 0.05 * (-1.0) ** leap
+    for k in range(0, len(q), every):
+        taken = watch.update(int(good.t_ns[k]), q[k], good.v[k], good.tau[k])
+        assert not any('two publishers' in cause for cause in taken.causes.values())
+
+
+def test_slips_of_a_joint_that_sticks_are_no_frozen_encoder(robot):
+    """Of 10 slips of 40 ms no friction in motion is known, and nothing is compared with it."""
+    judge = Plausibility(robot)
+    rng = np.random.default_rng(4)
+    q = np.array([-1.4, 1.2])
+    for k in range(5 * HZ):
+        slips = k % (HZ // 2) < HZ // 25
+        v = np.array([0.5 if slips else 0.0, 0.0])
+        q = q + v / HZ
+        tau = robot.gravity(q) + [1.0, 0.3] + 1e-3 * rng.standard_normal(2)
+        verdict = judge.judge(k * 4_000_000, q, v, tau)
+        judge.learn(np.array([1.0, 0.3]))
+        assert not verdict.causes
+
+
+def test_what_stops_a_joint_is_judged_by_the_corrected_effort(robot):
+    """An effort told as four times the torque: friction of 0.5 Nm stops a joint that creeps."""
+    judge = Plausibility(robot, excess=10.0, correct=lambda tau: 0.25 * tau)
+    friction = np.array([0.5, 0.5])
+    q = np.array([-0.3, 0.3])
+    for k in range(3 * HZ):
+        v = np.full(2, 0.02 if k < 2 * HZ else 0.0)
+        q = q + v / HZ
+        verdict = judge.judge(k * 4_000_000, q, v, 4.0 * (robot.gravity(q) + friction))
+        judge.learn(friction)
+        assert not any('position' in cause for cause in verdict.causes.values())
+
+
+def test_the_gap_follows_a_rate_that_rises_again(robot, good):
+    watch = watched(robot, follows_rate=True)
+    stamps = np.cumsum([0.2] * 12 + [1e-3] * 50)
+    for t in stamps:
+        watch.update(FIRST_NS + round(t * 1e9), good.q[0], good.v[0], good.tau[0])
+        if t == stamps[11]:
+            assert watch.estimator.maximum_gap_s == pytest.approx(0.6)
+    assert watch.estimator.maximum_gap_s == 0.05
+
+
+@pytest.mark.parametrize('frame_s', [0.02, 0.05])
+def test_a_position_that_is_held_between_frames_has_not_jumped(robot, frame_s):
+    """1 kHz, 14 bits, up to 2.5 rad/s where the limit is 3, twice of which is granted."""
+    judge = Plausibility(robot)
+    t = np.arange(3000) * 1e-3
+    seen = np.floor(t / frame_s) * frame_s
+    step = 2.0 * np.pi / 2**14
+    for now, then in zip(t, seen, strict=True):
+        q = np.array([-0.8, 1.2]) + 0.4 * np.sin(6.25 * then)
+        v = np.full(2, 2.5 * np.cos(6.25 * now))
+        verdict = judge.judge(round(now * 1e9), np.round(q / step) * step, v, np.ones(2))
+        assert not any('jumped' in cause for cause in verdict.causes.values())
 
 
 def test_an_effort_somewhat_beyond_its_limit_is_used_and_told(robot, good):
@@ -292,6 +367,44 @@ def test_the_standard_error_is_the_scatter_of_the_estimate(robot, observer):
         errors.append(taken.error)
     scatter = np.std(np.array(estimates)[HZ:], axis=0)
     np.testing.assert_allclose(np.median(np.array(errors)[HZ:], axis=0), scatter, rtol=0.1)
+
+
+def fed(observer, stamps, tau, v=0.0):
+    """Return the errors of a watch of the noise alone, of one joint of inertia 1."""
+    error = EstimateError(observer)
+    known = np.ones(1, dtype=bool)
+    return [
+        error.update(t, np.atleast_1d(v), np.atleast_1d(effort), np.eye(1), known)[0]
+        for t, effort in zip(stamps, tau, strict=True)
+    ]
+
+
+def test_the_error_costs_no_more_where_stamps_come_in_bunches_or_nanoseconds():
+    """An impulse response of 5 s in steps of 1 ns would take 40 GB."""
+    first_order = make_observer('first_order', {'cutoff': [40.0]})
+    tau = np.random.default_rng(5).standard_normal(400)
+    bunched = np.repeat(np.arange(100) * 0.04, 4) + np.tile(np.arange(4) * 1e-6, 100)
+    evenly = np.arange(400) * 0.01
+    ends = [fed(first_order, stamps, tau)[-1] for stamps in (bunched, evenly)]
+    assert ends[0] == pytest.approx(ends[1], rel=0.05)
+    assert len(fed(first_order, np.arange(400) * 1e-9, tau)) == 400
+
+
+def test_a_resolution_that_hides_the_noise_is_part_of_the_error():
+    first_order = make_observer('first_order', {'cutoff': [40.0]})
+    tau = np.repeat([0.0, 0.5], 400)
+    errors = fed(first_order, np.arange(800) * 4e-3, tau)
+    a = np.exp(-40.0 * 4e-3)
+    assert errors[-1] == pytest.approx(0.5 / np.sqrt(12.0) * np.sqrt((1 - a) / (1 + a)))
+
+
+def test_an_observer_without_a_filter_has_no_error_that_is_known():
+    sliding = make_observer(
+        'sosml',
+        {name: [0.0] for name in OBSERVERS['sosml'].gain_units} | {'sliding': [1.0]},
+    )
+    noise = np.random.default_rng(6).standard_normal(400)
+    assert np.isnan(fed(sliding, np.arange(400) * 4e-3, noise)).all()
 
 
 class Heard:
@@ -359,6 +472,15 @@ def test_the_rate_is_that_of_the_last_second():
     heard.said(20.0)
     heard.estimates(1.0)
     assert heard.said()[0].values['rate by stamps [Hz]'] == pytest.approx(HZ, rel=0.01)
+
+
+def test_a_stream_that_is_slower_than_a_message_a_second_is_estimated():
+    heard = Heard()
+    for _ in range(5):
+        heard.now += 2.0
+        heard.health.estimated(heard.now, round(heard.now * 1e9), np.ones(2), {})
+    heard.now += 1.5
+    assert [s.level for s in heard.health.judge(heard.now, 6.0)] == ['ok', 'ok', 'ok']
 
 
 def test_stamps_that_are_all_zero_are_said():

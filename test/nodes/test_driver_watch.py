@@ -1,0 +1,25 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a driver says of itself is taken from its own diagnostics alone."""
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+
+from sosml_friction.nodes.driver_watch import DriverWatch
+
+
+def said(name: str, state: str) -> DiagnosticArray:
+    values = [KeyValue(key='state', value=state), KeyValue(key='fault', value='')]
+    return DiagnosticArray(status=[DiagnosticStatus(name=name, values=values)])
+
+
+def test_two_drivers_are_told_apart_by_their_namespace():
+    left, right = DriverWatch('/left/driver_node'), DriverWatch('/right/driver_node')
+    for watch in (left, right):
+        watch.take(said('left/driver_node: driver', 'disabled'))
+        watch.take(said('right/driver_node: driver', 'enabled'))
+    assert left.refusal() == 'left/driver_node is disabled: call its ~/enable first'
+    assert right.refusal() == ''
