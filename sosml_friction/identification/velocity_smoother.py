@@ -125,11 +125,11 @@ class VelocitySmoother:
         for i, noise in enumerate(self.noise):
             # Two estimates of no bias differ by the errors of both: what is left is the first's.
             sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]
-            variance = apart = np.inf
+            error, apart = np.inf, 0.0
             if sure.any():
-                variance = float(np.mean(self.variance[sure, i]))
+                error = float(np.mean(self.variance[sure, i]))
                 apart = float(np.mean(np.square(self.v[sure, i] - self._first[sure, i])))
-            if not variance < max(noise.velocity**2, apart - variance):
+            if not error < max(noise.velocity**2, apart - error):
                 self.v[:, i], self.variance[:, i] = self._first[:, i], np.nan
         return self.v, self.variance
 
