@@ -55,6 +55,8 @@ def read_text_table(path: Path) -> Columns:
     first = _first_of_numbers(rows)
     comment = re.compile(r'\s*[#%]')
     rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
+    if not rows:
+        raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     above = [cells for _, cells in rows[max(0, first - 2) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
