@@ -23,7 +23,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -63,12 +63,12 @@ class Tally:
         return sum(self.outcomes[name] for name in FAILURES)
 
 
-def outcome_of(run: object, rng: np.random.Generator) -> tuple[str, str]:
+def outcome_of(run: DamagedBags | MalformedFiles, rng: np.random.Generator) -> tuple[str, str]:
     """Return what came of one case, and what is to be said of a failure."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
-            said = run(rng)  # type: ignore[operator]
+            said = run(rng)
     except SilentError as error:
         return 'silent', str(error)
     except SosmlFrictionError as error:
