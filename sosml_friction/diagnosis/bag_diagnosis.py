@@ -8,6 +8,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
 from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
@@ -132,6 +134,11 @@ def diagnose_logs(
         'bags': bags[: len(logs)],
         'holdout': None if holdout is None else bags[-1],
         'model': nominal.name,
+        # JSON has no infinity.
+        'trust': {
+            group: 'inf' if np.isinf(share) else share
+            for group, share in (settings or DiagnosisSettings()).trust.items()
+        },
         'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
     }
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held, *fitted))

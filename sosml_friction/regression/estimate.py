@@ -13,6 +13,8 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.evidence import (
+    AT_BOUND,
+    UNIFORM,
     CandidateColumns,
     Fit,
     System,
@@ -30,16 +32,23 @@ _STEP = 1e-3
 _SETTLED, _MOST_ROUNDS = 1e-3, 12
 #: Correlation of two columns that are one.
 _SAME_COLUMN = 1.0 - 1e-9
-#: Variance of a uniform distribution within a bound over that of the Gaussian whose three standard
-#: deviations are the bound.
-_UNIFORM = 3.0
-#: A deviation this close to its bound, as a share, is at it.
-_AT_BOUND = 0.999
 #: A row is beside a reversal where what a reversal may add is more than this share of its largest.
 #: Chosen, no measurement.
-BESIDE = 0.1
+_BESIDE = 0.1
 #: Shares of a step that are tried, until one lowers the cost.
 _SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
+
+
+def far_from_reversals(laboratory: WhitenedRegression, Z: FloatArray) -> BoolArray:
+    """
+    Return where the joint of a row does not turn around, (rows, n).
+
+    How friction turns around is no cause. The columns ``Z`` (rows, n, p) begin with the nominal's.
+    """
+    which = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
+    peaks = np.abs(Z[:, :, which])
+    share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
+    return np.asarray((share < _BESIDE).all(axis=2))
 
 
 @dataclass(frozen=True)
@@ -250,7 +259,7 @@ class Linear:
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
         ratio = max(self.fit.baseline.cost / float(laboratory.known.sum()), 1.0)
         result = np.maximum(noise * ratio, between)
-        result += (covariance**2) @ (_UNIFORM * wide.prior_weight())
+        result += (covariance**2) @ (UNIFORM * wide.prior_weight())
         result += self._beyond(laboratory, named, scores.sum(axis=0)) ** 2
         result += self._by_reversals(laboratory, left, named, covariance)
         return np.asarray(result)
@@ -264,10 +273,7 @@ class Linear:
     ) -> FloatArray:
         """Return the squares of what the rows beside reversals move, beyond what chance would."""
         Z, x = self.wide.Z, self.fit.baseline.x
-        which = [k for k, name in enumerate(laboratory.nominal.names) if ' reversal ' in name]
-        peaks = np.abs(Z[:, :, which])
-        share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
-        far = (share < BESIDE).all(axis=2)
+        far = far_from_reversals(laboratory, Z)
         kept = Z * far[:, :, None]
         G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
         alone = self._inverse(G, named, self.wide.penalty())
@@ -282,7 +288,7 @@ class Linear:
     ) -> FloatArray:
         """Return how all parameters would move if none of the nominal's were held by its bound."""
         bound, x = laboratory.nominal.bound, self.fit.baseline.x
-        at = np.abs(x[: len(bound)]) >= _AT_BOUND * bound
+        at = np.abs(x[: len(bound)]) >= AT_BOUND * bound
         held = np.setdiff1d(np.flatnonzero(at & (bound > 0.0)), named)
         if not len(held):
             return np.zeros_like(score)

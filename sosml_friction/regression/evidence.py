@@ -22,6 +22,11 @@ IntArray = IndexArray
 #: Ridge of a free parameter as a share of its column's whitened square norm. It keeps the
 #: equations regular and moves an estimate by 1e-10 of itself.
 _FREE = 1e-10
+#: Variance of a uniform distribution within a bound, b^2 / 3, over that of the Gaussian whose
+#: three standard deviations are the bound, b^2 / 9.
+UNIFORM = 3.0
+#: A deviation this close to its bound, as a share, is at it.
+AT_BOUND = 0.999
 #: Ridge of a candidate's own columns of norm 1: some grids have collinear columns.
 _REGULAR = 1e-8
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.evidence import AT_BOUND, UNIFORM, Fit
 
 #: Over how many hats a curve is smooth: the length of its Gaussian kernel. Chosen: two hats bend
 #: within a quarter of an axis, where causes of the catalogue have their knees.
@@ -23,10 +23,6 @@ _EXPONENT = 4.0
 _LEAST = 0.03
 #: When sizes are settled, as a change of their logarithm, and the most rounds until then.
 _SETTLED, _MOST_ROUNDS = 0.02, 60
-#: Share of a bound within which a parameter is at it.
-_AT_BOUND = 0.999
-#: Variance of a Gaussian over that of a uniform distribution whose bound is 3 of its deviations.
-_UNIFORM = 3.0
 _JITTER = 1e-6
 
 
@@ -62,7 +58,7 @@ def fit_curves(
     :param told: rows (rows, n) that say something of curves; None for all.
     """
     system, x, y = fit.system, fit.baseline.x, fit.target.y
-    free = np.flatnonzero(np.abs(x) < _AT_BOUND * system.bound)
+    free = np.flatnonzero(np.abs(x) < AT_BOUND * system.bound)
     held = np.setdiff1d(np.arange(len(x)), free)
     told = np.ones(y.shape, dtype=bool) if told is None else told
     target = told * (y - system.Z[:, :, held] @ x[held])
@@ -70,7 +66,7 @@ def fit_curves(
     bases = [(joint, _standard(told[:, joint, None] * hats)) for joint, hats in curves]
     G, r = _normal(Z, bases, target)
     parts = _own(len(free), [base.shape[1] for _, base in bases])
-    prior = system.penalty()[free] - (1.0 - 1.0 / _UNIFORM) * system.prior_weight()[free]
+    prior = system.penalty()[free] - (1.0 - 1.0 / UNIFORM) * system.prior_weight()[free]
     size = np.full(len(parts), 0.1)
     alive = [g for g, part in enumerate(parts) if G[part, part].any()]
     for _ in range(_MOST_ROUNDS):

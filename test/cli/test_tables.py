@@ -115,9 +115,13 @@ def test_the_only_joint_of_a_model_is_the_one_of_the_columns(sosml, tmp_path):
 def test_diagnose_takes_the_same(sosml, tmp_path):
     table = write_table(tmp_path)
     columns = ('--position', 'q', '--effort', 'f')
-    code, out, err = sosml('diagnose', table, *columns, *ROBOT, '--json')
+    trust = ('--trust', 'friction=inf,masses=0.1')
+    code, out, err = sosml('diagnose', table, *columns, *ROBOT, *trust, '--out', 'why', '--json')
     assert code == 0
     document = checked(out, 'diagnosis')
+    assert document['provenance']['trust'] == {'friction': 'inf', 'masses': 0.1}
+    report = (tmp_path / 'why' / 'report.html').read_text()
+    assert 'within 3.5 % of their values (friction freely, masses within 10 %)' in report
     # What the plant had is what the model refits: nothing is left to name.
     assert document['verdict'] == 'nothing_above_floor'
     assert 'time is t' in err

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.leftover import (
     ACCELERATION,
@@ -24,7 +24,7 @@ from sosml_friction.diagnosis.decision.leftover import (
 from sosml_friction.diagnosis.decision.tone import strongest_tone
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.estimate import BESIDE
+from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import Baseline, CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.structure import HATS
@@ -95,7 +95,7 @@ def remainder(
 
     :param before: the fit without causes; ``fit``: with the accepted ones.
     """
-    far, settings = _far_from_reversals(laboratory), laboratory.settings
+    far, settings = far_from_reversals(laboratory, laboratory.system.Z), laboratory.settings
     rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
     curves: list[tuple[int, FloatArray]] = []
@@ -145,15 +145,6 @@ def remainder(
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
-
-
-def _far_from_reversals(laboratory: WhitenedRegression) -> BoolArray:
-    """Return where the joint of a row does not turn around (rows, n): how it does is no cause."""
-    names = laboratory.nominal.names
-    which = [k for k, name in enumerate(names) if ' reversal ' in name]
-    peaks = np.abs(laboratory.system.Z[:, :, which])
-    share = peaks / np.maximum(peaks.max(axis=0), np.finfo(float).tiny)
-    return np.asarray((share < BESIDE).all(axis=2))
 
 
 def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:

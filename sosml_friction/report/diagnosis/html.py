@@ -7,8 +7,11 @@ from html import escape
 from itertools import groupby
 from typing import Any
 
+import numpy as np
+
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
+from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.figure import figures_of, pictures
 from sosml_friction.report.common.html_page import heading, items, notes_box, page, result_box
 from sosml_friction.report.common.number_text import words
@@ -16,7 +19,7 @@ from sosml_friction.report.diagnosis.tables import causes, controls, experiments
 
 _METHOD = (
     'Unexplained is measured effort minus that of the nominal model, whose parameters were '
-    'refitted within 3.5 % of their values; both sides were low-passed alike. A cause is named '
+    'refitted within {bounds}; both sides were low-passed alike. A cause is named '
     'if, on stretches of data left out of its fit, it removes more than it does of recordings '
     'simulated without it, if its size is physically possible, and if the forward simulation '
     'of data left out gets better. Percentages of the ranking are shares of the energy of the '
@@ -58,7 +61,8 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
         for title, some in groupby(whole, key=lambda figure: figure.title):
             parts += [heading(title), *(figure.html(diagnosis) for figure in some)]
         parts += [parameters(diagnosis), controls(diagnosis)]
-        parts.append(f'<p>{escape(_METHOD)} {escape(_FORWARD)}</p>')
+        method = _METHOD.format(bounds=_bounds(diagnosis.laboratory.settings))
+        parts.append(f'<p>{escape(method)} {escape(_FORWARD)}</p>')
     parts.append(heading('Data') + items(check.sentence for check in diagnosis.checks))
     if diagnosis.laboratory is None:
         parts.append(f'<p>Library <code>{diagnosis.library_hash}</code></p>')
@@ -70,3 +74,13 @@ def rejection(rejected: Mapping[str, Any]) -> str:
     return f'{words(rejected["effect"])} ({rejected["joint"]}), because ' + '; '.join(
         rejected['failed']
     )
+
+
+def _bounds(settings: DiagnosisSettings) -> str:
+    """Return by how much nominal parameters may be off, in words."""
+    text = f'{100.0 * settings.tolerance:g} % of their values'
+    told = [
+        f'{words(group)} {"freely" if np.isinf(share) else f"within {100.0 * share:g} %"}'
+        for group, share in settings.trust.items()
+    ]
+    return f'{text} ({", ".join(told)})' if told else text
