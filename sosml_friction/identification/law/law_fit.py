@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from sosml_friction.identification.law.law_checks import (
 )
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.identification.law.speed_table import SpeedTable, triangle
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -52,6 +54,10 @@ _LEVEL = 0.95
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
 #: after the second. Chosen, no measurement.
 _SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
+#: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
+_LIKE_WEIGHTS = 1e-3
+#: Speed below which a law counts as flat, as a share of the least v_s.
+_FLAT = 1e-3
 #: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
 #: Number of points of the profile near the best fit, and of those at which the other parameters
@@ -255,17 +261,18 @@ def jackknife_covariance(
 ) -> FloatArray:
     """Return the covariance (P, P) whose roots :func:`jackknife_errors` returns."""
     w = np.ones(len(residual)) if weights is None else weights
-    N = X.T @ (w[:, None] * X)
-    count = int(groups.max()) + 1
     order = np.argsort(groups, kind='stable')
-    shifts = []
-    for own in np.split(order, np.flatnonzero(np.diff(groups[order])) + 1):
-        Xg, wg = X[own], w[own]
-        rest = N - Xg.T @ (wg[:, None] * Xg)
-        moment = Xg.T @ (wg * residual[own])
-        shifts.append(np.linalg.pinv(rest, rcond=1e-12) @ -moment)
-    spread = np.array(shifts)
+    first = np.append(0, np.flatnonzero(np.diff(groups[order])) + 1)
+    X, weighted = X[order], (w[:, None] * X)[order]
+    moments = np.add.reduceat(weighted * residual[order, None], first)
+    own = np.column_stack(
+        [np.add.reduceat(weighted * X[:, [k]], first) for k in range(X.shape[1])]
+    )
+    own = own.reshape(len(first), X.shape[1], X.shape[1])
+    rest = np.linalg.pinv(weighted.T @ X - own, rcond=1e-12, hermitian=True)
+    spread = -np.einsum('gij,gj->gi', rest, moments)
     spread = spread - spread.mean(0)
+    count = len(first)
     return np.array((count - 1) / count * spread.T @ spread)
 
 
@@ -292,9 +299,11 @@ class _Problem:
         form: LawForm,
         extra: FloatArray,
     ) -> None:
-        self.v, self.y, self.groups, self.lag, self.keep, self.form = v, y, groups, lag, keep, form
+        self.v, self.y, self.groups, self.form = v, y, groups, form
+        self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
+        self.table: SpeedTable | None = None
         self.base = (
             'coulomb',
             'viscous',
@@ -305,12 +314,34 @@ class _Problem:
         self.knee = ('stribeck',) if form.symmetric else ('stribeck', 'stribeck_asymmetry')
         constant = [v, np.ones_like(v)] + ([] if form.symmetric else [self.speed])
         self._constant = np.column_stack(
-            [self._made(column) for column in constant] + [extra[keep]]
+            [self.made(column) for column in constant] + [extra[keep]]
         )
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
 
-    def _made(self, column: FloatArray) -> FloatArray:
-        return self.lag(column)[self.keep]
+    def tabulate(self, floor: float) -> None:
+        """Make what :meth:`reduced` needs; ``floor``: the law is flat below this speed."""
+        self.table = SpeedTable.of(self.v, self.made, floor, self.form.symmetric)
+
+    def reduced(self, weights: FloatArray) -> _Problem:
+        """
+        Return a regression of few rows with the same solutions and costs, at these weights.
+
+        With the rows sqrt(w) [columns of the table, columns that do not change, y] = Q R, it has
+        the rows of R.
+        """
+        root, few = np.sqrt(weights), copy(self)
+        few._signs = None
+        if self.table is None:
+            few.y, few._constant = self.y * root, self._constant * root[:, None]
+            few.made = lambda column: self.made(column) * root
+            return few
+        own, nodes = (self.table.rows, self._constant, self.y[:, None]), len(self.table.v)
+        R = triangle(*(columns * root[:, None] for columns in own))
+        rows = R[:, :nodes]
+        few.y, few._constant = R[:, -1], R[:, nodes:-1]
+        few.made = lambda column: np.array(rows @ column)
+        few.v, few.speed = self.table.v, np.abs(self.table.v)
+        return few
 
     def names(self, v_s: float | None) -> tuple[str, ...]:
         """Return the linear parameters, in the order of the columns."""
@@ -319,7 +350,7 @@ class _Problem:
     def _sign(self, v0: float) -> tuple[FloatArray, FloatArray]:
         if self._signs is None or self._signs[0] != v0:
             sign = smooth_sign(self.v, v0)
-            self._signs = (v0, sign, np.column_stack([self._made(sign), self._constant]))
+            self._signs = (v0, sign, np.column_stack([self.made(sign), self._constant]))
         return self._signs[1:]
 
     def columns(self, v_s: float | None, v0: float) -> FloatArray:
@@ -328,7 +359,7 @@ class _Problem:
             return fixed
         peak = sign * fade(self.speed, v_s, self.form.alpha)
         peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
-        return np.column_stack([fixed, *(self._made(column) for column in peaks)])
+        return np.column_stack([fixed, *(self.made(column) for column in peaks)])
 
     def solve(self, v_s: float | None, v0: float, weights: FloatArray | None = None) -> _Solution:
         """Solve for the linear parameters: Huber weights of its own where none are given."""
@@ -377,13 +408,13 @@ class _Problem:
             sign = self._sign(v0)[0]
             faded = fade(self.speed, v_s, self.form.alpha)
             slope = sign * amount * faded * self.form.alpha * x / v_s
-            X = np.column_stack([X, self._made(slope)])
+            X = np.column_stack([X, self.made(slope)])
             names = (*names, 'stribeck_velocity')
             size = size + amount * faded
         if with_v0:
             u = self.v / v0
             slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
-            X = np.column_stack([X, self._made(slope)])
+            X = np.column_stack([X, self.made(slope)])
             names = (*names, 'smoothing_velocity')
         return names, X
 
@@ -448,14 +479,14 @@ class _Search:
         first = max(self.slowest, 1e-3 * self.fastest) / _BELOW
         self.grid = np.geomspace(first, self.fastest, _GRID)
         self.finds_v0 = v0 is None
-        self.weights: FloatArray | None = None
         signs = [v0] if v0 is not None else self._signs()
         coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
+        problem.tabulate(_FLAT * self.grid[0])
+        middle = float(np.median(coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
         # model.
-        middle = float(np.median(coarse))
-        weights = min((problem.solve(middle, sign) for sign in signs[:2]), key=_cost).weights
-        tried = [problem.solve(v_s, sign, weights) for sign in signs for v_s in coarse]
+        self._weigh(min((problem.solve(middle, sign) for sign in signs[:2]), key=_cost).weights)
+        tried = [self._solve(v_s, sign) for sign in signs for v_s in coarse]
         # A search that begins at the sign itself does not leave it: begin beside it as well.
         starts = [[fit for fit in tried if (fit.v0 > 0.0) == soft] for soft in (True, False)]
         refined = [
@@ -463,15 +494,20 @@ class _Search:
             for first in (min(some, key=_cost) for some in starts if some)
         ]
         best = min(refined, key=_cost)
-        # Without S any v_s is as good, and rounding would choose.
-        bare = problem.stribeck_at(best) <= _NOTHING * self.level
-        self.weights = problem.solve(None if bare else best.v_s, best.v0).weights
-        if bare:
-            best = min((self._solve(v_s, best.v0) for v_s in coarse), key=_cost)
-        self.full = self._refined(best.v_s, best.v0)
-        if problem.stribeck_at(self.full) <= _NOTHING * self.level:
-            self.full = self._solve(middle, self.full.v0)
-        self.plain = self._plain()
+        for _ in range(_MOST_SOLVED):
+            # Without S any v_s is as good, and rounding would choose.
+            bare = problem.stribeck_at(best) <= _NOTHING * self.level
+            last = self.weights
+            self._weigh(problem.solve(None if bare else best.v_s, best.v0).weights)
+            if bare:
+                best = min((self._solve(v_s, best.v0) for v_s in coarse), key=_cost)
+            best = self._refined(best.v_s, best.v0)
+            if np.max(np.abs(self.weights - last)) < _LIKE_WEIGHTS:
+                break
+        if problem.stribeck_at(best) <= _NOTHING * self.level:
+            best = self._solve(middle, best.v0)
+        self.full = self._whole(best)
+        self.plain = self._whole(self._plain())
         if self.finds_v0:
             self._settle_sign()
         self.freedom = problem.count - len(problem.base) - 2
@@ -479,8 +515,17 @@ class _Search:
     def _signs(self) -> list[float]:
         return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
 
+    def _weigh(self, weights: FloatArray) -> None:
+        """Take the weights of the rows in what is searched from here on."""
+        self.weights, self.few = weights, self.problem.reduced(weights)
+
     def _solve(self, v_s: float | None, v0: float) -> _Solution:
-        return self.problem.solve(v_s, v0, self.weights)
+        """Return the best law of the reduced rows."""
+        return self.few.solve(v_s, v0, np.ones(len(self.few.y)))
+
+    def _whole(self, fit: _Solution) -> _Solution:
+        """Return a law with what it leaves of every row."""
+        return self.problem.solve(fit.v_s, fit.v0, self.weights)
 
     def _refined(self, v_s: float | None, v0: float) -> _Solution:
         """Return the best fit near a start; v0 moves only if it is to be found and not zero."""
@@ -490,7 +535,6 @@ class _Search:
         if self.finds_v0 and v0 > 0.0:
             ends.append((v0, 0.5 * _LEAST_V0 * self.slowest, _LARGEST_V0 * self.slowest))
         start, low, high = np.log(np.array(ends)).T
-        root = np.sqrt(self.weights if self.weights is not None else 1.0)
         size = max(float(np.linalg.norm(self.problem.y)), 1e-300)
 
         def at(u: FloatArray) -> _Solution:
@@ -504,7 +548,7 @@ class _Search:
         pull = np.sqrt(self.form.ridge if v_s is not None else 0.0)
 
         def misfit(u: FloatArray) -> FloatArray:
-            residual = root * at(u).residual / size
+            residual = at(u).residual / size
             drawn = pull * float(np.linalg.norm(residual)) * (u[0] - middle)
             return np.append(residual, drawn) if pull > 0.0 else residual
 
@@ -531,14 +575,14 @@ class _Search:
         """Take the sign itself where the data do not show that it is smoother."""
         # Below this, differences of cost are rounding errors.
         least = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
-        sharp = self._refined(self.full.v_s, 0.0)
+        sharp = self._whole(self._refined(self.full.v_s, 0.0))
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
             limit = self._scale(self.full, 'smoothing_velocity', ()) * self._quantile(1)
             if not sharp.cost - self.full.cost > max(limit, least):
                 self.full = sharp
         if self.plain.v0 > 0.0:
             limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
-            sharp = self._solve(None, 0.0)
+            sharp = self._whole(self._solve(None, 0.0))
             if not sharp.cost - self.plain.cost > max(limit, least):
                 self.plain = sharp
 
@@ -583,7 +627,8 @@ class _Search:
 
     def _profile(self, unit: float, near: FloatArray | None = None) -> LawProfile:
         """Return the profile over v_s, v0 moving along where it is found."""
-        problem, limit = self.problem, unit * self._quantile(1)
+        problem, limit = self.few, unit * self._quantile(1)
+        least = self._solve(self.full.v_s, self.full.v0).cost
         costs, best, half = [], [], []
         v0 = self.full.v0
         moves = self.finds_v0 and v0 > 0.0
@@ -596,8 +641,7 @@ class _Search:
             X = problem.columns(v_s, v0)
             if moves:
                 X = np.column_stack([X, problem.jacobian(fit, True)[1][:, -1]])
-            root = np.sqrt(fit.weights)
-            X, rest = X * root[:, None], fit.residual * root
+            rest = fit.residual
             k = problem.names(v_s).index('stribeck')
             others = [j for j in range(X.shape[1]) if j != k]
             Q = np.linalg.qr(X[:, others])[0]
@@ -610,13 +654,13 @@ class _Search:
                 # From the bound S >= 0, or with v0 moved, it may go on.
                 step = max(float(own @ left) / size, -S)
                 S, cost = S + step, cost - step * (2.0 * float(own @ left) - step * size)
-                room = self.full.cost + limit - cost
+                room = least + limit - cost
                 half.append(float(np.sqrt(room / size)) if room >= 0.0 else np.nan)
             else:
-                half.append(np.inf if self.full.cost + limit >= cost else np.nan)
+                half.append(np.inf if least + limit >= cost else np.nan)
             costs.append(cost)
             best.append(S)
-        rise = np.array(costs) - min(self.full.cost, min(costs))
+        rise = np.array(costs) - min(least, min(costs))
         safe = limit if limit > 0.0 else 1e-300
         return LawProfile(grid, rise / safe, np.array(best), np.array(half))
 
@@ -790,7 +834,7 @@ class _Search:
         ends = [] if found.interval is None else [found.interval]
         for k in picked:
             v_s = float(profile.stribeck_velocity[k])
-            fit = self._solve(v_s, v0)
+            fit = self._whole(self._solve(v_s, v0))
             value = float(fit.theta[problem.names(v_s).index(name)])
             C = problem.covariance(fit, with_v0, ('stribeck_velocity',))
             room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
@@ -812,7 +856,7 @@ class _Search:
 
     def _plain_unit(self) -> float:
         """Return the rise of the cost of one standard error, where there is no S to judge by."""
-        fit = self._solve(self.full.v_s, self.full.v0)
+        fit = self.full
         with_v0 = self.finds_v0 and fit.v0 > 0.0
         return (
             self._scale(fit, 'stribeck', ('stribeck_velocity',))
@@ -942,7 +986,7 @@ class _Search:
             even = [problem.speed]
             if solution.v_s is not None:
                 even.append(fade(problem.speed, solution.v_s, form.alpha))
-            X = np.column_stack([X, *(problem._made(column) for column in even)])
+            X = np.column_stack([X, *(problem.made(column) for column in even)])
             norms = np.linalg.norm(X, axis=0)
             norms[norms == 0.0] = 1.0
             w = solution.weights
