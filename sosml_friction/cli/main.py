@@ -8,6 +8,7 @@ stderr; 130 after Ctrl-C. With ``--json`` stdout carries exactly one JSON object
 remarks always go to stderr.
 """
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -32,6 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     :param arguments: the command line without the name of the program; sys.argv's if None.
     """
+    # Before NumPy is loaded: its small problems take twice the processor on two cores, and no less
+    # time (benchmarks/long_recordings.py).
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else list(arguments)
     try:
         # Not standalone: usage errors come back, to be told in one sentence like all others.

@@ -375,12 +375,23 @@ class _JointTask:
         # The observer passes on for a while what it made of a sign that is not known.
         passed_on = np.abs(lfilter(b, a, unsure_sign(v, zero_band, self.half).astype(float)))
         moving = (np.abs(v) > zero_band) & (passed_on < _BLUR)
-        clusters = (self.time / self.settings.cluster_s).astype(np.int64)
+        # A velocity is a mean over 2 half samples: a row for each quarter of that loses nothing.
+        starts = np.arange(0, len(v), max(1, self.half // 2))
+        lengths = np.diff(np.append(starts, len(v)))
+
+        def means(column: FloatArray) -> FloatArray:
+            return np.array(np.add.reduceat(column, starts) / lengths)
 
         def lag(column: FloatArray) -> FloatArray:
             # The disturbance of a step is the mean over its interval, not its value at the end.
-            return lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1])))
+            return means(lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))))
 
         return LawRows(
-            self.v, tau_f, clusters, settled & moving, self.v, lag, form=self.settings.form
+            self.v,
+            means(tau_f),
+            (self.time[starts] / self.settings.cluster_s).astype(np.int64),
+            np.minimum.reduceat(settled & moving, starts),
+            means(self.v),
+            lag,
+            form=self.settings.form,
         )

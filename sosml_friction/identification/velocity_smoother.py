@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import minimum_filter1d
 from scipy.optimize import minimize_scalar
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.identification.motion_filter import smooth_motion
 from sosml_friction.identification.segments import unsure_sign
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.observers.momentum_samples import MomentumSamples
@@ -51,9 +51,10 @@ class VelocitySmoother:
 
     M v' = u - f(v) - d, q' = v, u = tau + C^T v - g, is linear but for the law f, which is
     linearised about the velocities found before. d is friction that the law leaves: a process of
-    Ornstein and Uhlenbeck. A Kalman filter over (q, v, d) of each joint and its way back (Rauch,
-    Tung and Striebel) give v and its variance, given every position and torque of the stretch.
-    The friction of the other joints is that of their own velocities.
+    Ornstein and Uhlenbeck. A Kalman filter over (q, v, d) of each joint and its way back give v
+    and its variance, given every position and torque of the stretch
+    (:mod:`~sosml_friction.identification.motion_filter`). The friction of the other joints is that
+    of their own velocities.
 
     The torque shows ripple that a position rounded to a quantum does not, and the position keeps
     the integral of the torque from drifting. A torque that does not explain the motion (a wrong
@@ -168,7 +169,7 @@ class VelocitySmoother:
     ) -> tuple[FloatArray, FloatArray, float]:
         drive, slope, white = (x[part.start : part.stop - 1] for x in problem)
         h = self.samples.h[part.start : part.stop - 1]
-        v, variance, likelihood = _smooth(
+        v, variance, likelihood = smooth_motion(
             h,
             self.q[part],
             np.ascontiguousarray(self._mobility[part.start : part.stop - 1]),
@@ -204,90 +205,3 @@ class VelocitySmoother:
                 unlikely, bounds=_FACTORS, method='bounded', options={'xatol': 0.5}
             )
             self._factor[i] = np.exp(found.x)
-
-
-@njit(cache=True, nogil=True)
-def _smooth(
-    h: FloatArray,
-    q: FloatArray,
-    mobility: FloatArray,
-    drive: FloatArray,
-    slope: FloatArray,
-    white: FloatArray,
-    friction: FloatArray,
-    kept: FloatArray,
-    position: FloatArray,
-    slow: FloatArray,
-    free: BoolArray,
-    counted: BoolArray,
-    velocity: FloatArray,
-    back: bool,
-) -> tuple[FloatArray, FloatArray, float]:
-    """
-    Filter (q, v, d) forwards and, if ``back``, go back; return v, its variance, log likelihood.
-
-    Where friction is ``free``, the velocity is measured: the ``slow`` one, that of the position.
-    M v' = drive - slope v - d, with drive and d as they are over an interval; q by the trapezoid.
-    """
-    count, n = q.shape
-    m = 3 * n
-    x, P = np.zeros(m), np.zeros((m, m))
-    x[:n], x[n : 2 * n] = q[0], slow[0]
-    for i in range(n):
-        P[i, i], P[n + i, n + i], P[2 * n + i, 2 * n + i] = position[i], velocity[i], friction[i]
-    A, Q, b, one = np.eye(m), np.zeros((m, m)), np.zeros(m), np.eye(n)
-    stored = count if back else 1
-    after, spreads = np.zeros((stored, m)), np.zeros((stored, m, m))
-    before, predicted = np.zeros((stored, m)), np.zeros((stored, m, m))
-    steps = np.zeros((stored, m, m))
-    after[0], spreads[0] = x, P
-    likelihood = 0.0
-    for k in range(1, count):
-        half = 0.5 * h[k - 1]
-        # exp(-X) and its mean over the step: Pade's (0, 2), which does not ring where X is large.
-        X = h[k - 1] * mobility[k - 1] * slope[k - 1]
-        inverse = np.linalg.inv(one + X + 0.5 * (X @ X))
-        gain = h[k - 1] * (inverse @ ((one + 0.5 * X) @ mobility[k - 1]))
-        A[n : 2 * n, n : 2 * n] = inverse
-        A[n : 2 * n, 2 * n :] = -gain
-        A[:n, n:] = half * A[n : 2 * n, n:]
-        b[n : 2 * n] = gain @ drive[k - 1]
-        b[:n] = half * b[n : 2 * n]
-        noise = (gain * white[k - 1]) @ gain.T
-        Q[n : 2 * n, n : 2 * n] = noise
-        Q[:n, n : 2 * n] = Q[n : 2 * n, :n] = half * noise
-        Q[:n, :n] = half * half * noise
-        for i in range(n):
-            A[i, n + i] += half
-            A[2 * n + i, 2 * n + i] = kept[k - 1]
-            Q[2 * n + i, 2 * n + i] = friction[i] * (1.0 - kept[k - 1] ** 2)
-        x = A @ x + b
-        P = A @ P @ A.T + Q
-        if back:
-            before[k], predicted[k], steps[k] = x, P, A
-        for i in range(n):
-            variance = P[i, i] + position[i]
-            error = q[k, i] - x[i]
-            K = P[:, i].copy() / variance
-            x = x + K * error
-            P = P - np.outer(K, P[i].copy())
-            if counted[k, i]:
-                likelihood -= 0.5 * (error * error / variance + np.log(variance))
-        for i in range(n):
-            if free[k, i]:
-                j = n + i
-                K = P[:, j].copy() / (P[j, j] + velocity[i])
-                x = x + K * (slow[k, i] - x[j])
-                P = P - np.outer(K, P[j].copy())
-        P = 0.5 * (P + P.T)
-        if back:
-            after[k], spreads[k] = x, P
-    v, spread = np.zeros((stored, n)), np.zeros((stored, n))
-    for k in range(stored - 1, -1, -1):
-        if k < stored - 1:
-            C = np.linalg.solve(predicted[k + 1], steps[k + 1] @ spreads[k]).T
-            after[k] += C @ (after[k + 1] - before[k + 1])
-            spreads[k] += C @ (spreads[k + 1] - predicted[k + 1]) @ C.T
-        for i in range(n):
-            v[k, i], spread[k, i] = after[k, n + i], spreads[k, n + i, n + i]
-    return v, spread, likelihood

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 
@@ -28,7 +28,7 @@ from sosml_friction.identification.law.law_checks import (
 )
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.identification.law.speed_table import SpeedTable, triangle
+from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -56,8 +56,8 @@ _LEVEL = 0.95
 _SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
 #: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
 _LIKE_WEIGHTS = 1e-3
-#: Speed below which a law counts as flat, as a share of the least v_s.
-_FLAT = 1e-3
+#: Laws are compared at this many speeds, from this share of the least v_s on: there they are flat.
+_SPEEDS, _FLAT = 200, 1e-3
 #: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
 #: Number of points of the profile near the best fit, and of those at which the other parameters
@@ -303,7 +303,7 @@ class _Problem:
         self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
-        self.table: SpeedTable | None = None
+        self._spanned: tuple[_Problem, FloatArray, FloatArray] | None = None
         self.base = (
             'coulomb',
             'viscous',
@@ -318,29 +318,46 @@ class _Problem:
         )
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
 
-    def tabulate(self, floor: float) -> None:
-        """Make what :meth:`reduced` needs; ``floor``: the law is flat below this speed."""
-        self.table = SpeedTable.of(self.v, self.made, floor, self.form.symmetric)
+    def span(self, laws: Sequence[tuple[float, float]], slowest: float) -> None:
+        """
+        Find a few columns that those of ``laws``, each v_s and v0, are combinations of.
+
+        Laws are smooth over the logarithm of speed: combinations are the same at all velocities
+        as at some speeds from ``slowest`` on.
+        """
+        speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
+        at = copy(self)
+        at.v = speeds if self.form.symmetric else np.concatenate([-speeds[::-1], [0.0], speeds])
+        at.speed, at.made, at._signs = np.abs(at.v), lambda column: column, None
+        at._constant = np.empty((len(at.v), 0))
+        if len(self.y) <= len(at.v):
+            # Its rows are few as they are.
+            return
+        columns = np.column_stack([at.columns(*law) for law in laws])
+        picked, of_law = spanning(columns), columns.shape[1] // len(laws)
+        # The first column of a law is the sign, the last ones are those of the knee.
+        own = [self.columns(*laws[k // of_law])[:, -(-k % of_law)] for k in picked.tolist()]
+        combination = np.asarray(np.linalg.pinv(columns[:, picked]))
+        self._spanned = (at, combination, np.column_stack(own))
 
     def reduced(self, weights: FloatArray) -> _Problem:
         """
         Return a regression of few rows with the same solutions and costs, at these weights.
 
-        With the rows sqrt(w) [columns of the table, columns that do not change, y] = Q R, it has
-        the rows of R.
+        With the rows sqrt(w) [columns that span the laws, columns that do not change, y] = Q R, it
+        has the rows of R.
         """
-        root, few = np.sqrt(weights), copy(self)
+        root, few = np.sqrt(weights)[:, None], copy(self)
         few._signs = None
-        if self.table is None:
-            few.y, few._constant = self.y * root, self._constant * root[:, None]
-            few.made = lambda column: self.made(column) * root
+        if self._spanned is None:
+            few.y, few._constant = self.y * root[:, 0], self._constant * root
+            few.made = lambda column: self.made(column) * root[:, 0]
             return few
-        own, nodes = (self.table.rows, self._constant, self.y[:, None]), len(self.table.v)
-        R = triangle(*(columns * root[:, None] for columns in own))
-        rows = R[:, :nodes]
-        few.y, few._constant = R[:, -1], R[:, nodes:-1]
-        few.made = lambda column: np.array(rows @ column)
-        few.v, few.speed = self.table.v, np.abs(self.table.v)
+        at, combination, own = self._spanned
+        R = triangle(*(columns * root for columns in (own, self._constant, self.y[:, None])))
+        rows = R[:, : own.shape[1]] @ combination
+        few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)
+        few.y, few._constant = R[:, -1], R[:, own.shape[1] : -1]
         return few
 
     def names(self, v_s: float | None) -> tuple[str, ...]:
@@ -481,7 +498,11 @@ class _Search:
         self.finds_v0 = v0 is None
         signs = [v0] if v0 is not None else self._signs()
         coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
-        problem.tabulate(_FLAT * self.grid[0])
+        near = [0.0, *np.geomspace(0.5 * _LEAST_V0, _LARGEST_V0, _GRID // 3) * self.slowest]
+        problem.span(
+            [(v_s, sign) for sign in (near if v0 is None else signs) for v_s in self.grid[::2]],
+            _FLAT * self.grid[0],
+        )
         middle = float(np.median(coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
         # model.

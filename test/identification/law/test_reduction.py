@@ -1,0 +1,32 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+
+from sosml_friction.identification.law.reduction import spanning, triangle
+
+RNG = np.random.default_rng(5)
+
+
+def test_a_triangle_of_blocks_has_the_gram_matrix_of_all_rows(monkeypatch):
+    monkeypatch.setattr('sosml_friction.identification.law.reduction._BLOCK', 7)
+    a, b = RNG.normal(size=(100, 3)), RNG.normal(size=(100, 2))
+    R, X = triangle(a, b), np.column_stack([a, b])
+    assert R.shape == (5, 5)
+    np.testing.assert_allclose(R.T @ R, X.T @ X, rtol=1e-12)
+
+
+def test_many_exponentials_are_combinations_of_a_few_at_speeds_that_were_not_looked_at():
+    knees = np.geomspace(1e-3, 1.0, 60)
+    speeds, others = np.geomspace(1e-5, 2.0, 200), RNG.uniform(0.0, 2.0, 500)
+    columns = np.exp(-speeds[:, None] / knees)
+    picked = spanning(columns)
+    assert len(picked) < 30
+    combination = np.linalg.pinv(columns[:, picked])
+    for v_s in (1.7e-3, 0.0433, 0.71):
+        made = np.exp(-others[:, None] / knees[picked]) @ combination @ np.exp(-speeds / v_s)
+        # What spanning leaves, by column, times how many columns are combined.
+        np.testing.assert_allclose(made, np.exp(-others / v_s), rtol=0.0, atol=30 * 1e-8)
+
+
+def test_columns_of_which_none_is_a_combination_are_all_picked():
+    assert sorted(spanning(np.eye(4))) == [0, 1, 2, 3]
