@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import (
@@ -125,6 +126,10 @@ def diagnose(
     by_log = [check_log(log) + check_joints(log, robot) for log in logs]
     checks = [check for own in by_log for check in own]
     logs = [without_bad(log, own) for log, own in zip(logs, by_log, strict=True)]
+    for k, log in enumerate(logs):
+        logs[k], together = block_means(log)
+        if together > 1:
+            checks.append(Check('means', 'note', '*', block_sentence(logs[k], together)))
     try:
         _refuse_bad(checks, logs)
         signals = with_known(prepare(logs, model, robot, settings), model)
@@ -260,7 +265,7 @@ def _prepared(
     band = replace(settings, band=first.band.cutoff)
     try:
         checks = check_log(log) + check_joints(log, first.robot)
-        log = without_bad(log, checks)
+        log = block_means(without_bad(log, checks))[0]
         _refuse_bad(checks, [log])
         return with_known(prepare([log], model, first.robot, band, first.scales), model)
     except DataError as error:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
 from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
@@ -52,10 +53,12 @@ def fit_log_terms(
     logs, bags, reasons = [], [], dict[str, str]()
     for source, recording in recordings.items():
         log, checks = check_data(recording, robot, source.recovery, nominal.unknown_armature)
+        log, together = block_means(log)
         logs.append(log)
         silent = [n for n in robot.names if not np.isfinite(recording.select([n]).tau).any()]
         remarks = [
             *checks.sentences,
+            *([block_sentence(log, together)] if together > 1 else []),
             *(f'{n} reports no effort and is not fitted' for n in silent),
         ]
         reasons |= dict.fromkeys(silent, '')

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import DataError
@@ -120,6 +121,12 @@ def analyse_log(
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     log, checks = check_data(log, robot, source.recovery, nominal.unknown_armature)
     log, checks = _with_corrected_effort(log, checks, nominal)
+    holds = effort_holds(robot.names, effort_hold or {}, recorded)
+    log, together = block_means(log, holds)
+    if together > 1:
+        said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
+        checks = replace(checks, findings=(*checks.findings, said))
+        holds = ('mean',) * len(holds)
     if body is None:
         progress('comparing the rigid body with the motion')
         body = refit_body([log], nominal, settings.body_tolerance, progress)
@@ -128,11 +135,11 @@ def analyse_log(
         robot = nominal.make_robot()
         found = [DataFinding('rigid_body', ALL_JOINTS, NOTE, told) for told in body.sentences()]
         checks = replace(checks, findings=(*checks.findings, *found))
-    holds = effort_holds(robot.names, effort_hold or {}, recorded)
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
-        configuration = replace(recorded, effort_hold=holds) if effort_hold else recorded
+        stated = effort_hold or together > 1
+        configuration = replace(recorded, effort_hold=holds) if stated else recorded
     estimator = configuration.make_estimator(robot)
     progress('running the observers over the bag')
     estimates = estimator.batch(log)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
@@ -280,7 +281,7 @@ def fit_terms(
     wanted = parse_terms(terms, robot.names)
     nominal = _without(model, wanted)
     step('preparing the recordings')
-    logs = [log.select(robot.names) for log in logs]
+    logs = [block_means(log.select(robot.names))[0] for log in logs]
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
     laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step)
     keys, left = _keys(laboratory, wanted, signals[0])

@@ -1,0 +1,126 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What a fit and a diagnosis cost by the length of the recording: time, memory, exponent.
+
+A pendulum of one joint moves back and forth at eight speeds, at 1 kHz, with C .40, B .12, S .25,
+v_s .05, 10 urad of noise in position and 20 mNm in effort. Each run is a process of its own, from
+samples in memory to the result, imports and compiled code from the cache included, with one thread
+of BLAS; ``threads`` is the same with two. Ratios are to the shortest recording. The exponent is
+the slope of log time over log length from the second length on. Nothing here is a test.
+
+``python benchmarks/long_recordings.py [MINUTES ...]``; by default 3, 6 and 12 minutes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+from sosml_friction.report.common.table import print_table, terminal_table
+
+#: Speeds [rad/s] of the ladder, step [s], and the time of a speed one way [s].
+SPEEDS, STEP, LONGEST = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), 1e-3, 8.0
+INERTIA, WEIGHT, ARM = 0.15, 1.2, 0.122324
+URDF = f"""<robot name="pendulum"><link name="base"/><link name="arm"><inertial>
+<origin xyz="{ARM} 0 0"/><mass value="{WEIGHT / 9.81 / ARM}"/>
+<inertia ixx="0.0001" iyy="{INERTIA - WEIGHT / 9.81 * ARM}" izz="0.13" ixy="0" ixz="0" iyz="0"/>
+</inertial></link><joint name="joint" type="continuous"><parent link="base"/><child link="arm"/>
+<axis xyz="0 1 0"/><limit effort="20" velocity="10"/></joint></robot>"""
+
+
+def motion(minutes: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocity and acceleration of the ladder, rounded off over 0.2 s."""
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(0.2 / STEP)) * STEP / 0.2)
+    one: list[np.ndarray] = []
+    for speed in SPEEDS:
+        profile = np.ones(round(min(LONGEST, max(1.0, 1.2 / speed)) / STEP))
+        profile[: len(ramp)], profile[-len(ramp) :] = ramp, ramp[::-1]
+        one += [speed * profile, -speed * profile]
+    v = np.resize(np.concatenate(one), round(60.0 * minutes / STEP))
+    return v, np.gradient(v, STEP)
+
+
+def work(command: str, minutes: float) -> None:
+    """Do one run and print its time, memory and answer."""
+    begun = time.perf_counter()
+    import sosml_friction as sf
+    from sosml_friction.bags.joint_log import JointLog
+
+    rng = np.random.default_rng(0)
+    v, a = motion(minutes)
+    q = np.cumsum(v) * STEP
+    friction = np.sign(v) * (0.40 + 0.25 * np.exp(-np.abs(v) / 0.05)) + 0.12 * v
+    # Gravity acts where x points down: the arm is level at q = 0.
+    tau = INERTIA * a - WEIGHT * np.cos(q) + friction + 0.02 * rng.standard_normal(len(q))
+    q = q + 1e-5 * rng.standard_normal(len(q))
+    made = time.perf_counter()
+    stamps = np.arange(len(q), dtype=np.int64) * round(1e9 * STEP)
+    log = JointLog(('joint',), stamps, q[:, None], np.full((len(q), 1), np.nan), tau[:, None])
+    model = sf.Model.from_urdf(URDF, {'joint': 0.0})
+    if command == 'fit':
+        answer = ', '.join(
+            f'{name} {p.value:.4g}' for name, p in sf.fit(log, model).parameters['joint'].items()
+        )
+    else:
+        answer = sf.diagnose(log, model).summary().split('\n')[0]
+    print(
+        json.dumps(
+            {
+                'seconds': time.perf_counter() - begun,
+                'making': made - begun,
+                'megabytes': resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+                'answer': answer,
+            }
+        )
+    )
+
+
+def run(command: str, minutes: float, threads: int) -> dict[str, float]:
+    """Return what a process of its own found."""
+    done = subprocess.run(
+        [sys.executable, __file__, command, str(minutes)],
+        env={**os.environ, 'OPENBLAS_NUM_THREADS': str(threads)},
+        stdout=subprocess.PIPE,
+        check=True,
+    )
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    print(f'{command} {minutes:g} min, {threads} threads: {found["answer"]}', file=sys.stderr)
+    return found
+
+
+def main(lengths: list[float]) -> None:
+    """Print the table."""
+    rows = []
+    for command in ('fit', 'diagnose'):
+        # What is compiled is in the cache afterwards.
+        run(command, lengths[0], 1)
+        found = [run(command, minutes, 1) for minutes in lengths]
+        times = [each['seconds'] - each['making'] for each in found]
+        exponent = '-'
+        if len(lengths) > 2:
+            exponent = f'{np.polyfit(np.log(lengths[1:]), np.log(times[1:]), 1)[0]:.2f}'
+        for minutes, taken, each in zip(lengths, times, found, strict=True):
+            ratio, memory = f'{taken / times[0]:.2f}', f'{each["megabytes"]:.0f}'
+            rows.append([command, f'{minutes:g}', f'{taken:.1f}', ratio, memory, exponent])
+        two = run(command, lengths[0], 2)
+        taken = two['seconds'] - two['making']
+        ratio = f'{taken / times[0]:.2f}'
+        rows.append(
+            [f'{command}, threads', f'{lengths[0]:g}', f'{taken:.1f}', ratio, '', exponent]
+        )
+    header = ['command', 'minutes', 'seconds', 'ratio', 'MB', 'exponent']
+    print_table(terminal_table(header, rows))
+
+
+if __name__ == '__main__':
+    if sys.argv[1:2] in (['fit'], ['diagnose']):
+        work(sys.argv[1], float(sys.argv[2]))
+    else:
+        main([float(each) for each in sys.argv[1:]] or [3.0, 6.0, 12.0])

@@ -1,0 +1,73 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Long recordings as means of a few samples each, so that time and memory stay bounded."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.joint_log import JointLog
+
+#: Samples from which on means are taken: ten minutes of 1 kHz. Chosen by what an hour costs:
+#: benchmarks/long_recordings.py.
+MOST_SAMPLES = 600_000
+#: A step of more than this many median ones is a hole, as for even_stretches.
+_HOLE = 5.0
+
+
+def block_means(
+    log: JointLog, effort_hold: Sequence[str] = (), most: int = MOST_SAMPLES
+) -> tuple[JointLog, int]:
+    """
+    Return a recording as means of blocks of m samples, and m: 1 up to ``most`` samples.
+
+    Means of position, velocity and effort over the same time are a low-pass of both sides of the
+    model, and keep what many samples know of a position. No block reaches over a hole; samples
+    without a position, and blocks that are not full, are left out. An effort that is not known is
+    left out of its mean.
+
+    :param effort_hold: where in an interval the effort of each joint holds, ``mean`` if empty. A
+        mean is then of the effort that acts from half an interval before a sample to half after.
+    """
+    count = -(-len(log) // most)
+    if count == 1:
+        return log, 1
+    tau = log.tau.copy()
+    for i, hold in enumerate(effort_hold):
+        if hold == 'start':
+            tau[1:, i] = 0.5 * (log.tau[1:, i] + log.tau[:-1, i])
+        elif hold == 'end':
+            tau[:-1, i] = 0.5 * (log.tau[1:, i] + log.tau[:-1, i])
+    rows = np.flatnonzero(np.isfinite(log.q).all(axis=1) & np.append(True, np.diff(log.t_ns) != 0))
+    steps = np.diff(log.t_ns[rows])
+    hole = (steps < 0) | (steps > _HOLE * np.median(steps))
+    blocks = [
+        run[: len(run) // count * count].reshape(-1, count)
+        for run in np.split(rows, np.flatnonzero(hole) + 1)
+    ]
+    block = np.concatenate(blocks)
+
+    def means(column: FloatArray) -> FloatArray:
+        values = column[block]
+        known = np.isfinite(values)
+        number = known.sum(axis=1)
+        total = np.where(known, values, 0.0).sum(axis=1)
+        return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+
+    first = log.t_ns[block[:, 0]]
+    return replace(
+        log,
+        t_ns=first + np.rint((log.t_ns[block] - first[:, None]).mean(axis=1)).astype(np.int64),
+        q=means(log.q),
+        v=means(log.v),
+        tau=means(tau),
+        temperature=None if log.temperature is None else means(log.temperature),
+    ), count
+
+
+def block_sentence(log: JointLog, count: int) -> str:
+    """Return what was done to a recording that is now ``log``."""
+    rate = 1.0 / float(np.median(np.diff(log.time)))
+    return f'the recording is long: means of {count} samples are used, {rate:.3g} Hz'

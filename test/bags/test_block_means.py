@@ -1,0 +1,55 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+
+from sosml_friction.bags.block_means import block_means
+from sosml_friction.bags.joint_log import JointLog
+
+
+def recording(count=12, step_ns=1_000_000):
+    t = np.arange(count) * step_ns
+    q = np.column_stack([np.arange(count) * 1.0, np.arange(count) * -2.0])
+    return JointLog(('a', 'b'), t, q, np.ones((count, 2)), 10.0 * q)
+
+
+def test_a_recording_of_no_more_samples_stays_as_it_is():
+    log = recording()
+    assert block_means(log, most=12) == (log, 1)
+
+
+def test_positions_stamps_and_efforts_are_means_over_the_same_time():
+    log, count = block_means(recording(), most=4)
+    assert count == 3
+    np.testing.assert_array_equal(log.t_ns, np.array([1, 4, 7, 10]) * 1_000_000)
+    np.testing.assert_allclose(log.q[:, 0], [1.0, 4.0, 7.0, 10.0])
+    np.testing.assert_allclose(log.tau, 10.0 * log.q)
+
+
+@pytest.mark.parametrize(('hold', 'early'), [('start', -0.5), ('mean', 0.0), ('end', 0.5)])
+def test_an_effort_is_the_mean_of_what_acts_in_the_time_of_its_block(hold, early):
+    # The effort grows by 10 a sample: held from its sample on, half of the one before acts.
+    log, _ = block_means(recording(), (hold, 'mean'), most=4)
+    np.testing.assert_allclose(log.tau[1:-1, 0], 10.0 * (log.q[1:-1, 0] + early))
+    np.testing.assert_allclose(log.tau[:, 1], 10.0 * log.q[:, 1])
+
+
+def test_no_block_reaches_over_a_hole():
+    whole = recording(12)
+    stamps = whole.t_ns.copy()
+    stamps[5:] += 1_000_000_000
+    log, count = block_means(JointLog(whole.names, stamps, whole.q, whole.v, whole.tau), most=4)
+    # Five samples before the hole make one block of three, seven after it two.
+    assert count == 3
+    np.testing.assert_allclose(log.q[:, 0], [1.0, 6.0, 9.0])
+
+
+def test_what_is_not_known_is_left_out_of_a_mean():
+    whole = recording()
+    whole.tau[4, 0] = np.nan
+    whole.tau[:, 1] = np.nan
+    whole.q[9, 0] = np.nan
+    log, _ = block_means(whole, most=4)
+    np.testing.assert_allclose(log.q[:, 0], [1.0, 4.0, 7.0])
+    np.testing.assert_allclose(log.tau[:, 0], [10.0, 40.0, 70.0])
+    assert np.isnan(log.tau[:, 1]).all()
