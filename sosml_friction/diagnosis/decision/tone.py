@@ -59,9 +59,12 @@ class Tone:
             # Half of a line's width over the range apart.
             count = (high - low) * float(np.ptp(x)) / np.pi + 2.0
             w = np.linspace(low, high, int(min(count, _MOST_LINES)))
-            for sign in (-1.0, 1.0):
-                alike = np.abs(turn @ np.exp(1j * sign * np.outer(x, w))) / len(x)
-                if alike.max() ** 2 > _ALIKE:
+            # One line after the other: all at once would be rows times lines of memory.
+            for line in w:
+                path = np.exp(1j * line * x)
+                # vdot takes the conjugate of its first argument.
+                alike = max(abs(np.vdot(path, turn)), abs(np.dot(path, turn))) / len(x)
+                if alike**2 > _ALIKE:
                     return True
         return False
 

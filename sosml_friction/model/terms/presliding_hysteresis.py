@@ -69,6 +69,8 @@ class PreslidingHysteresis(EffortTerm):
         x_0 = float(fit.signals.scales.displacement[fit.joint])
         x_s = float(fit.inner['displacement'])
         most = max(_MOST, 1.0 / (1.0 - x_0 / x_s)) if x_s > x_0 else np.inf
+        if coulomb == 0.0:
+            return 'the model has no Coulomb friction that builds up'
         if np.isfinite(coulomb) and not _LEAST * coulomb < level < most * coulomb:
             return f'what builds up is {level / coulomb:.2f} of Coulomb friction, not all'
         return ''

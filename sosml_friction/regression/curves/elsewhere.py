@@ -32,10 +32,14 @@ class Elsewhere(Curve):
         self._positions = knots_of(stretches, lambda s: s.q, HATS)
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the hats, (N, n, 2 hats of each axis)."""
+        """Return the hats."""
+        return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
+
+    def own_columns(self, signals: Recording, joint: int, grid: Sequence[Inner]) -> FloatArray:
+        """Return the hats of the joint alone, (N, 1, 2 hats of each axis)."""
         factors = 1.0, signals.sign[:, joint]
         parts = [padded_hats(signals.time, self._times, HATS, factors)]
         for k in (joint - 1, joint + 1):
             if 0 <= k < signals.robot.n:
                 parts.append(padded_hats(signals.q[:, k], self._positions[k], HATS, factors))
-        return signals.in_joint(joint, *np.concatenate(parts, axis=1).T)
+        return np.concatenate(parts, axis=1)[:, None]
