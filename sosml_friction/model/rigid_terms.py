@@ -18,18 +18,16 @@ import math
 import numpy as np
 from numba import njit
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import FloatArray
 
 #: Numbers of :func:`rigid_terms` for each joint: rotation, origin, screw (turning, sliding), twist
-#: likewise, mass, mass times centre, inertia (xx, xy, xz, yy, yz, zz), angular and linear momentum.
+#: likewise, mass, mass times centre, inertia (xx, xy, xz, yy, yz, zz), angular momentum, linear.
 WORK = 40
 
 
 @njit(cache=True)
 def rigid_terms(
-    bodies: FloatArray,
-    links: IndexArray,
-    base: FloatArray,
+    tree: FloatArray,
     q: FloatArray,
     v: FloatArray,
     work: FloatArray,
@@ -40,26 +38,26 @@ def rigid_terms(
     """
     Write p = M q' (n,), C^T q' - g (n,) and M (n, n).
 
-    :param bodies: this and the next two are of
-        :class:`~sosml_friction.model.rigid_constants.RigidConstants`.
+    :param tree: (m + 1, ...) of :func:`~sosml_friction.model.rigid_constants.rigid_constants`.
     :param q: position (n,) [rad or m].
     :param v: velocity (n,) [rad/s or m/s].
-    :param work: (m + 1, WORK), where m is the number of rows of ``bodies``; anything.
+    :param work: (m + 1, WORK); anything.
     """
-    m, n = len(bodies), len(q)
+    rows, n = len(tree), len(q)
     root = work[0]
     root[:] = 0.0
     root[0] = root[4] = root[8] = 1.0
-    for j in range(m):
-        _place(bodies[j], work[links[j, 0]], work[j + 1], q[links[j, 1]], v[links[j, 1]])
+    for j in range(1, rows):
+        leader = int(tree[j, 53])
+        _place(tree[j], work[int(tree[j, 52])], work[j], q[leader], v[leader])
     for i in range(n):
-        drift[i] = -base[3 + i]
+        drift[i] = 0.0
         for k in range(n):
             M[i, k] = 0.0
-    gx, gy, gz = base[0], base[1], base[2]
-    for j in range(m - 1, -1, -1):
-        w = work[j + 1]
-        leader, ratio = links[j, 1], bodies[j, 50]
+    gx, gy, gz = tree[0, 0], tree[0, 1], tree[0, 2]
+    for j in range(rows - 1, 0, -1):
+        w = work[j]
+        ratio, parent, leader = tree[j, 50], int(tree[j, 52]), int(tree[j, 53])
         ax, ay, az, lx, ly, lz = w[12], w[13], w[14], w[15], w[16], w[17]
         ox, oy, oz, vx, vy, vz = w[18], w[19], w[20], w[21], w[22], w[23]
         mass, cx, cy, cz = w[24], w[25], w[26], w[27]
@@ -73,13 +71,12 @@ def rigid_terms(
         fx = mass * lx + ay * cz - az * cy
         fy = mass * ly + az * cx - ax * cz
         fz = mass * lz + ax * cy - ay * cx
-        drift[leader] += ratio * (change + gx * fx + gy * fy + gz * fz)
+        drift[leader] += ratio * (change + gx * fx + gy * fy + gz * fz) - tree[j, 54]
         nx = w[28] * ax + w[29] * ay + w[30] * az + cy * lz - cz * ly
         ny = w[29] * ax + w[31] * ay + w[32] * az + cz * lx - cx * lz
         nz = w[30] * ax + w[32] * ay + w[33] * az + cx * ly - cy * lx
-        own = ax * nx + ay * ny + az * nz + lx * fx + ly * fy + lz * fz + bodies[j, 49]
+        own = ax * nx + ay * ny + az * nz + lx * fx + ly * fy + lz * fz + tree[j, 49]
         M[leader, leader] += ratio * ratio * own
-        parent = links[j, 0]
         if parent > 0:
             above = work[parent]
             for k in range(24, 40):
@@ -88,11 +85,11 @@ def rigid_terms(
         while i > 0:
             a = work[i]
             both = a[12] * nx + a[13] * ny + a[14] * nz + a[15] * fx + a[16] * fy + a[17] * fz
-            both *= ratio * bodies[i - 1, 50]
-            other = links[i - 1, 1]
+            both *= ratio * tree[i, 50]
+            other = int(tree[i, 53])
             M[leader, other] += both
             M[other, leader] += both
-            i = links[i - 1, 0]
+            i = int(tree[i, 52])
     for i in range(n):
         total = 0.0
         for k in range(n):
@@ -151,6 +148,6 @@ def _place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float)
 
 
 @njit(cache=True)
-def work_space(bodies: FloatArray) -> FloatArray:
+def work_space(tree: FloatArray) -> FloatArray:
     """Return the ``work`` of :func:`rigid_terms`."""
-    return np.empty((len(bodies) + 1, WORK))
+    return np.empty((len(tree), WORK))

@@ -12,7 +12,7 @@ import pinocchio
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.rigid_constants import RigidConstants
+from sosml_friction.model.rigid_constants import rigid_constants
 from sosml_friction.model.urdf_joints import JointLimits, Mimic, UrdfJoints, read_joints
 
 __all__ = ['JointLimits', 'Robot']
@@ -78,7 +78,7 @@ class Robot:
         self._data = model.createData()
         self._identity = bool(np.array_equal(self._order, np.arange(model.nv)))
         self._spread, self._offset = self._following()
-        self._constants: RigidConstants | None = None
+        self._constants: FloatArray | None = None
         self.effort_units = tuple(
             'N' if stated.joints[n].kind == 'prismatic' else 'Nm' for n in joints
         )
@@ -90,11 +90,11 @@ class Robot:
         return len(self.names)
 
     @property
-    def constants(self) -> RigidConstants:
-        """Return what compiled code computes :meth:`momentum_terms` from."""
+    def constants(self) -> FloatArray:
+        """Return what compiled code computes :meth:`momentum_terms` from, rigid_constants."""
         if self._constants is None:
             led = [self.followers.get(name, Mimic(name)) for name in list(self._model.names)[1:]]
-            self._constants = RigidConstants.of(
+            self._constants = rigid_constants(
                 self._model,
                 [self.names.index(mimic.leader) for mimic in led],
                 [mimic.multiplier for mimic in led],
@@ -166,10 +166,10 @@ class Robot:
         # Numba is for those alone who come here.
         from sosml_friction.model.rigid_terms import rigid_terms, work_space
 
-        constants = self.constants
+        tree = self.constants
         p, drift, M = np.empty(self.n), np.empty(self.n), np.empty((self.n, self.n))
         q, v = np.array(q, dtype=float), np.array(v, dtype=float)
-        rigid_terms(*constants, q, v, work_space(constants.bodies), p, drift, M)
+        rigid_terms(tree, q, v, work_space(tree), p, drift, M)
         return p, drift, M
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:

@@ -17,16 +17,14 @@ REPEATED, UNUSABLE, START, INTERVAL = range(4)
 GAP, BACKWARDS = 8, 16
 #: What became of it, without what was added.
 OUTCOME = 7
-#: Of ``kept``: whether there is a stamp, it, and whether the observers run; then counts of samples,
-#: of what is above, and, for each joint, of missing efforts.
+#: Of ``kept``: whether there is a stamp, it, and whether the observers run; then counts: samples,
+#: those above, and missing efforts of each joint.
 BEGUN, STAMP, RUNNING, SAMPLES, REPEATS, RETURNS, GAPS, NOT_FINITE, LACKS = range(9)
 
 
 @njit(cache=True)
 def advance(
-    bodies: FloatArray,
-    links: IndexArray,
-    base: FloatArray,
+    tree: FloatArray,
     weights: FloatArray,
     maximum_gap_s: float,
     differentiated: bool,
@@ -34,50 +32,47 @@ def advance(
     motion: FloatArray,
     kept: IndexArray,
     memory: FloatArray,
-    status: IndexArray,
     h: FloatArray,
     driven: FloatArray,
     inertia: FloatArray,
 ) -> int:
     """
-    Take N samples of n joints, write the intervals that end at them, and return the last one's status.
+    Take N samples of n joints, write the intervals that end at them, return the last's status.
 
     The rows of ``driven`` and ``inertia`` of a sample that ends no interval hold anything, but for
     the momentum of a start.
 
-    :param bodies: this and the next two are of
-        :class:`~sosml_friction.model.rigid_constants.RigidConstants`.
+    :param tree: of :func:`~sosml_friction.model.rigid_constants.rigid_constants`.
     :param weights: (n,) of the effort at the end of an interval; that at its start has the rest.
     :param differentiated: whether velocities are the backward differences of positions.
-    :param stamps: (N,) int64 [ns].
+    :param stamps: (2, N) int64: the stamps [ns]; written: the status, an outcome and flags.
     :param motion: q, v and tau, (3, N, n); v is overwritten if it is ``differentiated``.
     :param kept: from sample to sample, (:data:`LACKS` + n,), as said there.
     :param memory: likewise (4 + n, n): q, v, C^T q' - g, tau and M at the last usable sample.
-    :param status: (N,), written: the outcome, and flags.
     :param h: (N,), written [s].
     :param driven: (3, N, n), written: p, integral and forcing as in
         :class:`~sosml_friction.observers.momentum_samples.MomentumSamples`.
     :param inertia: (N, n, n), written.
     """
     n = len(weights)
-    work = work_space(bodies)
+    work = work_space(tree)
     drift, difference = np.empty(n), np.empty(n)
-    for k in range(len(stamps)):
+    for k in range(len(h)):
         forgotten = 0
         kept[SAMPLES] += 1
         h[k] = np.nan
         if kept[BEGUN]:
-            if stamps[k] == kept[STAMP]:
-                status[k] = REPEATED
+            if stamps[0, k] == kept[STAMP]:
+                stamps[1, k] = REPEATED
                 kept[REPEATS] += 1
                 continue
-            h[k] = (stamps[k] - kept[STAMP]) * 1e-9
+            h[k] = (stamps[0, k] - kept[STAMP]) * 1e-9
             if h[k] < 0.0 or h[k] > maximum_gap_s:
                 forgotten = BACKWARDS if h[k] < 0.0 else GAP
                 kept[RETURNS if h[k] < 0.0 else GAPS] += 1
                 kept[RUNNING] = 0
                 memory[:] = np.nan
-        kept[BEGUN], kept[STAMP] = 1, stamps[k]
+        kept[BEGUN], kept[STAMP] = 1, stamps[0, k]
         measured = usable = True
         for i in range(n):
             difference[i] = motion[0, k, i] - memory[0, i]
@@ -94,12 +89,10 @@ def advance(
             if not (measured and differentiated):
                 kept[NOT_FINITE] += 1
             kept[RUNNING] = 0
-            status[k] = UNUSABLE | forgotten
+            stamps[1, k] = UNUSABLE | forgotten
             continue
-        rigid_terms(
-            bodies, links, base, motion[0, k], motion[1, k], work, driven[0, k], drift, inertia[k]
-        )
-        status[k] = (INTERVAL if kept[RUNNING] else START) | forgotten
+        rigid_terms(tree, motion[0, k], motion[1, k], work, driven[0, k], drift, inertia[k])
+        stamps[1, k] = (INTERVAL if kept[RUNNING] else START) | forgotten
         for i in range(n):
             integral = 0.0
             for j in range(n):
@@ -115,4 +108,4 @@ def advance(
             driven[2, k, i] = held + 0.5 * (memory[2, i] + drift[i])
             memory[2, i], memory[3, i] = drift[i], motion[2, k, i]
         kept[RUNNING] = 1
-    return status[-1]
+    return stamps[1, len(h) - 1]

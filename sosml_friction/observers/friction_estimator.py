@@ -11,8 +11,8 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.advance import INTERVAL, REPEATED, START
-from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.momentum_sampler import MomentumSampler
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 
 
@@ -58,9 +58,8 @@ class FrictionEstimator(MomentumSampler):
         self._take(0, zero, zero, zero)
         self._kept[:] = 0
         self.reset()
-        still = MomentumSamples(
-            np.full(1, 1e-3), *np.zeros((3, 1, robot.n)), np.eye(robot.n)[np.newaxis]
-        )
+        row = np.zeros((1, robot.n))
+        still = MomentumSamples(np.full(1, 1e-3), row, row, row, np.eye(robot.n)[np.newaxis])
         for observer in observers:
             observer.start(zero)
             observer.run(still)

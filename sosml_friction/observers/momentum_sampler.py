@@ -91,12 +91,12 @@ class MomentumSampler:
         weights = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
         self.velocity_source = velocity_source
         self.maximum_gap_s = float(maximum_gap_s)
-        self._fixed = *robot.constants, weights
+        self._fixed = robot.constants, weights
         self._differentiated = velocity_source == 'position_difference'
         self._kept = np.zeros(LACKS + robot.n, dtype=np.int64)
         self._memory = np.empty((4 + robot.n, robot.n))
         # Of a single sample.
-        self._stamp, self._status = np.zeros((2, 1), dtype=np.int64)
+        self._stamps = np.zeros((2, 1), dtype=np.int64)
         self._motion = np.empty((3, 1, robot.n))
         self._rows = tuple(self._motion[:, 0])
         self._shapes = self._motion.shape, (1, robot.n, robot.n)
@@ -105,7 +105,7 @@ class MomentumSampler:
     def reset(self) -> None:
         """Forget the past: the next sample starts the observers. Counts are kept."""
         self._kept[: RUNNING + 1] = 0
-        self._status[:] = UNUSABLE
+        self._stamps[1] = UNUSABLE
         self._memory[:] = np.nan
 
     @property
@@ -114,15 +114,22 @@ class MomentumSampler:
         kept = self._kept.tolist()
         lacking = zip(self.robot.names, kept[LACKS:], strict=True)
         return EstimatorCounts(
-            *(kept[i] for i in (SAMPLES, REPEATS, RETURNS, GAPS, NOT_FINITE)),
-            {name: count for name, count in lacking if count},
+            samples=kept[SAMPLES],
+            repeated_stamps=kept[REPEATS],
+            time_backwards=kept[RETURNS],
+            gaps=kept[GAPS],
+            not_finite=kept[NOT_FINITE],
+            without_effort={name: count for name, count in lacking if count},
         )
 
     @property
     def events(self) -> tuple[str, ...]:
         """Return why the last sample began afresh: gap, backwards; empty if it did not."""
-        status = int(self._status[0])
-        return (*(('gap',) if status & GAP else ()), *(('backwards',) if status & BACKWARDS else ()))
+        status = int(self._stamps[1, 0])
+        return (
+            *(('gap',) if status & GAP else ()),
+            *(('backwards',) if status & BACKWARDS else ()),
+        )
 
     @property
     def inertia(self) -> FloatArray:
@@ -143,23 +150,22 @@ class MomentumSampler:
         log = log.select(self.robot.names)
         self.reset()
         count, n = log.q.shape
-        status, h = np.empty(count, dtype=np.int64), np.empty(count)
+        stamps, h = np.array([log.t_ns, log.t_ns]), np.empty(count)
         driven, inertia = np.empty((3, count, n)), np.empty((count, n, n))
         motion = np.array([log.q, log.v, log.tau], dtype=float)
         advance(
             *self._fixed,
             self.maximum_gap_s,
             self._differentiated,
-            np.array(log.t_ns),
+            stamps,
             motion,
             self._kept,
             self._memory,
-            status,
             h,
             driven,
             inertia,
         )
-        outcome = status & OUTCOME
+        outcome = stamps[1] & OUTCOME
         ends = np.flatnonzero((outcome == START) | (outcome == UNUSABLE))
         found = []
         for first, last in zip(ends, [*ends[1:], count], strict=True):
@@ -167,7 +173,8 @@ class MomentumSampler:
             if outcome[first] == START and len(rows):
                 # A stretch without a repeated stamp is a slice, and no copy.
                 own = rows if len(rows) < last - first - 1 else slice(first + 1, last)
-                samples = MomentumSamples(h[own], *driven[:, own], inertia[own])
+                p, integral, forcing = driven[:, own]
+                samples = MomentumSamples(h[own], p, integral, forcing, inertia[own])
                 found.append(Stretch(rows, driven[0, first].copy(), samples))
         return found
 
@@ -182,7 +189,7 @@ class MomentumSampler:
         :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
         :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
         """
-        self._stamp[0] = t_ns
+        self._stamps[0, 0] = t_ns
         position, velocity, effort = self._rows
         position[:], velocity[:], effort[:] = q, v, tau
         # New arrays: an observer may keep them.
@@ -192,11 +199,10 @@ class MomentumSampler:
             *self._fixed,
             self.maximum_gap_s,
             self._differentiated,
-            self._stamp,
+            self._stamps,
             self._motion,
             self._kept,
             self._memory,
-            self._status,
             h,
             driven,
             inertia,

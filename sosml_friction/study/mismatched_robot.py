@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.rigid_constants import RigidConstants
+from sosml_friction.model.rigid_constants import mistaken
 from sosml_friction.model.robot import Robot
 
 
@@ -52,8 +52,8 @@ class MismatchedRobot(Robot):
         return super().gravity(q) + self.gravity_offset
 
     @property
-    def constants(self) -> RigidConstants:
-        return super().constants.mistaken(self.inertia_scale, self.gravity_offset)
+    def constants(self) -> FloatArray:
+        return mistaken(super().constants, self.inertia_scale, self.gravity_offset)
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
         inertial = (tau - self.gravity(q)) / self.inertia_scale
