@@ -25,8 +25,8 @@ def rigid_constants(
     of it in its parent's, a its axis of turning and l that of sliding: the matrices A, B, C (9
     each) of the turned placement A + cos(angle) B + sin(angle) C; r; R l; a; in the joint's frame
     the mass, the mass times its centre (3) and the inertia about the origin (9); the rotor's;
-    ratio and offset of its position to that of the modelled joint that leads it; the row of its parent;
-    the number of its leader; an effort [Nm or N] that is added to gravity's.
+    ratio and offset of its position to that of the modelled joint that leads it; the row of its
+    parent; the number of its leader; an effort [Nm or N] that is added to gravity's.
 
     :param model: of Pinocchio, all its joints with one degree of freedom.
     :param leaders: the modelled joint that each of the model's follows, or is.
