@@ -309,9 +309,9 @@ class _Scanner:
         listed = listed[skipped : int(np.searchsorted(listed, stop - _HEAD.itemsize, 'right'))]
         if len(listed) < 2 or listed[0] != start:
             return start
-        window = np.frombuffer(data, dtype=np.uint8, count=stop - start, offset=start)
-        windows = np.lib.stride_tricks.sliding_window_view(window, _HEAD.itemsize)
-        head = windows[listed - start].view(_HEAD)[:, 0]
+        # A head for every byte, of which those listed are copied.
+        heads = np.ndarray(stop - start - _HEAD.itemsize + 1, _HEAD, data, start, (1,))
+        head = heads[listed - start]
         length = head['length'].astype(np.int64)
         ends = listed + _FRAME.size + length
         good = (head['opcode'] == Opcode.MESSAGE) & (length >= _MESSAGE.size) & (ends <= stop)
@@ -711,8 +711,9 @@ class MessageStore:
             return np.empty((len(offset), 0), dtype=np.uint8)
         place = self._regions[region]
         content = self._content[1] if place.compression else self._file(place.path)
-        data = np.frombuffer(content, dtype=np.uint8, count=last + length)
-        return np.lib.stride_tricks.sliding_window_view(data, length)[offset]
+        # A message for every byte, of which those wanted are copied.
+        messages = np.ndarray((last + 1, length), np.uint8, content, 0, (1, 1))
+        return messages[offset]
 
     def _file(self, path: Path) -> mmap.mmap:
         if path not in self._files:
