@@ -19,7 +19,7 @@ from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.joint_states import JointStates, read_joint_states
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
-from sosml_friction.bags.serialization import deserialize
+from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
@@ -391,8 +391,15 @@ class Bag:
         if topic is None:
             return None
         self._require_type(topic, STRING)
-        *_, (_, last) = self.decoded(topic)
-        return str(last.data)
+        entry = self._decodable(topic)
+        place = (int(column[-1]) for column in (entry.region, entry.offset, entry.length))
+        with open_store(self._regions) as store:
+            last = store.fetch(*place)
+        # Without rclpy, which takes longer to import than many a bag to read.
+        text = plain_string(last)
+        if text is None:
+            text = str(self._decode(topic, int(entry.log_time_ns[-1]), last).data)
+        return text
 
     def _in_namespace(self) -> dict[str, _Topic]:
         """Return the topics of the chosen namespace, or all."""
@@ -533,11 +540,16 @@ class Bag:
             return None
         self._require_type(topic, TEMPERATURE)
         measured: dict[str, tuple[list[int], list[float]]] = {}
-        for _, message in self.decoded(topic):
-            stamp = message.header.stamp
-            stamps, values = measured.setdefault(message.header.frame_id, ([], []))
-            stamps.append(stamp.sec * 1_000_000_000 + stamp.nanosec)
-            values.append(message.temperature)
+        self._decodable(topic)
+        for log_time_ns, cdr in self.messages(topic):
+            plain = plain_temperature(cdr)
+            if plain is None:
+                message = self._decode(topic, log_time_ns, cdr)
+                stamp, joint = message.header.stamp, message.header.frame_id
+                plain = stamp.sec * 1_000_000_000 + stamp.nanosec, joint, message.temperature
+            stamps, values = measured.setdefault(plain[1], ([], []))
+            stamps.append(plain[0])
+            values.append(plain[2])
         if not any(name in measured for name in names):
             return None
         temperature = np.full((len(t_ns), len(names)), np.nan)
