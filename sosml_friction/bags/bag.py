@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import re
-from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,8 +16,10 @@ from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import LARGEST, JointLog
+from sosml_friction.bags.joint_state_layout import FIELDS
+from sosml_friction.bags.joint_states import JointStates, read_joint_states
 from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
-from sosml_friction.bags.serialization import deserialize
+from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
@@ -242,17 +243,24 @@ class Bag:
         :raises BagError: if the bag does not have the topic or a message cannot be decoded.
         """
         name = self._known(topic)
-        entry = self._topics[name]
+        self._decodable(name)
+        for log_time_ns, cdr in self.messages(name):
+            yield log_time_ns, self._decode(name, log_time_ns, cdr)
+
+    def _decodable(self, topic: str) -> _Topic:
+        entry = self._topics[topic]
         if entry.encoding != 'cdr':
             raise BagError(
-                f'{name} in {self.path} is encoded as {entry.encoding!r}: only cdr, which ROS 2 '
+                f'{topic} in {self.path} is encoded as {entry.encoding!r}: only cdr, which ROS 2 '
                 'records, can be decoded'
             )
-        for log_time_ns, cdr in self.messages(name):
-            try:
-                yield log_time_ns, deserialize(cdr, entry.type_name)
-            except BagError as error:
-                raise BagError(f'{name} in {self.path} at {log_time_ns} ns: {error}') from error
+        return entry
+
+    def _decode(self, topic: str, log_time_ns: int, cdr: bytes) -> Any:
+        try:
+            return deserialize(cdr, self._topics[topic].type_name)
+        except BagError as error:
+            raise BagError(f'{topic} in {self.path} at {log_time_ns} ns: {error}') from error
 
     def joint_log(self, topic: str | None = None) -> JointLog:
         """
@@ -383,8 +391,15 @@ class Bag:
         if topic is None:
             return None
         self._require_type(topic, STRING)
-        *_, (_, last) = self.decoded(topic)
-        return str(last.data)
+        entry = self._decodable(topic)
+        place = (int(column[-1]) for column in (entry.region, entry.offset, entry.length))
+        with open_store(self._regions) as store:
+            last = store.fetch(*place)
+        # Without rclpy, which takes longer to import than many a bag to read.
+        text = plain_string(last)
+        if text is None:
+            text = str(self._decode(topic, int(entry.log_time_ns[-1]), last).data)
+        return text
 
     def _in_namespace(self) -> dict[str, _Topic]:
         """Return the topics of the chosen namespace, or all."""
@@ -463,46 +478,49 @@ class Bag:
     ) -> tuple[IndexArray, tuple[str, ...], list[FloatArray]]:
         """Return stamps (N,), names of n joints, and (N, n) of each quantity, NaN if absent."""
         self._require_type(topic, JOINT_STATE)
-        count = len(self._topics[topic])
-        t_ns = np.empty(count, dtype=np.int64)
-        # Messages that name the same joints in the same order are copied as one block.
-        rows: dict[tuple[str, ...], list[int]] = {}
-        blocks: dict[tuple[str, ...], list[array[float]]] = {}
-        for row, (_, message) in enumerate(self.decoded(topic)):
-            stamp = message.header.stamp
-            t_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
-            key = tuple(message.name)
-            if key not in rows:
-                if len(set(key)) != len(key):
-                    raise self._contradiction(topic, int(t_ns[row]), f'joints {", ".join(key)}')
-                rows[key] = []
-                blocks[key] = [array('d') for _ in quantities]
-            rows[key].append(row)
-            for quantity in ('position', 'velocity', 'effort'):
-                values = getattr(message, quantity)
-                if len(values) not in (0, len(key)):
-                    what = f'{len(key)} joint names and {len(values)} values of {quantity}'
-                    raise self._contradiction(topic, int(t_ns[row]), what)
-            for quantity, block in zip(quantities, blocks[key], strict=True):
-                block.extend(getattr(message, quantity) or array('d', [np.nan] * len(key)))
-        if count > 1 and not t_ns.any():
+        entry = self._decodable(topic)
+
+        def decode(row: int, cdr: bytes) -> Any:
+            return self._decode(topic, int(entry.log_time_ns[row]), cdr)
+
+        with open_store(self._regions) as store:
+            places = entry.region, entry.offset, entry.length
+            found = read_joint_states(store, places, quantities, decode)
+        self._refuse_contradictions(topic, found)
+        if len(entry) > 1 and not found.t_ns.any():
             raise BagError(
                 f'{topic} in {self.path} has no stamps (all are 0): let its publisher fill '
                 'header.stamp with the time of measurement'
             )
-        names = tuple(dict.fromkeys(name for key in rows for name in key))
-        column = {name: i for i, name in enumerate(names)}
         arrays = []
-        for i in range(len(quantities)):
-            table = np.full((count, len(names)), np.nan)
-            for key, its_rows in rows.items():
-                columns = [column[name] for name in key]
-                numbers = np.array(blocks[key][i], dtype=np.float64)
-                table[np.ix_(its_rows, columns)] = numbers.reshape(len(its_rows), len(key))
+        for quantity in quantities:
+            table = found.table(quantity)
             # What no joint can do was not measured.
             table[~(np.abs(table) < LARGEST)] = np.nan
             arrays.append(table)
-        return t_ns, names, arrays
+        return found.t_ns, found.names, arrays
+
+    def _refuse_contradictions(self, topic: str, found: JointStates) -> None:
+        """Raise for the first message that is none, or contradicts itself."""
+        problem = found.problem
+        for names, counts in found.blocks:
+            row = found.first((names, counts))
+            if problem is not None and problem[0] < row:
+                continue
+            odd = [
+                f'{n} values of {what}'
+                for what, n in zip(FIELDS, counts, strict=True)
+                if n not in (0, len(names))
+            ]
+            if len(set(names)) != len(names):
+                what = f'joints {", ".join(names)}'
+            elif odd:
+                what = f'{len(names)} joint names and {odd[0]}'
+            else:
+                continue
+            problem = row, self._contradiction(topic, int(found.t_ns[row]), what)
+        if problem is not None:
+            raise problem[1]
 
     def _contradiction(self, topic: str, t_ns: int, what: str) -> BagError:
         return BagError(
@@ -522,11 +540,16 @@ class Bag:
             return None
         self._require_type(topic, TEMPERATURE)
         measured: dict[str, tuple[list[int], list[float]]] = {}
-        for _, message in self.decoded(topic):
-            stamp = message.header.stamp
-            stamps, values = measured.setdefault(message.header.frame_id, ([], []))
-            stamps.append(stamp.sec * 1_000_000_000 + stamp.nanosec)
-            values.append(message.temperature)
+        self._decodable(topic)
+        for log_time_ns, cdr in self.messages(topic):
+            plain = plain_temperature(cdr)
+            if plain is None:
+                message = self._decode(topic, log_time_ns, cdr)
+                stamp, joint = message.header.stamp, message.header.frame_id
+                plain = stamp.sec * 1_000_000_000 + stamp.nanosec, joint, message.temperature
+            stamps, values = measured.setdefault(plain[1], ([], []))
+            stamps.append(plain[0])
+            values.append(plain[2])
         if not any(name in measured for name in names):
             return None
         temperature = np.full((len(t_ns), len(names)), np.nan)

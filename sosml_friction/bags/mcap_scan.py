@@ -31,7 +31,9 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
+from numpy.typing import NDArray
 
+from sosml_friction.arrays import IndexArray
 from sosml_friction.exceptions import BagError
 
 _FRAME = struct.Struct('<BQ')
@@ -40,6 +42,16 @@ _CHUNK = struct.Struct('<QQQII')
 _LENGTH = struct.Struct('<Q')
 _INDEX = struct.Struct('<HI')
 _FOOTER_BYTES = 20
+#: A message's frame and what stands before its data.
+_HEAD = np.dtype(
+    {
+        'names': ['opcode', 'length', 'channel', 'log_time_ns'],
+        'formats': ['u1', '<u8', '<u2', '<u8'],
+        'offsets': [0, 1, 9, 15],
+        'itemsize': _FRAME.size + _MESSAGE.size,
+    }
+)
+_NOTHING = np.empty(0, dtype=np.int64)
 #: Bytes that a chunk may decompress to (rosbag2 makes chunks of 768 kB; one is held in memory), or
 #: how many times its compressed size: joint states of seven joints that stand still, at 1 kHz and
 #: with stamps alone that change, pack to 1/29 with zstd and to 1/14 with lz4.
@@ -251,7 +263,8 @@ class _Scanner:
             if whole and crc and zlib.crc32(memoryview(data)[first:last]) != crc:
                 raise _DamagedError('the checksum of a chunk does not match')
             self.content = self._begin(first)
-            inner_whole = self._records(data, self.region, first, last, first + length)
+            listed = self._listed(stop, first) if whole else _NOTHING
+            inner_whole = self._records(data, self.region, first, last, first + length, listed)
         else:
             chunk = Region(self.found.path, first, last, name.decode(), declared)
             content = decompress(chunk, data[first:last])
@@ -259,8 +272,9 @@ class _Scanner:
                 raise _DamagedError('the checksum of a chunk does not match')
             self.found.regions.append(chunk)
             self.content = self._begin(0)
+            listed = self._listed(stop, 0) if whole else _NOTHING
             inner_whole = self._records(
-                content, len(self.found.regions) - 1, 0, len(content), declared
+                content, len(self.found.regions) - 1, 0, len(content), declared, listed
             )
         if not whole:
             raise _CutError
@@ -270,22 +284,79 @@ class _Scanner:
     def _begin(self, base: int) -> _Content:
         return _Content(base, {key: len(index) for key, index in self.found.messages.items()})
 
+    def _listed(self, stop: int, base: int) -> IndexArray:
+        """Return where the indexes behind a chunk say that its messages begin, in order."""
+        data, size, starts = self.data, self.size, []
+        while stop + _FRAME.size + _INDEX.size <= size:
+            opcode, length = _FRAME.unpack_from(data, stop)
+            first, stop = stop + _FRAME.size + _INDEX.size, stop + _FRAME.size + length
+            if opcode != Opcode.MESSAGE_INDEX or stop > size:
+                break
+            pairs = np.frombuffer(data[first : stop - (stop - first) % 16], dtype='<u8')
+            starts.append(pairs[1::2].astype(np.int64) + base)
+        return np.sort(np.concatenate(starts)) if starts else _NOTHING
+
+    def _messages(
+        self, data: bytes | mmap.mmap, region: int, start: int, stop: int, listed: IndexArray
+    ) -> int:
+        """
+        Take the messages that follow each other from a byte on, and return where they end.
+
+        An index is believed in nothing: where it says that messages begin, they do only if each
+        one's frame ends where the next begins. What is not so is left to be read record by record.
+        """
+        skipped = int(np.searchsorted(listed, start))
+        listed = listed[skipped : int(np.searchsorted(listed, stop - _HEAD.itemsize, 'right'))]
+        if len(listed) < 2 or listed[0] != start:
+            return start
+        # A head for every byte, of which those listed are copied.
+        heads = np.ndarray(stop - start - _HEAD.itemsize + 1, _HEAD, data, start, (1,))
+        head = heads[listed - start]
+        length = head['length'].astype(np.int64)
+        ends = listed + _FRAME.size + length
+        good = (head['opcode'] == Opcode.MESSAGE) & (length >= _MESSAGE.size) & (ends <= stop)
+        good[1:] &= listed[1:] == ends[:-1]
+        channel = head['channel']
+        for channel_id in set(channel.tolist()) - set(self.found.messages):
+            good &= channel != channel_id
+        count = len(good) if good.all() else int(np.argmin(good))
+        for channel_id in sorted(set(channel[:count].tolist())):
+            own = np.flatnonzero(channel[:count] == channel_id)
+            index = self.found.messages[channel_id]
+            index.region.extend([region] * len(own))
+            index.offset.frombytes((listed[own] + _HEAD.itemsize).tobytes())
+            index.length.frombytes((length[own] - _MESSAGE.size).tobytes())
+            index.log_time_ns.frombytes(head['log_time_ns'][own].tobytes())
+        return int(ends[count - 1]) if count else start
+
     def _records(
-        self, data: bytes | mmap.mmap, region: int, start: int, stop: int, end: int
+        self,
+        data: bytes | mmap.mmap,
+        region: int,
+        start: int,
+        stop: int,
+        end: int,
+        listed: IndexArray,
     ) -> bool:
         """
         Index the records of a chunk's content; return whether the last one is whole.
 
         :param end: where the chunk says that its content ends; ``stop`` is before it in one that
             is cut off.
+        :param listed: where its index says that messages begin.
         """
+        other = True
         while start < stop:
+            if other and len(listed):
+                start = self._messages(data, region, start, stop, listed)
+                if start == stop:
+                    break
             if start + _FRAME.size > stop:
                 return False
             opcode, length = _FRAME.unpack_from(data, start)
             start += _FRAME.size
-            known = opcode in (Opcode.MESSAGE, Opcode.SCHEMA, Opcode.CHANNEL)
-            if not known or start + length > end:
+            other = opcode in (Opcode.SCHEMA, Opcode.CHANNEL)
+            if not (other or opcode == Opcode.MESSAGE) or start + length > end:
                 raise _DamagedError('a chunk holds what is no message')
             if start + length > stop:
                 return False
@@ -625,6 +696,24 @@ class MessageStore:
         if len(message) != length:
             raise BagError(f'{place.path} has changed since it was opened: open the bag again')
         return message
+
+    def fetch_all(self, region: int, offset: IndexArray, length: int) -> NDArray[np.uint8]:
+        """
+        Return the bytes of K messages of one region and one length, (K, length), a copy.
+
+        :raises BagError: as :meth:`fetch`.
+        """
+        # What is fetched first finds out whether the region can be read, and the last what is
+        # there of it.
+        last = int(offset.max())
+        self.fetch(region, last, length)
+        if not length:
+            return np.empty((len(offset), 0), dtype=np.uint8)
+        place = self._regions[region]
+        content = self._content[1] if place.compression else self._file(place.path)
+        # A message for every byte, of which those wanted are copied.
+        messages = np.ndarray((last + 1, length), np.uint8, content, 0, (1, 1))
+        return messages[offset]
 
     def _file(self, path: Path) -> mmap.mmap:
         if path not in self._files:

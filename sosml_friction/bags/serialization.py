@@ -81,6 +81,35 @@ def serialize_joint_state(
     return b'\x00\x01\x00\x00' + bytes(body)
 
 
+def plain_string(cdr: bytes) -> str | None:
+    """Return the text of the CDR bytes of a std_msgs/String, None where it takes rclpy to tell."""
+    end = _text_end(cdr, 4)
+    return None if end is None else cdr[8 : end - 1].decode(errors='replace')
+
+
+def plain_temperature(cdr: bytes) -> tuple[int, str, float] | None:
+    """
+    Return stamp [ns], frame_id and temperature [degC] of a sensor_msgs/Temperature.
+
+    None where it takes rclpy to tell.
+    """
+    end = _text_end(cdr, 12)
+    # Doubles count from behind the encapsulation; two of them, of which the second is a variance.
+    if end is None or len(cdr) < (start := end + (4 - end) % 8) + 16:
+        return None
+    sec, nanosec = struct.unpack_from('<iI', cdr, 4)
+    (temperature,) = struct.unpack_from('<d', cdr, start)
+    return sec * 1_000_000_000 + nanosec, cdr[16 : end - 1].decode(errors='replace'), temperature
+
+
+def _text_end(cdr: bytes, at: int) -> int | None:
+    """Return where a text ends that has one NUL, its last byte; None if it is not so."""
+    if cdr[:2] != b'\x00\x01' or len(cdr) < at + 4:
+        return None
+    end = at + 4 + int(struct.unpack_from('<I', cdr, at)[0])
+    return end if cdr.find(b'\0', at + 4, end) == end - 1 else None
+
+
 def deserialize(cdr: bytes, type_name: str) -> Any:
     """
     Return the message of type ``type_name`` that the CDR bytes hold.

@@ -79,7 +79,7 @@ def print_json(document: Mapping[str, Any], **more: Any) -> None:
 
 def print_blocks(blocks: Iterable[str | RenderableType]) -> None:
     """Print sentences, each a line as long as it is, and tables on stdout."""
-    from sosml_friction.report.common.tables import print_table
+    from sosml_friction.report.common.table import print_table
 
     for block in blocks:
         if isinstance(block, str):

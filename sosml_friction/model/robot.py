@@ -12,6 +12,7 @@ import pinocchio
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.model.rigid_constants import rigid_constants
 from sosml_friction.model.urdf_joints import JointLimits, Mimic, UrdfJoints, read_joints
 
 __all__ = ['JointLimits', 'Robot']
@@ -77,6 +78,7 @@ class Robot:
         self._data = model.createData()
         self._identity = bool(np.array_equal(self._order, np.arange(model.nv)))
         self._spread, self._offset = self._following()
+        self._constants: FloatArray | None = None
         self.effort_units = tuple(
             'N' if stated.joints[n].kind == 'prismatic' else 'Nm' for n in joints
         )
@@ -86,6 +88,19 @@ class Robot:
     def n(self) -> int:
         """Return the number of joints."""
         return len(self.names)
+
+    @property
+    def constants(self) -> FloatArray:
+        """Return what compiled code computes :meth:`momentum_terms` from, rigid_constants."""
+        if self._constants is None:
+            led = [self.followers.get(name, Mimic(name)) for name in list(self._model.names)[1:]]
+            self._constants = rigid_constants(
+                self._model,
+                [self.names.index(mimic.leader) for mimic in led],
+                [mimic.multiplier for mimic in led],
+                [mimic.offset for mimic in led],
+            )
+        return self._constants
 
     def _following(self) -> tuple[FloatArray | None, FloatArray]:
         """Return G and h: the model's positions are G q + h; G is None where nothing follows."""
@@ -148,15 +163,14 @@ class Robot:
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s].
         """
-        q, v = self._at(q), self._in(v)
-        model, data = self._model, self._data
-        M = pinocchio.crba(model, data, q)
-        p = M @ v
-        C = pinocchio.computeCoriolisMatrix(model, data, q, v)
-        drift = C.T @ v - pinocchio.computeGeneralizedGravity(model, data, q)
-        if self._identity:
-            return p, drift, np.array(M)
-        return self._out(p), self._out(drift), self._matrix(M)
+        # Numba is for those alone who come here.
+        from sosml_friction.model.rigid_terms import rigid_terms, work_space
+
+        tree = self.constants
+        p, drift, M = np.empty(self.n), np.empty(self.n), np.empty((self.n, self.n))
+        q, v = np.array(q, dtype=float), np.array(v, dtype=float)
+        rigid_terms(tree, q, v, work_space(tree), p, drift, M)
+        return p, drift, M
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
         """Return q'' under the net effort ``tau`` (actuator minus friction), (n,)."""
@@ -234,6 +248,7 @@ class Robot:
         model.gravity.linear = np.asarray(gravity, dtype=float)
         other.armature = tuple(float(a) for a in armature)
         other._model, other._data = model, model.createData()
+        other._constants = None
         return other
 
     @property

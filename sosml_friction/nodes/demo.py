@@ -24,7 +24,8 @@ from sosml_friction.nodes.node_process import NodeProcess
 from sosml_friction.nodes.run import make_executor
 from sosml_friction.report.common.output import to_json
 from sosml_friction.report.common.progress import Step, progress
-from sosml_friction.report.common.tables import parameter_table, print_table
+from sosml_friction.report.common.table import print_table
+from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.results import FILES, check_destination, fit_document, write_results
 from sosml_friction.share import share_directory
 

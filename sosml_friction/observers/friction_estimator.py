@@ -10,7 +10,9 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.momentum_sampler import Interval, MomentumSampler, stack
+from sosml_friction.observers.advance import INTERVAL, REPEATED, START
+from sosml_friction.observers.momentum_sampler import MomentumSampler
+from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer
 
 
@@ -51,10 +53,14 @@ class FrictionEstimator(MomentumSampler):
                     f'robot has {robot.n} ({", ".join(robot.names)})'
                 )
         self.observers = {observer.identifier: observer for observer in observers}
+        # Compile now: at the first sample it would stall the node.
         zero = np.zeros(robot.n)
-        still = stack([Interval(1e-3, zero, zero, zero, np.eye(robot.n))])
+        self._take(0, zero, zero, zero)
+        self._kept[:] = 0
+        self.reset()
+        row = np.zeros((1, robot.n))
+        still = MomentumSamples(np.full(1, 1e-3), row, row, row, np.eye(robot.n)[np.newaxis])
         for observer in observers:
-            # Compile now: at the first sample it would stall the node.
             observer.start(zero)
             observer.run(still)
 
@@ -64,26 +70,30 @@ class FrictionEstimator(MomentumSampler):
         """
         Take one sample and return tau_f of each observer, (n,) [Nm or N].
 
-        The sample is that of :meth:`take`.
-
+        :param t_ns: stamp of measurement [ns].
+        :param q: position (n,) [rad or m].
+        :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
+        :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
         :return: None for a repeated stamp; NaN where there is no estimate yet.
         :raises ConfigurationError: if an observer is a smoother.
         """
-        offline = [name for name, observer in self.observers.items() if not observer.causal]
-        if offline:
-            raise ConfigurationError(
-                f'observer {", ".join(offline)} needs the whole recording: use batch'
-            )
-        taken = self.take(t_ns, q, v, tau)
-        if taken is None:
+        for observer in self.observers.values():
+            if not observer.causal:
+                raise ConfigurationError(
+                    f'observer {observer.identifier} needs the whole recording: use batch'
+                )
+        outcome, interval = self._take(t_ns, q, v, tau)
+        if outcome == INTERVAL:
+            return {
+                name: np.negative(observer.run(interval)[0])
+                for name, observer in self.observers.items()
+            }
+        if outcome == REPEATED:
             return None
-        if not isinstance(taken, Interval):
+        if outcome == START:
             for observer in self.observers.values():
-                if taken.p is not None:
-                    observer.start(taken.p)
-            return {name: np.full(self.robot.n, np.nan) for name in self.observers}
-        samples = stack([taken])
-        return {name: -observer.run(samples)[0] for name, observer in self.observers.items()}
+                observer.start(interval.p[0])
+        return {name: np.full(self.robot.n, np.nan) for name in self.observers}
 
     def batch(self, log: JointLog) -> dict[str, FloatArray]:
         """

@@ -3,9 +3,7 @@
 """From stamped joint states to the momentum and the forcing that drive observers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import isfinite
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,24 +11,29 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
+from sosml_friction.observers.advance import (
+    BACKWARDS,
+    GAP,
+    GAPS,
+    INTERVAL,
+    LACKS,
+    NOT_FINITE,
+    OUTCOME,
+    REPEATS,
+    RETURNS,
+    RUNNING,
+    SAMPLES,
+    START,
+    UNUSABLE,
+    advance,
+)
+from sosml_friction.observers.estimator_counts import EstimatorCounts
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 #: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
 #: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
 EFFORT_HOLDS = ('start', 'mean', 'end')
 VELOCITY_SOURCES = ('message', 'position_difference')
-
-
-@dataclass
-class EstimatorCounts:
-    """Count what happened to the samples an estimator was given."""
-
-    samples: int = 0
-    repeated_stamps: int = 0
-    time_backwards: int = 0
-    gaps: int = 0
-    not_finite: int = 0
-    without_effort: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -45,28 +48,6 @@ class Stretch:
     rows: IndexArray
     p_start: FloatArray
     samples: MomentumSamples
-
-
-class Interval(NamedTuple):
-    """One row of :class:`MomentumSamples`."""
-
-    h: float
-    p: FloatArray
-    integral: FloatArray
-    forcing: FloatArray
-    inertia: FloatArray
-
-
-class Start(NamedTuple):
-    """A sample at which the observers start; ``p`` None where they have to wait for the next."""
-
-    p: FloatArray | None
-
-
-def stack(intervals: Sequence[Interval]) -> MomentumSamples:
-    """Return intervals as the columns that observers are driven by."""
-    columns = zip(*intervals, strict=True)
-    return MomentumSamples(*(np.array(column) for column in columns))
 
 
 class MomentumSampler:
@@ -107,31 +88,58 @@ class MomentumSampler:
         if not maximum_gap_s > 0.0:
             raise ConfigurationError(f'maximum_gap_s is {maximum_gap_s}: it must be positive')
         self.robot = robot
-        self._weight_of_end = [EFFORT_HOLDS.index(hold) / 2.0 for hold in holds]
+        weights = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
         self.velocity_source = velocity_source
-        self.maximum_gap_s = maximum_gap_s
-        self.counts = EstimatorCounts()
+        self.maximum_gap_s = float(maximum_gap_s)
+        self._fixed = robot.constants, weights
+        self._differentiated = velocity_source == 'position_difference'
+        self._kept = np.zeros(LACKS + robot.n, dtype=np.int64)
+        self._memory = np.empty((4 + robot.n, robot.n))
+        # Of a single sample.
+        self._stamps = np.zeros((2, 1), dtype=np.int64)
+        self._motion = np.empty((3, 1, robot.n))
+        self._rows = tuple(self._motion[:, 0])
+        self._shapes = self._motion.shape, (1, robot.n, robot.n)
         self.reset()
 
     def reset(self) -> None:
         """Forget the past: the next sample starts the observers. Counts are kept."""
-        self._t_ns: int | None = None
-        self._q = np.full(self.robot.n, np.nan)
-        self._started = False
-        self._drift = np.full(self.robot.n, np.nan)
-        self._tau = np.full(self.robot.n, np.nan)
-        self._inertia = np.full((self.robot.n, self.robot.n), np.nan)
-        self._v = np.full(self.robot.n, np.nan)
+        self._kept[: RUNNING + 1] = 0
+        self._stamps[1] = UNUSABLE
+        self._memory[:] = np.nan
+
+    @property
+    def counts(self) -> EstimatorCounts:
+        """Return what happened to the samples until now."""
+        kept = self._kept.tolist()
+        lacking = zip(self.robot.names, kept[LACKS:], strict=True)
+        return EstimatorCounts(
+            samples=kept[SAMPLES],
+            repeated_stamps=kept[REPEATS],
+            time_backwards=kept[RETURNS],
+            gaps=kept[GAPS],
+            not_finite=kept[NOT_FINITE],
+            without_effort={name: count for name, count in lacking if count},
+        )
+
+    @property
+    def events(self) -> tuple[str, ...]:
+        """Return why the last sample began afresh: gap, backwards; empty if it did not."""
+        status = int(self._stamps[1, 0])
+        return (
+            *(('gap',) if status & GAP else ()),
+            *(('backwards',) if status & BACKWARDS else ()),
+        )
 
     @property
     def inertia(self) -> FloatArray:
         """Return M at the last sample that was usable, (n, n); NaN before one."""
-        return self._inertia
+        return self._memory[4:].copy()
 
     @property
     def velocity(self) -> FloatArray:
         """Return the velocity at the last sample, (n,), wherever it comes from."""
-        return self._v
+        return self._memory[1].copy()
 
     def stretches(self, log: JointLog) -> list[Stretch]:
         """
@@ -141,82 +149,62 @@ class MomentumSampler:
         """
         log = log.select(self.robot.names)
         self.reset()
-        parts: list[tuple[FloatArray | None, list[int], list[Interval]]] = []
-        for k in range(len(log)):
-            taken = self.take(int(log.t_ns[k]), log.q[k], log.v[k], log.tau[k])
-            if isinstance(taken, Start):
-                parts.append((taken.p, [], []))
-            elif taken is not None:
-                # An interval follows a start.
-                parts[-1][1].append(k)
-                parts[-1][2].append(taken)
-        return [
-            Stretch(np.array(rows), p_start, stack(intervals))
-            for p_start, rows, intervals in parts
-            if p_start is not None and rows
-        ]
+        count, n = log.q.shape
+        stamps, h = np.array([log.t_ns, log.t_ns]), np.empty(count)
+        driven, inertia = np.empty((3, count, n)), np.empty((count, n, n))
+        motion = np.array([log.q, log.v, log.tau], dtype=float)
+        advance(
+            *self._fixed,
+            self.maximum_gap_s,
+            self._differentiated,
+            stamps,
+            motion,
+            self._kept,
+            self._memory,
+            h,
+            driven,
+            inertia,
+        )
+        outcome = stamps[1] & OUTCOME
+        ends = np.flatnonzero((outcome == START) | (outcome == UNUSABLE))
+        found = []
+        for first, last in zip(ends, [*ends[1:], count], strict=True):
+            rows = first + 1 + np.flatnonzero(outcome[first + 1 : last] == INTERVAL)
+            if outcome[first] == START and len(rows):
+                # A stretch without a repeated stamp is a slice, and no copy.
+                own = rows if len(rows) < last - first - 1 else slice(first + 1, last)
+                p, integral, forcing = driven[:, own]
+                samples = MomentumSamples(h[own], p, integral, forcing, inertia[own])
+                found.append(Stretch(rows, driven[0, first].copy(), samples))
+        return found
 
-    def take(
+    def _take(
         self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
-    ) -> Interval | Start | None:
+    ) -> tuple[int, MomentumSamples]:
         """
-        Return the interval that ends at a sample, or a start, or None: repeated stamp.
+        Take one sample and return its outcome and, where there is one, the interval.
 
         :param t_ns: stamp of measurement [ns].
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s]; unused with ``position_difference``.
         :param tau: actuator effort at the joint (n,) [Nm or N], NaN where not known.
         """
-        counts = self.counts
-        counts.samples += 1
-        h = np.nan
-        if self._t_ns is not None:
-            if t_ns == self._t_ns:
-                counts.repeated_stamps += 1
-                return None
-            h = (t_ns - self._t_ns) * 1e-9
-            if h < 0.0:
-                counts.time_backwards += 1
-                self.reset()
-            elif h > self.maximum_gap_s:
-                counts.gaps += 1
-                self.reset()
-        # Copies: a caller may reuse its arrays, and a strided view sums in another order.
-        q, tau = np.array(q, dtype=float), np.array(tau, dtype=float)
-        q_previous = self._q
-        if self.velocity_source == 'position_difference':
-            # NaN on a first sample: there is no velocity yet, and so no momentum to start from.
-            v = (q - q_previous) / h
-        else:
-            v = np.array(v, dtype=float)
-        self._t_ns, self._q, self._v = t_ns, q, v
-        for name, effort in zip(self.robot.names, tau.tolist(), strict=True):
-            if not isfinite(effort):
-                counts.without_effort[name] = counts.without_effort.get(name, 0) + 1
-        # Plain floats, here and below: NumPy takes several times as long over a few joints.
-        measured = all(map(isfinite, q.tolist()))
-        if not (measured and all(map(isfinite, v.tolist()))):
-            if self.velocity_source == 'message' or not measured:
-                counts.not_finite += 1
-            self._started = False
-            return Start(None)
-        p, drift, inertia = self.robot.momentum_terms(q, v)
-        taken: Interval | Start = Start(p)
-        if self._started:
-            integral = 0.5 * ((self._inertia + inertia) @ (q - q_previous))
-            forcing = self._held(tau) + 0.5 * (self._drift + drift)
-            taken = Interval(h, p, integral, forcing, inertia)
-        self._started = True
-        self._drift, self._tau, self._inertia = drift, tau, inertia
-        return taken
-
-    def _held(self, tau: FloatArray) -> FloatArray:
-        # A joint whose effort counts from one end only is not lost with the other end's NaN.
-        return np.array(
-            [
-                ((1.0 - w) * before if w < 1.0 else 0.0) + (w * after if w > 0.0 else 0.0)
-                for w, before, after in zip(
-                    self._weight_of_end, self._tau.tolist(), tau.tolist(), strict=True
-                )
-            ]
+        self._stamps[0, 0] = t_ns
+        position, velocity, effort = self._rows
+        position[:], velocity[:], effort[:] = q, v, tau
+        # New arrays: an observer may keep them.
+        shape, square = self._shapes
+        h, driven, inertia = np.empty(1), np.empty(shape), np.empty(square)
+        status = advance(
+            *self._fixed,
+            self.maximum_gap_s,
+            self._differentiated,
+            self._stamps,
+            self._motion,
+            self._kept,
+            self._memory,
+            h,
+            driven,
+            inertia,
         )
+        return status & OUTCOME, MomentumSamples(h, driven[0], driven[1], driven[2], inertia)

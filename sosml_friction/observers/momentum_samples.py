@@ -12,7 +12,8 @@ from sosml_friction.arrays import FloatArray
 Columns = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
-@dataclass(frozen=True)
+# Frozen would make it slow to make, which is done for every sample on line.
+@dataclass(slots=True)
 class MomentumSamples:
     """
     Hold N consecutive intervals of n joints; row k is the interval that ends at sample k.

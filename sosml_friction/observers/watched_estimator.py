@@ -130,8 +130,7 @@ class WatchedEstimator:
         :param source: what tells messages of one publisher from those of another, if anything.
         """
         if t_ns == self._last_ns:
-            self.estimator.counts.samples += 1
-            self.estimator.counts.repeated_stamps += 1
+            self.estimator.update(t_ns, q, v, tau)
             return None
         verdict = self._plausibility.judge(t_ns, q, v, tau)
         causes = {self.names[i]: cause for i, cause in verdict.causes.items()}
@@ -145,14 +144,11 @@ class WatchedEstimator:
             )
         self._follow_rate(t_ns)
         self._last_ns = t_ns
-        counts = self.estimator.counts
-        before = counts.gaps, counts.time_backwards
         torque = self._correct(verdict.tau)
         estimates = self.estimator.update(t_ns, q_used, verdict.v, torque)
         assert estimates is not None
-        gap, back = counts.gaps - before[0], counts.time_backwards - before[1]
         self._plausibility.learn(estimates[self.selected])
-        events = (*(('gap',) * gap), *(('backwards',) * back))
+        events = self.estimator.events
         known = np.isfinite(estimates[self.selected])
         if not known.all():
             self._explain(causes, known, events, q, v, tau)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.model.rigid_constants import mistaken
 from sosml_friction.model.robot import Robot
 
 
@@ -50,13 +51,9 @@ class MismatchedRobot(Robot):
     def gravity(self, q: FloatArray) -> FloatArray:
         return super().gravity(q) + self.gravity_offset
 
-    def momentum_terms(
-        self, q: FloatArray, v: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        p, drift, M = super().momentum_terms(q, v)
-        s = self.inertia_scale
-        drift = s * drift + (s - 1.0) * super().gravity(q) - self.gravity_offset
-        return s * p, drift, s * M
+    @property
+    def constants(self) -> FloatArray:
+        return mistaken(super().constants, self.inertia_scale, self.gravity_offset)
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
         inertial = (tau - self.gravity(q)) / self.inertia_scale

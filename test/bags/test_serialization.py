@@ -13,6 +13,8 @@ from sosml_friction.bags import serialization
 from sosml_friction.bags.serialization import (
     deserialize,
     message_class,
+    plain_string,
+    plain_temperature,
     serialize,
     serialize_joint_state,
 )
@@ -30,6 +32,34 @@ def test_bytes_cut_short_are_refused(length):
     whole = serialize(message_class('sensor_msgs/msg/JointState')(name=['shoulder'] * 9))
     with pytest.raises(BagError, match=f'{length} bytes recorded as sensor_msgs/msg/JointState'):
         deserialize(whole[:length], 'sensor_msgs/msg/JointState')
+
+
+@pytest.mark.parametrize('text', ['', 'a', 'Gelenk ä', 'x' * 5000])
+def test_a_text_is_read_without_rclpy_and_left_to_it_where_it_is_cut(text):
+    whole = serialize(message_class('std_msgs/msg/String')(data=text))
+    assert plain_string(whole) == text
+    end = 8 + len(text.encode())
+    for cut in (0, 3, 7, end - 1, end):
+        assert plain_string(whole[:cut]) is None
+    assert plain_string(b'\x00\x00' + whole[2:]) is None
+
+
+@given(
+    st.text(st.characters(exclude_characters='\0', codec='utf-8'), max_size=9),
+    st.floats(width=64),
+    st.integers(0, 2**31 - 1),
+    st.integers(0, 999_999_999),
+)
+def test_a_temperature_is_read_without_rclpy_as_with_it(joint, celsius, sec, nanosec):
+    message = message_class('sensor_msgs/msg/Temperature')(temperature=celsius)
+    message.header.frame_id = joint
+    message.header.stamp.sec, message.header.stamp.nanosec = sec, nanosec
+    whole = serialize(message)
+    t_ns, name, value = plain_temperature(whole)
+    assert (t_ns, name) == (sec * 10**9 + nanosec, joint)
+    np.testing.assert_array_equal(value, celsius)
+    assert plain_temperature(whole[:-1]) is None
+    assert plain_temperature(whole[:14]) is None
 
 
 @pytest.mark.parametrize('name', ['nowhere_msgs/msg/Thing', 'sensor_msgs/msg/NoSuchThing'])

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``sosml info``: what a bag holds, whole, cut off or without motion."""
 
+import subprocess
+import sys
+
 import pytest
 from slider_bags import checked, slider_log, text_bag, text_message
 
@@ -48,6 +51,17 @@ def test_info_says_how_much_of_a_cut_off_bag_is_left(sosml, slider_bag, tmp_path
     assert 0 < document['messages'] < whole
     assert str(document['messages']) in document['recovery']
     assert document['recovery'] in sosml('info', cut)[1]
+
+
+def test_info_does_not_wait_for_the_heavy_libraries(slider_bag):
+    code = (
+        'import sys; from sosml_friction.cli.main import main; main(["info", sys.argv[1]]);'
+        'heavy = "scipy", "numba", "pinocchio", "matplotlib", "rclpy", "sensor_msgs";'
+        'print([m for m in heavy if m in sys.modules])'
+    )
+    command = [sys.executable, '-c', code, slider_bag]
+    ran = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines()[-1] == '[]'
 
 
 def test_info_of_a_bag_without_motion_says_so(sosml, tmp_path):

@@ -52,7 +52,7 @@ def test_each_step_solves_the_backward_euler_equations(gains, h, seed, scale):
         one = (np.array([[x]]) for x in (p, 0.0, u))
         samples = MomentumSamples(np.array([h]), *one, np.ones((1, 1, 1)))
         new = float(observer.run(samples)[0, 0])
-        new_hat = float(observer._p_hat[0])
+        new_hat = float(observer._state[0, 0])
         e = new_hat - p
         size = max(abs(p), abs(p_hat), abs(h * u), abs(h * sigma), abs(h * new), 1e-30)
         if s1 > 0.0:

@@ -100,7 +100,8 @@ class FirstOrderPrefiltered(FirstOrder):
         self._f[:] = 0.0
 
     def run(self, samples: MomentumSamples) -> FloatArray:
-        return _run(self._f, self._r, self._p, samples.columns, tuple(self.gains.values()))
+        r, p = self._state
+        return _run(self._f, r, p, samples.columns, tuple(self.gains.values()))
 
     def lag_filter(self, h: float, joint: int) -> tuple[FloatArray, FloatArray]:
         """Return the step of the class's equations with f eliminated."""

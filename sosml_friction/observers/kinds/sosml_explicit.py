@@ -98,7 +98,8 @@ class SosmlExplicit(Sosml):
 
     def run(self, samples: MomentumSamples) -> FloatArray:
         gains = tuple(self.gains.values())
-        return _run(self._p_hat, self._sigma, self._p, samples.columns, gains)
+        p_hat, sigma = self._state
+        return _run(p_hat, sigma, self._p, samples.columns, gains)
 
     def stiffness(self) -> FloatArray:
         """Return S1 / eps + S2, the slope of -sigma' at e = 0, (n,) [1/s^2]."""

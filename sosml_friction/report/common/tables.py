@@ -22,7 +22,6 @@ from sosml_friction.report.common.number_text import (
     truth_text,
     value_text,
 )
-from sosml_friction.report.common.table import print_table as print_table
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.fit.findings import sampling_text
 from sosml_friction.report.fit.joint_view import JointView, joint_views
