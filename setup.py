@@ -53,6 +53,8 @@ TEST_REQUIREMENTS = [
 ]
 # What some files need to be imported: MAT 7.3, Parquet, bags in SQLite and of ROS 1.
 IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
+# For sosml fleet --scheduler.
+DASK_REQUIREMENTS = ['distributed>=2024.5,<2027']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -107,9 +109,10 @@ setup(
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
     extras_require={
+        'dask': DASK_REQUIREMENTS,
         'import': IMPORT_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
-        'test': TEST_REQUIREMENTS,
+        'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS,
     },
     entry_points={
         'console_scripts': [

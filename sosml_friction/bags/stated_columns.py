@@ -110,9 +110,8 @@ class _StatedColumns(Guesser):
         """Return the name of a series as the file has it."""
         found = self.data.find(name) or name
         if found not in self.series:
-            raise DataError(
-                f'{self.data.path} has no series {name!r}: it has {", ".join(self.series)}'
-            )
+            known = ', '.join(self.series) or 'none'
+            raise DataError(f'{self.data.path} has no series {name!r}: it has {known}')
         return found
 
     def _stated(self, quantity: str, entry: str) -> str:

@@ -126,10 +126,19 @@ def diagnose_logs(
         step,
         keep_all,
     )
-    sources = [source for source, _ in (*logs, *([] if holdout is None else [holdout]))]
+    recordings = [*logs, *([] if holdout is None else [holdout])]
+    sources = [source for source, _ in recordings]
     cut = [Check('cut_off', 'warning', '*', s.recovery) for s in sources if s.recovery]
     held = [Check('held_joints', 'note', '*', said) for said in nominal.make_robot().remarks]
-    bags = [{'bag': source.name, 'sha256': source.sha256} for source in sources]
+    bags = [
+        {
+            'bag': source.name,
+            'sha256': source.sha256,
+            'start_ns': int(log.t_ns[0]),
+            'end_ns': int(log.t_ns[-1]),
+        }
+        for source, log in recordings
+    ]
     provenance = {
         'bags': bags[: len(logs)],
         'holdout': None if holdout is None else bags[-1],

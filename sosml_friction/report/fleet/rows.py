@@ -1,0 +1,167 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What was found in each recording of a fleet, as rows of one table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime, timezone
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.report.common.number_text import format_number
+from sosml_friction.report.common.table import Column
+from sosml_friction.report.fleet.drift import Drift, drift_of
+
+FORMAT = 'sosml_friction/fleet/1'
+COLUMNS = (
+    'robot', 'joint', 'recording', 'date', 'quantity', 'value', 'low', 'high', 'std_error',
+    'unit', 'told',
+)  # fmt: skip
+
+
+class FleetRow(NamedTuple):
+    """
+    Hold one number of one recording, or why there is none.
+
+    ``low`` and ``high`` [unit]: its 95 % interval; ``told``: flags, a verdict, or a reason.
+    """
+
+    robot: str
+    joint: str
+    recording: str
+    start_ns: int | None
+    quantity: str
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    std_error: float | None = None
+    unit: str = ''
+    told: str = ''
+
+    @property
+    def date(self) -> str:
+        """Return when the recording began, UTC; empty where that is not known."""
+        if self.start_ns is None:
+            return ''
+        when = datetime.fromtimestamp(self.start_ns * 1e-9, timezone.utc)
+        return when.isoformat(timespec='seconds')
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers and strings, with the date in the place of its nanoseconds."""
+        row = self._replace(start_ns=None)._asdict()
+        return {name: self.date if name == 'date' else row[name] for name in COLUMNS}
+
+    def cells(self) -> list[str]:
+        """Return the row as text, in the order of ``COLUMNS``."""
+        numbers = (self.value, self.low, self.high, self.std_error)
+        shown = ['' if x is None else f'{x:.6g}' for x in numbers]
+        where = [self.robot, self.joint, self.recording, self.date, self.quantity]
+        return [*where, *shown, self.unit, self.told]
+
+
+def failed_row(recording: str, why: str) -> FleetRow:
+    """Return the row of a recording of which nothing was found."""
+    return FleetRow('', '', recording, None, 'failed', told=why)
+
+
+def fit_rows(recording: str, robot: str, document: Mapping[str, Any]) -> list[FleetRow]:
+    """Return a row for each parameter of the fit to use, of the object of ``fit.json``."""
+    start = document['bags'][0]['start_ns']
+    rows = []
+    for joint, fits in document['joints'].items():
+        parameters = fits[preferred_observer(fits)]['parameters']
+        rows += [_row(robot, joint, recording, start, *item) for item in parameters.items()]
+    for joint, why in document['unavailable'].items():
+        if joint not in document['joints']:
+            rows.append(FleetRow(robot, joint, recording, start, 'friction', told=why))
+    return rows
+
+
+def diagnosis_rows(recording: str, robot: str, document: Mapping[str, Any]) -> list[FleetRow]:
+    """Return a row for the verdict and each cause, of the object of ``diagnosis.json``."""
+    start = document['provenance']['bags'][0]['start_ns']
+    told = f'{document["verdict"]}: {document["sentence"]}'
+    rows = [FleetRow(robot, '', recording, start, 'verdict', told=told)]
+    for cause in document['causes']:
+        for name, parameter in cause['parameters'].items():
+            effect = cause['effect']
+            quantity = name if name.startswith(effect) else f'{effect} {name}'
+            rows.append(_row(robot, cause['joint'], recording, start, quantity, parameter))
+    return rows
+
+
+def _row(
+    robot: str, joint: str, recording: str, start: int, name: str, p: Mapping[str, Any]
+) -> FleetRow:
+    low, high = p.get('interval') or (None, None)
+    told = ', '.join(p.get('flags', ())).replace('_', ' ')
+    return FleetRow(
+        robot, joint, recording, start, name, p['value'], low, high, p['std_error'],
+        p.get('unit', ''), told,
+    )  # fmt: skip
+
+
+def drifts(rows: Iterable[FleetRow]) -> dict[tuple[str, str, str, str], Drift]:
+    """Return the drift of each robot, joint, quantity and unit that three recordings tell."""
+    series: dict[tuple[str, str, str, str], list[FleetRow]] = {}
+    for row in rows:
+        if row.value is not None and row.std_error is not None and row.start_ns is not None:
+            series.setdefault((row.robot, row.joint, row.quantity, row.unit), []).append(row)
+    found = {}
+    for key, own in series.items():
+        columns = np.array([(r.start_ns, r.value, r.std_error) for r in own], dtype=np.float64)
+        drift = drift_of(*columns.T)
+        if drift is not None:
+            found[key] = drift
+    return found
+
+
+def rows_csv(rows: Sequence[FleetRow]) -> str:
+    """Return the rows as CSV with a header."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(COLUMNS)
+    writer.writerows(row.cells() for row in rows)
+    return text.getvalue()
+
+
+#: Columns of the terminal's table.
+SHOWN = (
+    Column('quantity', 'w'),
+    Column('date', 'w'),
+    Column('recording'),
+    Column('value', 'nw'),
+    Column('unit', 'w'),
+)
+
+
+def joint_tables(rows: Iterable[FleetRow]) -> dict[tuple[str, str], list[list[str]]]:
+    """Return the lines of each robot and joint: of each quantity one a recording, by date."""
+    tables: dict[tuple[str, str], list[list[str]]] = {}
+    last = ''
+    for row in sorted(rows, key=lambda x: (x.robot, x.joint, x.quantity, x.date, x.recording)):
+        if row.quantity != 'failed':
+            lines = tables.setdefault((row.robot, row.joint), [])
+            told = row.quantity.replace('_', ' ')
+            new = told != last or not lines
+            last = told
+            cells = [told if new else '', row.date[:10], row.recording, _short(row), row.unit]
+            lines.append(cells)
+    return tables
+
+
+def _short(row: FleetRow) -> str:
+    """Return a value and half of its interval, its interval alone, or what is told of it."""
+    if row.value is not None and row.low is not None and row.high is not None:
+        half = 0.5 * (row.high - row.low)
+        return f'{format_number(row.value, half)} ± {half:.2g}'
+    if row.value is not None:
+        return format_number(row.value)
+    if row.low is not None:
+        return f'{row.low:.3g} to {"open" if row.high is None else f"{row.high:.3g}"}'
+    return row.told.partition(':')[0]

@@ -1,0 +1,153 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""``sosml fleet``: every recording of a folder by itself, here and on a Dask cluster."""
+
+import csv
+import os
+import signal
+import socket
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from slider_bags import checked
+
+from sosml_friction.cli.fleet import find_recordings
+from sosml_friction.exceptions import ConfigurationError
+
+ROBOT = ('--free', '0.2', '--position', 'q', '--effort', 'tau')
+
+
+def write_recording(path, seed, day):
+    """Write 20 s of a shaft that turns to and fro at three speeds, with C 0.4 and B 0.1."""
+    rng, h = np.random.default_rng(seed), 0.01
+    v = np.concatenate(
+        [way * speed * np.ones(330) for speed in (0.2, 0.6, 1.2) for way in (1.0, -1.0)]
+    )
+    v = np.convolve(v, np.hanning(31) / np.hanning(31).sum(), mode='same')
+    q = np.cumsum(v) * h
+    tau = 0.2 * np.gradient(v, h) + 0.4 * np.sign(v) + 0.1 * v
+    t = 1.7e9 + 86400.0 * day + np.arange(len(q)) * h
+    q, tau = q + 1e-5 * rng.standard_normal(len(q)), tau + 0.01 * rng.standard_normal(len(q))
+    path.parent.mkdir(exist_ok=True, parents=True)
+    np.savez(path, t=t, q=q, tau=tau)
+
+
+@pytest.fixture(scope='module')
+def recordings(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('fleet') / 'recordings'
+    for day, name in enumerate(('monday', 'tuesday', 'week/monday')):
+        write_recording(folder / f'{name}.npz', day, day)
+    (folder / 'notes.csv').write_text('remark,number\nworn,1\n')
+    return folder
+
+
+@pytest.fixture(scope='module')
+def results(recordings, tmp_path_factory):
+    """Return the folder of a fit of all, and what the command ended with."""
+    out = tmp_path_factory.mktemp('fleet') / 'results'
+    asked = ['fleet', 'fit', str(recordings), '--out', str(out), '--jobs', '2', *ROBOT, '--json']
+    return out, subprocess.run(
+        [sys.executable, '-m', 'sosml_friction.cli.main', *asked],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_each_recording_has_its_results_and_one_table_has_all(results):
+    out, ended = results
+    assert ended.returncode == 1
+    document = checked(ended.stdout, 'fleet')
+    for name in ('monday', 'tuesday', 'week_monday'):
+        assert (out / name / 'report.html').is_file()
+        (row,) = (
+            r for r in document['rows'] if r['recording'] == name and r['quantity'] == 'coulomb'
+        )
+        assert row['low'] < 0.4 < row['high']
+    with (out / 'fleet.csv').open() as file:
+        assert len(list(csv.DictReader(file))) == len(document['rows'])
+    drift = next(d for d in document['drifts'] if d['quantity'] == 'coulomb')
+    assert drift['recordings'] == 3
+    assert drift['half_width'] > abs(drift['per_day'])
+
+
+def test_a_recording_that_cannot_be_fitted_is_named_with_its_reason_and_stops_no_other(results):
+    document = checked(results[1].stdout, 'fleet')
+    (failed,) = (row for row in document['rows'] if row['quantity'] == 'failed')
+    assert failed['recording'] == 'notes'
+    assert 'q' in failed['told']
+    assert failed['told'] in results[1].stderr
+
+
+def test_what_has_a_result_is_not_fitted_again(results, recordings, sosml):
+    out, _ = results
+    before = {path: path.stat().st_mtime_ns for path in out.glob('*/fit.json')}
+    code, text, _ = sosml('fleet', 'fit', recordings, '--out', out, *ROBOT)
+    assert code == 1
+    assert 'coulomb' in text
+    assert {path: path.stat().st_mtime_ns for path in out.glob('*/fit.json')} == before
+
+
+def test_options_of_the_fleet_are_not_handed_on(sosml, recordings, tmp_path):
+    code, _, said = sosml('fleet', 'fit', tmp_path)
+    assert code == 2
+    assert 'no bag and no table' in said
+    code, _, said = sosml('fleet', 'fit', recordings, '--jobs', '1', '--scheduler', 'tcp://x:1')
+    assert code == 2
+    assert '--jobs' in said
+    code, _, said = sosml('fleet', 'fit', recordings, '--scheduler', 'tcp://127.0.0.1:9')
+    assert code == 2
+    assert 'no Dask scheduler answers at tcp://127.0.0.1:9' in said
+
+
+def test_recordings_of_one_name_are_told_apart_and_results_are_none(tmp_path):
+    for name in ('a.npz', 'a.csv', 'out/b.npz', '.hidden/c.npz', 'deep/down/d.npz'):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    found = find_recordings(tmp_path, (tmp_path / 'out').resolve())
+    assert sorted(found) == ['a.csv', 'a.npz', 'deep_down_d']
+    with pytest.raises(ConfigurationError, match='is no folder'):
+        find_recordings(tmp_path / 'a.npz', tmp_path)
+
+
+def test_a_worker_of_dask_that_is_killed_loses_no_recording(recordings, tmp_path):
+    distributed = pytest.importorskip('distributed')
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        port = server.getsockname()[1]
+    address, processes = f'tcp://127.0.0.1:{port}', []
+
+    def start(*command):
+        log = (tmp_path / f'{len(processes)}.log').open('wb')
+        processes.append(subprocess.Popen([sys.executable, *command], stdout=log, stderr=log))
+
+    start('-m', 'distributed.cli.dask_scheduler', '--host', '127.0.0.1', '--port', str(port),
+          '--no-dashboard')  # fmt: skip
+    worker = ('-m', 'distributed.cli.dask_worker', address, '--nthreads', '1', '--no-nanny',
+              '--no-dashboard', '--host', '127.0.0.1')  # fmt: skip
+    start(*worker)
+    start(*worker)
+    try:
+        with distributed.Client(address, timeout='60s') as client:
+            client.wait_for_workers(2, timeout=60)
+            asked = ['fleet', 'fit', str(recordings), '--out', str(tmp_path / 'out'), *ROBOT]
+            fleet = subprocess.Popen(
+                [sys.executable, '-m', 'sosml_friction.cli.main', *asked, '--scheduler', address],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+            )
+            # The worker that has something to do is killed while it does it.
+            busy = []
+            while not busy and fleet.poll() is None:
+                busy = [name for name, tasks in client.processing().items() if tasks]
+            victim = client.run(os.getpid, workers=busy[:1])[busy[0]]
+            os.kill(victim, signal.SIGKILL)
+            said = fleet.communicate(timeout=300)[1].decode()
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    assert fleet.returncode == 1, said
+    found = sorted(path.parent.name for path in (tmp_path / 'out').glob('*/fit.json'))
+    assert found == ['monday', 'tuesday', 'week_monday'], said
