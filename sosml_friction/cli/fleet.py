@@ -189,7 +189,7 @@ def _executor(scheduler: str | None, jobs: int | None) -> Iterator[Executor]:
             '--scheduler needs Dask: install it with pip install "sosml_friction[dask]"'
         ) from error
     try:
-        client = Client(scheduler, timeout='10s')
+        client = Client(scheduler, timeout='5s')
     except (OSError, ValueError) as error:
         raise ConfigurationError(
             f'no Dask scheduler answers at {scheduler}: start one with dask scheduler, and '
