@@ -55,7 +55,7 @@ def work(command: str, minutes: float) -> None:
 
     rng = np.random.default_rng(0)
     v, a = motion(minutes)
-    q = np.cumsum(v) * STEP
+    q = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]))) * STEP
     friction = np.sign(v) * (0.40 + 0.25 * np.exp(-np.abs(v) / 0.05)) + 0.12 * v
     # Gravity acts where x points down: the arm is level at q = 0.
     tau = INERTIA * a - WEIGHT * np.cos(q) + friction + 0.02 * rng.standard_normal(len(q))

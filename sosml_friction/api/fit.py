@@ -156,7 +156,7 @@ def fit(
     alpha: float = 1.0,
     observers: Sequence[str] | None = None,
     bandwidth: float | None = None,
-    effort_hold: Mapping[str, str] | None = None,
+    effort_hold: Mapping[str, str] | str | None = None,
     refit_inertia: bool = False,
     roles: Mapping[str, str] | None = None,
     own_bias: bool | None = None,

@@ -82,7 +82,7 @@ def observe(
     model: Model,
     observers: Sequence[str] | None = None,
     bandwidth: float | None = None,
-    effort_hold: Mapping[str, str] | None = None,
+    effort_hold: Mapping[str, str] | str | None = None,
 ) -> Observation:
     """
     Estimate the friction of every joint along a recording.

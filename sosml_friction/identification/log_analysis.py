@@ -11,7 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_refit import BodyRefit, refit_body
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
@@ -87,7 +87,7 @@ def analyse_log(
     settings: FitSettings | None = None,
     bandwidth: float | None = None,
     observers: Sequence[str] | None = None,
-    effort_hold: Mapping[str, str] | None = None,
+    effort_hold: Mapping[str, str] | str | None = None,
     recorded: ObserverConfiguration | None = None,
     controllers: Callable[[JointLog], Mapping[str, ControlledJoint]] = lambda log: {},
     source: Source | None = None,
@@ -105,6 +105,7 @@ def analyse_log(
     :param observers: which to run instead of ``recorded``, with gains from the noise, friction and
         motion measured in the log, or for ``bandwidth`` where that is given.
     :param effort_hold: by joint, where in an interval its effort holds; others as in ``recorded``.
+        One for all joints may be given as it is.
     :param recorded: the observers that ran on line; None for those of the recipe.
     :param controllers: returns the known controllers of joints, on the stamps of a log.
     :param source: which recording this is; None for that of the samples.
@@ -221,9 +222,23 @@ def _with_ripple(
 
 
 def effort_holds(
-    names: Sequence[str], stated: Mapping[str, str], recorded: ObserverConfiguration | None
+    names: Sequence[str],
+    stated: Mapping[str, str] | str,
+    recorded: ObserverConfiguration | None,
 ) -> tuple[str, ...]:
-    """Return where in an interval each joint's effort holds: as stated, as recorded, ``start``."""
+    """
+    Return where in an interval each joint's effort holds: as stated, as recorded, ``start``.
+
+    :param stated: by joint, or one for all.
+    :raises ConfigurationError: if a joint is unknown.
+    """
+    if isinstance(stated, str):
+        return (stated,) * len(names)
+    if unknown := [name for name in stated if name not in names]:
+        raise ConfigurationError(
+            f'effort_hold is stated for {unknown[0]!r}, which is no joint of the model: it has '
+            f'{", ".join(names)}'
+        )
     holds: Sequence[str] = ['start'] * len(names)
     if recorded is not None and recorded.joints == tuple(names):
         holds = recorded.effort_hold or holds

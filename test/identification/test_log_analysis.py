@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import analyse_log, effort_holds
 from sosml_friction.model.model_folder import read_model
@@ -48,6 +50,9 @@ def test_effort_holds_as_stated_then_as_recorded_then_from_the_start():
     # Gains of joints in another order are of another robot.
     assert effort_holds(['b', 'a'], {}, ran) == ('start', 'start')
     assert effort_holds(['a', 'b'], {}, replace(ran, effort_hold=())) == ('start', 'start')
+    assert effort_holds(['a', 'b'], 'mean', ran) == ('mean', 'mean')
+    with pytest.raises(ConfigurationError, match="'c', which is no joint of the model: it has a"):
+        effort_holds(['a', 'b'], {'c': 'end'}, ran)
 
 
 def test_the_observers_that_ran_run_again_unless_others_are_asked_for(log, nominal):
@@ -85,3 +90,17 @@ def test_the_model_says_which_recording_it_rests_on(log, nominal):
     assert provenance['settings']['method'] == 'segments'
     assert source.recovery in analysis.data_checks.sentences
     assert analyse_log(log, nominal, SETTINGS).model.provenance['recovered'] is False
+
+
+def test_a_long_recording_is_fitted_to_means_and_tells_the_same(log, nominal, monkeypatch):
+    whole = analyse_log(log, nominal).fit.joints['slider']['weak_form'].fit
+    monkeypatch.setattr(block_means, '__defaults__', ((), len(log) // 2 + 1))
+    found = analyse_log(log, nominal)
+    assert len(found.log) == len(log) // 2
+    (said,) = (f.sentence for f in found.data_checks.findings if f.check == 'means')
+    assert 'means of 2 samples' in said
+    fit = found.fit.joints['slider']['weak_form'].fit
+    for name in ('coulomb', 'viscous'):
+        one, other = whole.parameters[name], fit.parameters[name]
+        # Both have the same noise: they differ by less than its standard error.
+        assert abs(one.value - other.value) < one.std_error
