@@ -50,7 +50,8 @@ help:
 	echo "               not there (SOSML_FRICTION_DATA, default ../shared/data): docs/records.md"
 	echo "make reliability  damage bags and malform files at random, and count what is lost without a word"
 	echo "               (five minutes; ARGS='--cases 1000 --files 900' for less): docs/reliability.md"
-	echo "make benchmark  what the observers cost, as ratios (a minute)"
+	echo "make benchmark  what a step, a recording and a bag cost, as ratios (two minutes):"
+	echo "               docs/performance.md"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
 	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
@@ -99,7 +100,8 @@ reliability: $(STAMP)
 
 .PHONY: benchmark
 benchmark: $(STAMP)
-	@$(BIN)/python benchmarks/observers.py
+	@$(BIN)/python benchmarks/performance.py
+	$(BIN)/python benchmarks/observers.py
 
 .PHONY: robustness
 robustness: $(STAMP)

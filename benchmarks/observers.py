@@ -39,17 +39,6 @@ def median_time(work: Callable[[], object], repeats: int = REPEATS) -> float:
     return statistics.median(times)
 
 
-def python_loop(samples: MomentumSamples, cutoff: float) -> np.ndarray:
-    """Return what FO gives, by one NumPy line per step: what compiling is compared with."""
-    r, p_last, out = np.zeros(2), np.zeros(2), np.empty_like(samples.p)
-    a = np.exp(-cutoff * samples.h[0])
-    for k in range(len(samples)):
-        r = a * r + (1.0 - a) * ((samples.p[k] - p_last) / samples.h[k] - samples.forcing[k])
-        p_last = samples.p[k]
-        out[k] = r
-    return out
-
-
 def main() -> None:
     """Print the table."""
     robot = read_model(share_directory() / 'config' / 'exoskeleton').make_robot()
@@ -89,30 +78,6 @@ def main() -> None:
     ]
     print('Recursion alone, 2 joints')
     print_table(terminal_table({'observer': '', **dict.fromkeys(heads, 'n')}, costs))
-    short = MomentumSamples(
-        *(getattr(samples, name)[:2000] for name in ('h', 'p', 'integral', 'forcing', 'inertia'))
-    )
-    plain = median_time(lambda: python_loop(short, gains['first_order']['cutoff'][0]), 5) / 2000
-    both = FrictionEstimator(
-        robot, [make_observer(name, gains[name]) for name in ('first_order', 'sosml')]
-    )
-    whole = median_time(lambda: both.batch(log), 3) / len(log)
-    dynamics = median_time(lambda: both.stretches(log), 3) / len(log)
-    bare = median_time(lambda: [robot.momentum_terms(q[0], v[0]) for _ in range(CALLS)], 5) / CALLS
-    pair = loops['first_order'] + loops['sosml']
-    rows = (
-        ('FO and SOSML, compiled loop', pair),
-        ('FO alone, a NumPy line per step', plain),
-        ('FO and SOSML from a recording, all of it', whole),
-        ('preparing its samples, with the dynamics', dynamics),
-        ('the dynamics alone: Pinocchio called from Python', bare),
-    )
-    print('From a recorded sample to an estimate, 2 joints')
-    told = [
-        (what, f'{1e6 * seconds:.3f}', f'{1e-6 / seconds:.3f}', f'{seconds / pair:.0f}')
-        for what, seconds in rows
-    ]
-    print_table(terminal_table({'what': '', 'us/step': 'n', 'Msteps/s': 'n', 'ratio': 'n'}, told))
 
 
 if __name__ == '__main__':

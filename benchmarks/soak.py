@@ -78,6 +78,7 @@ class SoakResult:
     samples: int = 0
     backward_stamps: int = 0
     overruns: int = 0
+    begun: str = ''
     late: str = ''
     most_late_ms: float = 0.0
     frames_sent: int = 0
@@ -252,6 +253,8 @@ def _run(
     result.slots = round(ran_ns / driver.configuration.period_ns)
     result.cycles, result.incomplete = report.cycles, report.incomplete_cycles
     result.skipped, result.overruns = thread.skipped, thread.overruns
+    begun = thread.begun
+    result.begun = f'{begun.text()}; most {begun.greatest_ns * 1e-6:.2f} ms'
     result.late, result.most_late_ms = thread.late.text(), thread.late.greatest_ns * 1e-6
     bus = report.bus
     result.frames_received = bus.received
@@ -305,6 +308,7 @@ def lines(result: SoakResult) -> list[str]:
         'frames foreign, undecodable': f'{result.foreign}, {result.undecodable}',
         'frames sent, heard by the actuators': f'{result.frames_sent}, {result.frames_heard}',
         'overruns': f'{result.overruns} ({100 * result.overruns / max(1, result.cycles):.2f} %)',
+        'begun late by': result.begun,
         'late by': f'{result.late}; most {result.most_late_ms:.1f} ms',
         'threads': ', '.join(map(str, sorted(set(result.threads)))),
         'memory of the driver': _memory(result.memory_mb),

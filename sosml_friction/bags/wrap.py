@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -130,33 +132,39 @@ class RunningUnwrap:
     def __init__(self, n: int, periods: FloatArray | None = None) -> None:
         self.periods = np.full(n, np.nan) if periods is None else periods
         self._turned = np.zeros(n)
-        self._time: list[int] = []
-        self._raw: list[FloatArray] = []
-        self._low, self._high = np.full(n, np.inf), np.full(n, -np.inf)
+        self._time: deque[int] = deque(maxlen=_BESIDE + 1)
+        self._raw: deque[list[float]] = deque(maxlen=_BESIDE + 1)
+        self._low, self._high = [math.inf] * n, [-math.inf] * n
 
     def __call__(self, t_ns: int, q: FloatArray) -> FloatArray:
         """Return the positions (n,) of the next sample, continuous; NaN stays NaN."""
         if self._time and t_ns <= self._time[-1]:
-            self._time, self._raw = [], []
-        last = self._raw[-1] if self._raw else q
-        known = np.where(np.isfinite(q), q, last)
-        self._low, self._high = np.fmin(self._low, known), np.fmax(self._high, known)
-        for i in np.flatnonzero(np.abs(known - last) > _HALF * (self._high - self._low)):
-            self._look(int(i), t_ns, float(known[i]))
+            self._time.clear()
+            self._raw.clear()
+        # Plain floats: NumPy takes several times as long over a few joints.
+        known = q.tolist()
+        last = self._raw[-1] if self._raw else known
+        for i, now in enumerate(known):
+            if not math.isfinite(now):
+                known[i] = now = last[i]
+            self._low[i] = now if now < self._low[i] else self._low[i]
+            self._high[i] = now if now > self._high[i] else self._high[i]
+            if abs(now - last[i]) > _HALF * (self._high[i] - self._low[i]):
+                self._look(i, t_ns, now)
         wraps = np.isfinite(self.periods)
-        back = near_turn(known, last, np.where(wraps, self.periods, 1.0)) - known
-        self._turned += np.where(wraps & np.isfinite(back), back, 0.0)
-        self._time, self._raw = (
-            [*self._time[-_BESIDE:], t_ns],
-            [*self._raw[-_BESIDE:], known],
-        )
+        if wraps.any():
+            here = np.array(known)
+            back = near_turn(here, np.array(last), np.where(wraps, self.periods, 1.0)) - here
+            self._turned += np.where(wraps & np.isfinite(back), back, 0.0)
+        self._time.append(t_ns)
+        self._raw.append(known)
         return np.asarray(q + self._turned)
 
     def _look(self, i: int, t_ns: int, position: float) -> None:
         """Take the period that the step to a position shows, if it shows one."""
         if len(self._time) <= _BESIDE or np.isfinite(self.periods[i]):
             return
-        before = np.diff(self._time) * 1e-9
+        before = np.diff(np.array(self._time)) * 1e-9
         dt = (t_ns - self._time[-1]) * 1e-9
         if dt > _HOLE * float(np.median(before)):
             return

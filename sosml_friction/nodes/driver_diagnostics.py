@@ -51,6 +51,8 @@ def cycle_values(
         'refused trajectory': refused,
         'cycles': report.cycles,
         'incomplete cycles': report.incomplete_cycles,
+        'cycles begun late by': thread.begun.text() if thread else 'none',
+        'greatest late begin [ms]': thread.begun.greatest_ns * 1e-6 if thread else 0.0,
         'cycle overruns': thread.overruns if thread else 0,
         'cycle overruns by lateness': thread.late.text() if thread else 'none',
         'greatest lateness [ms]': thread.late.greatest_ns * 1e-6 if thread else 0.0,

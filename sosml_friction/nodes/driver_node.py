@@ -26,6 +26,7 @@ from sosml_friction.actuators.driver.configuration import DriverConfiguration, c
 from sosml_friction.actuators.driver.cycle_thread import CycleThread
 from sosml_friction.actuators.driver.driver import JointDriver
 from sosml_friction.actuators.driver.joint_sample import JointSample
+from sosml_friction.actuators.driver.real_time import take_real_time
 from sosml_friction.actuators.driver.report import DriverReport, DriverState
 from sosml_friction.actuators.driver.sample_relay import SampleRelay
 from sosml_friction.actuators.parameter import parameters_of
@@ -77,6 +78,14 @@ _OWN_PARAMETERS = (
         (0.0, 3600.0),
     ),
     *specs_of(parameters_of(DriverConfiguration)),
+    ParameterSpec(
+        'realtime_priority',
+        'integer',
+        50,
+        'SCHED_FIFO priority of the thread of the cycle, with the memory of this process locked, '
+        'where it is permitted; 0: as any other program',
+        range=(0.0, 99.0),
+    ),
     ParameterSpec('autostart', 'bool', True, 'configure and activate without being told to'),
 )
 PARAMETERS = (*_OWN_PARAMETERS, *all_joint_specs())
@@ -112,6 +121,7 @@ class DriverNode(LifecycleNode):
         self._thread: CycleThread | None = None
         self._relay: SampleRelay | None = None
         self._hangs = False
+        self._priority = 0
         self._channel = ''
         self._refused_trajectory = ''
         self._reported_fault = ''
@@ -168,6 +178,7 @@ class DriverNode(LifecycleNode):
         model = read_model(model_path)
         configuration = DriverConfiguration.from_parameters(values)
         robot = model.make_robot()
+        self._priority = int(values['realtime_priority'])
         self._channel = f'{values["can_interface"]} {values["can_channel"]}'
 
         def open_again() -> can.BusABC:
@@ -272,6 +283,8 @@ class DriverNode(LifecycleNode):
         self._relay.start()
         driver.heartbeat()
         self._thread.start()
+        if refused := take_real_time(self._thread.native_id or 0, self._priority):
+            self.get_logger().info(refused)
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:

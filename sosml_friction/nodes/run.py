@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Run one node as a program: executor, signals, exit code."""
 
+import gc
 import os
 import signal
 import sys
@@ -56,6 +57,8 @@ def run_node(
     if help_ is not None and help_.asked_for(args):
         print(help_.text(), end='')
         return 0
+    # What is imported stays: to look for garbage among its 270 000 objects takes 0.2 s at a time.
+    gc.freeze()
     try:
         # Our own handlers: rclpy's would shut the context down before destroy_node().
         rclpy.init(

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.observers.observer import Observer
-from sosml_friction.observers.signal_noise import difference_noise, signal_noise
+from sosml_friction.observers.signal_noise import seen_noise
 
 #: Samples the noise is measured over, and between two such measurements. Chosen: the median of
 #: 200 differences is within some 10 % of its limit, and one in 50 samples costs little.
@@ -51,12 +51,14 @@ class EstimateError:
         self._samples: deque[tuple[float, FloatArray, FloatArray]] = deque(maxlen=_SPAN)
         # The finest step of velocity and of effort that was seen.
         self._steps = np.full((2, self._n), np.inf)
+        # Compile now: at the fiftieth sample it would stall the node.
+        seen_noise(np.zeros((_FEWEST, self._n)))
         self._since = 0
-        self._value = np.full(self._n, np.nan)
-        self._settling = np.full(self._n, np.nan)
+        self._value = [math.nan] * self._n
+        self._settling = [math.nan] * self._n
         self._h = math.nan
         self._gains: list[tuple[float, float]] = []
-        self._known_since = np.full(self._n, np.nan)
+        self._known_since = [math.nan] * self._n
 
     def update(
         self, t_s: float, v: FloatArray, tau: FloatArray, inertia: FloatArray, known: BoolArray
@@ -72,17 +74,22 @@ class EstimateError:
         """
         if self._samples and t_s < self._samples[-1][0]:
             self._samples.clear()
-            self._known_since[:] = np.nan
+            self._known_since = [math.nan] * self._n
         self._samples.append((t_s, np.array(v), np.array(tau)))
-        fresh = known & np.isnan(self._known_since)
-        self._known_since = np.where(fresh, t_s, np.where(known, self._known_since, np.nan))
         self._since += 1
         if self._since >= _EVERY:
             self._since = 0
             self._measure(inertia)
-        with np.errstate(invalid='ignore'):
-            settled = known & (t_s - self._known_since >= self._settling)
-        return np.where(settled, self._value, np.nan)
+        # Plain floats: NumPy takes several times as long over a few joints.
+        error = [math.nan] * self._n
+        for i, is_known in enumerate(known.tolist()):
+            if not is_known:
+                self._known_since[i] = math.nan
+            elif math.isnan(self._known_since[i]):
+                self._known_since[i] = t_s
+            if t_s - self._known_since[i] >= self._settling[i]:
+                error[i] = self._value[i]
+        return np.array(error)
 
     def _measure(self, inertia: FloatArray) -> None:
         if len(self._samples) < _FEWEST:
@@ -100,25 +107,17 @@ class EstimateError:
                 else (math.nan, math.nan)
                 for g in responses
             ]
-            self._settling = np.array([h * _settled(g) if len(g) else 0.0 for g in responses])
+            self._settling = [h * _settled(g) if len(g) else 0.0 for g in responses]
         s_v = self._noise(1)
         s_tau = self._noise(2)
         s_p = np.sqrt(inertia**2 @ s_v**2)
         by_effort, by_momentum = np.array(self._gains).T
-        self._value = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum)
+        self._value = np.sqrt(s_tau**2 * by_effort + s_p**2 * by_momentum).tolist()
 
     def _noise(self, column: int) -> FloatArray:
-        signal = np.array([sample[column] for sample in self._samples])
-        noise = np.full(self._n, np.nan)
-        for joint, x in enumerate(np.diff(signal, 2, axis=0).T):
-            finite = x[np.isfinite(x)]
-            if len(finite):
-                step = signal_noise(signal[:, joint])[0] or math.inf
-                finest = self._steps[column - 1, joint] = min(self._steps[column - 1, joint], step)
-                noise[joint] = difference_noise(finite, 2)
-                if finest < math.inf:
-                    noise[joint] = max(noise[joint], finest / math.sqrt(12.0))
-        return noise
+        step, noise = seen_noise(np.array([sample[column] for sample in self._samples]))
+        finest = self._steps[column - 1] = np.minimum(self._steps[column - 1], step)
+        return np.where(finest < np.inf, np.maximum(noise, finest / math.sqrt(12.0)), noise)
 
     def _response(self, h: float, joint: int) -> FloatArray:
         """Return the response to an impulse; empty where the observer has no filter."""

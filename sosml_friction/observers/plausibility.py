@@ -7,14 +7,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.observers.signal_noise import difference_noise
+from sosml_friction.observers.plain_sample import take_plain_sample
+from sosml_friction.observers.signal_noise import seen_noise
 
 #: Measured beyond this multiple of a limit of the URDF is no measurement; beyond the limit itself
 #: it is only told. Limits are often those of continuous duty: the pulses recorded on EMPS have
@@ -72,20 +72,28 @@ class Verdict(NamedTuple):
     remarks: dict[int, str]
 
 
-@dataclass
 class _Sample:
-    t_s: float
-    q: FloatArray
-    v: FloatArray
-    tau: FloatArray
-    travel: FloatArray
+    """A sample that was used: its stamp [s], and q, v, tau and the way by velocities, (4, n)."""
+
+    __slots__ = ('q', 'rows', 't_s', 'tau', 'travel', 'v')
+
+    def __init__(self, t_s: float, rows: FloatArray) -> None:
+        self.t_s, self.rows = t_s, rows
+        self.q, self.v, self.tau, self.travel = rows[0], rows[1], rows[2], rows[3]
 
 
 class _Place(NamedTuple):
     t_s: float
-    q: FloatArray
-    #: By joint, when it came there [s].
-    since: list[float]
+    #: The position, and by joint when it came there [s], (2, n).
+    rows: FloatArray
+
+    @property
+    def q(self) -> FloatArray:
+        return self.rows[0]
+
+    @property
+    def since(self) -> list[float]:
+        return self.rows[1].tolist()
 
 
 class Plausibility:
@@ -140,17 +148,24 @@ class Plausibility:
             self._lower = np.where(np.isfinite(room), lower - BEYOND * room, -np.inf)
             self._upper = np.where(np.isfinite(room), upper + BEYOND * room, np.inf)
         self._ranges = self._velocity.tolist(), self._lower.tolist(), self._upper.tolist()
+        self._limits = np.array([self._told, self._velocity, self._lower, self._upper])
+        self._still = np.zeros(n)
         self._stated = limits
         self._passive = [name in passive for name in robot.names]
         #: The smallest step of each position that was seen, coarse before one was [rad or m].
-        self.steps = [_COARSE[unit] for unit in robot.effort_units]
-        self._ever = [False] * n
+        self.steps = np.array([_COARSE[unit] for unit in robot.effort_units])
+        self._ever = np.zeros(n, dtype=bool)
         self._friction = [0.0] * n
         # By joint: the greatest between looks, those that may be of a standstill not yet seen.
         self._recent = [deque([0.0]) for _ in range(n)]
         #: The others, of the last motions: the greatest between two looks.
         self._seen: list[deque[float]] = [deque(maxlen=_KEPT) for _ in range(n)]
         self.reset()
+        # Compile now: at the second sample it would stall the node.
+        nothing = np.full((4, n), np.nan)
+        take_plain_sample(
+            0.0, nothing, nothing, 0.0, self._limits, nothing[:2], self._spans, *self._learnt
+        )
 
     def reset(self) -> None:
         """Forget the past but the resolution of positions and the friction seen in motion."""
@@ -158,7 +173,8 @@ class Plausibility:
         self._history: deque[_Sample] = deque()
         self._looked_s = self._looked_far_s = -math.inf
         self._zero_since = [math.nan] * n
-        self._zeros = [0] * n
+        self._zeros = np.zeros(n, dtype=np.int64)
+        self._learnt = self.steps, self._zeros, self._ever
         #: By joint: the value at which position or velocity stands, NaN where not judged so.
         self._frozen_q = np.full(n, np.nan)
         self._frozen_v = np.full(n, np.nan)
@@ -169,6 +185,7 @@ class Plausibility:
         self._standing = np.zeros(n, dtype=bool)
         self._stood_since = np.full(n, math.nan)
         self._beyond_s = [0.0] * n
+        self._spans = np.zeros(3)
         self._trusted: _Place | None = None
         self._doubted: list[_Place] = []
         self._started_s = math.nan
@@ -185,7 +202,11 @@ class Plausibility:
         t_s = t_ns * 1e-9
         if self._history and t_s < self._history[-1].t_s:
             self.reset()
-        seen = v if self._uses_velocity else np.zeros(len(q))
+        seen = v if self._uses_velocity else self._still
+        if self._is_plain(t_s, q, seen, tau):
+            if math.isnan(self._started_s):
+                self._started_s = t_s
+            return Verdict(q, v, tau, {}, {})
         causes: dict[int, str] = {}
         remarks: dict[int, str] = {}
         tau = self._judge_effort(tau, causes, remarks)
@@ -205,6 +226,42 @@ class Plausibility:
             self._started_s = t_s
         return Verdict(q, v, tau, causes, remarks)
 
+    def _is_plain(self, t_s: float, q: FloatArray, v: FloatArray, tau: FloatArray) -> bool:
+        """Take a sample that gives no cause to look closer, as nearly all are; tell if it is."""
+        history, trusted = self._history, self._trusted
+        if (
+            self._found
+            or self._doubted
+            or trusted is None
+            or not history
+            or t_s < self._apart_last
+            or t_s - trusted.t_s > 1.0
+            or t_s - self._looked_s >= _LOOK_S
+        ):
+            return False
+        last, interval = history[-1], self._interval()
+        elapsed = t_s - last.t_s
+        if elapsed > max(WINDOW_S, 5.0 * interval):
+            return False
+        rows = np.empty((4, len(q)))
+        rows[0], rows[1], rows[2] = q, v, tau
+        spans = self._spans
+        spans[0], spans[1], spans[2] = t_s - trusted.t_s, _FRAME_S, 2.0 * interval
+        if not take_plain_sample(
+            t_s,
+            rows,
+            last.rows,
+            elapsed,
+            self._limits,
+            trusted.rows,
+            spans,
+            *self._learnt,
+        ):
+            return False
+        self._trusted = _Place(t_s, trusted.rows)
+        self._append(_Sample(t_s, rows))
+        return True
+
     def learn(self, estimate: FloatArray) -> None:
         """
         Take the friction that was estimated from the sample judged last.
@@ -216,17 +273,14 @@ class Plausibility:
         now = self._history[-1].t_s
         step_s = min(now - self._history[-2].t_s, WINDOW_S)
         settled = now - self._started_s > _SETTLED_S
+        moving, standing = self._moving.tolist(), self._standing.tolist()
         for i, tau_f in enumerate(estimate.tolist()):
             if not math.isfinite(tau_f):
                 continue
-            if self._moving[i]:
-                if settled:
-                    self._recent[i][-1] = max(self._recent[i][-1], abs(tau_f))
-            elif (
-                self._standing[i]
-                and self._is_known(i)
-                and abs(tau_f) > _BREAKAWAY * self._friction[i]
-            ):
+            if moving[i]:
+                if settled and abs(tau_f) > self._recent[i][-1]:
+                    self._recent[i][-1] = abs(tau_f)
+            elif standing[i] and self._is_known(i) and abs(tau_f) > _BREAKAWAY * self._friction[i]:
                 self._beyond_s[i] += step_s
                 # A velocity made from steps of the encoder is a spike, and soon over.
                 if self._beyond_s[i] > _STOP_S:
@@ -336,7 +390,7 @@ class Plausibility:
         return (self._history[-1].t_s - self._history[0].t_s) / (len(self._history) - 1)
 
     def _remember(self, t_s: float, q: FloatArray, v: FloatArray, tau: FloatArray) -> None:
-        travel = np.zeros(len(q))
+        rows = np.array([q, v, tau, np.zeros(len(q))])
         if self._history and t_s - self._history[-1].t_s > max(WINDOW_S, 5.0 * self._interval()):
             self._forget()
         if self._history:
@@ -345,8 +399,12 @@ class Plausibility:
                 # Less than this is the rounding of the same position.
                 if 1e-9 * (1.0 + abs(now)) < abs(now - before) < self.steps[i]:
                     self.steps[i] = abs(now - before)
-            travel = last.travel + (0.5 * (t_s - last.t_s)) * (last.v + v)
-        self._history.append(_Sample(t_s, np.array(q), np.array(v), np.array(tau), travel))
+            rows[3] = last.travel + (0.5 * (t_s - last.t_s)) * (last.v + v)
+        self._append(_Sample(t_s, rows))
+
+    def _append(self, sample: _Sample) -> None:
+        self._history.append(sample)
+        t_s = sample.t_s
         while len(self._history) > _LEAST + 1 and self._history[1].t_s <= t_s - _LONG_S:
             self._history.popleft()
 
@@ -365,7 +423,7 @@ class Plausibility:
         recent = samples[first:]
         enough = t_s - recent[0].t_s >= 0.99 * WINDOW_S and len(recent) > _LEAST
         q = np.array([sample.q for sample in recent])
-        noise = difference_noise(np.diff(q, 2, axis=0), 2) if len(q) > 2 else np.zeros(q.shape[1])
+        noise = seen_noise(q)[1] if len(q) > 2 else np.zeros(q.shape[1])
         room = np.ptp(q, axis=0)
         self._moving = room > _STEPS * np.array(self.steps) + 4.0 * noise
         self._standing = (room == 0.0) & enough
@@ -509,11 +567,10 @@ class Plausibility:
 
 def _place(before: _Place | None, t_s: float, q: FloatArray) -> _Place:
     """Return where the joints are now; one that stayed came there when it did before."""
-    if before is None:
-        return _Place(t_s, q, [t_s] * len(q))
-    stays = (q == before.q).tolist()
-    since = [then if stay else t_s for then, stay in zip(before.since, stays, strict=True)]
-    return _Place(t_s, q, since)
+    since = (
+        np.full(len(q), t_s) if before is None else np.where(q == before.q, before.rows[1], t_s)
+    )
+    return _Place(t_s, np.array([q, since]))
 
 
 def _finite(x: FloatArray) -> bool:

@@ -221,7 +221,7 @@ class WatchedEstimator:
         if len(self._positions) < _KEPT:
             return False
         first, second, third = (self._positions[-k] for k in (3, 2, 1))
-        least = _STEPS * np.array(self._plausibility.steps)
+        least = _STEPS * self._plausibility.steps
         there, back = third - second, q - third
         way, farther = np.sort(np.abs([there, back]), axis=0)
         # What leaps and goes on, as at a wrap, does not come back.

@@ -15,8 +15,9 @@ class CycleThread(threading.Thread):
     """
     Step the driver at absolute deadlines; switch all outputs off when it ends, however it ends.
 
-    A cycle that ends after the next one should have begun is an overrun, and ``late`` counts by
-    how much; the cycles that are then past are skipped, never made up for.
+    ``begun`` counts by how much cycles began after their deadline: the jitter of the machine. A
+    cycle that ends after the next one should have begun is an overrun, and ``late`` counts by how
+    much; the cycles that are then past are skipped, never made up for.
 
     :param on_sample: called in this thread with each completed cycle's sample: it must not wait.
     """
@@ -29,6 +30,7 @@ class CycleThread(threading.Thread):
         self._clock = clock
         self._on_sample = on_sample
         self._stop_event = threading.Event()
+        self.begun = Histogram()
         self.late = Histogram()
         self.skipped = 0
         self.last_cycle_ns = clock.now_ns()
@@ -45,6 +47,7 @@ class CycleThread(threading.Thread):
         due_ns = self._clock.now_ns()
         try:
             while not self._stop_event.is_set():
+                self.begun.add(max(0, self._clock.now_ns() - due_ns))
                 sample = self._driver.step()
                 if sample is not None:
                     self._on_sample(sample)

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Sequence
 
 # Upper edges [ms]; one more bin takes what is beyond.
-EDGES_MS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+EDGES_MS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 
 
 class Histogram:

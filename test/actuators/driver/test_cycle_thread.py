@@ -65,6 +65,9 @@ def test_a_cycle_that_takes_too_long_is_counted_and_the_lost_ones_are_skipped():
     # Late by 0.5 and by 5 ms: the second began at 4 ms and should have ended by 6.
     assert thread.late.text() == '<= 0.5 ms: 1, <= 5 ms: 1'
     assert thread.late.greatest_ns == 5_000_000
+    # The second began 0.5 ms after its deadline and the fourth 1 ms, the others on theirs.
+    assert thread.begun.text() == '<= 0.02 ms: 3, <= 0.5 ms: 1, <= 1 ms: 1'
+    assert thread.begun.greatest_ns == 1_000_000
 
 
 @pytest.mark.parametrize('culprit', ['step', 'publish'])
