@@ -38,6 +38,7 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
+from sosml_friction.nodes.commander import Commander, Endpoint, callers, publishers
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
 from sosml_friction.nodes.node_help import NodeHelp
@@ -73,6 +74,15 @@ _OWN_PARAMETERS = (
         0.0,
         'how long to wait for a bus that cannot be opened yet, as of an emulator that starts '
         'beside the driver',
+        's',
+        (0.0, 3600.0),
+    ),
+    ParameterSpec(
+        'commander_timeout',
+        'double',
+        5.0,
+        'silence after its last command and motion that ends the hold of a commander; nobody '
+        'else is obeyed before',
         's',
         (0.0, 3600.0),
     ),
@@ -114,6 +124,8 @@ class DriverNode(LifecycleNode):
         self._hangs = False
         self._channel = ''
         self._refused_trajectory = ''
+        self._commander = Commander(0.0)
+        self._refused_commands: list[str] = []
         self._reported_fault = ''
         self._ended = ''
         self._stamps: StampConverter | None = None
@@ -169,6 +181,7 @@ class DriverNode(LifecycleNode):
         configuration = DriverConfiguration.from_parameters(values)
         robot = model.make_robot()
         self._channel = f'{values["can_interface"]} {values["can_channel"]}'
+        self._commander = Commander(values['commander_timeout'])
 
         def open_again() -> can.BusABC:
             return open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
@@ -277,6 +290,7 @@ class DriverNode(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the cycle and switch the outputs off."""
         self._stop_thread()
+        self._commander.release()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -343,8 +357,29 @@ class DriverNode(LifecycleNode):
         self._joint_states.publish(message)
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> Any:
-        response.success, response.message = self._command('enable' if request.data else 'disable')
+        if not request.data:
+            # Whoever asks for it: the joints are let go, and so is the driver.
+            self._commander.release()
+            response.success, response.message = self._command('disable')
+        elif refusal := self._refuse_other(callers(self, '~/enable')):
+            response.success, response.message = False, refusal
+        else:
+            response.success, response.message = self._command('enable')
         return response
+
+    def _refuse_other(self, senders: list[Endpoint]) -> str:
+        """Return why none of ``senders`` may command, or ''; the log says it once for each."""
+        self._watch_commander()
+        refusal = self._commander.refusal(senders)
+        if refusal and refusal not in self._refused_commands:
+            self._refused_commands.append(refusal)
+            self.get_logger().warning(refusal)
+        return refusal
+
+    def _watch_commander(self) -> None:
+        self._commander.watch(time.monotonic(), publishers(self, 'joint_trajectory'))
+        if not self._commander.name:
+            self._refused_commands.clear()
 
     def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Any:
         response.success, response.message = self._command('stop')
@@ -369,16 +404,24 @@ class DriverNode(LifecycleNode):
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
+            found = publishers(self, 'joint_trajectory')
+            senders = Commander.senders(found, message.header.frame_id)
+            if refusal := self._refuse_other(senders):
+                self._refused_trajectory = refusal
+                return
             self._driver.follow(trajectory_from_message(message))
         except SosmlFrictionError as error:
             self._refused_trajectory = str(error)
             self.get_logger().error(f'trajectory refused: {error}')
             return
+        self._commander.take(senders, time.monotonic())
         self._refused_trajectory = ''
 
     def _on_heartbeat(self) -> None:
         if self._driver is not None and self._thread is not None:
             self._driver.heartbeat()
+            if self._driver.trajectory_running:
+                self._commander.moves(time.monotonic())
 
     def _on_timer(self) -> None:
         driver = self._driver
@@ -386,6 +429,7 @@ class DriverNode(LifecycleNode):
             return
         if self._stamps is not None:
             self._stamps.refresh()
+        self._watch_commander()
         report = driver.report()
         thread = self._thread
         if report.reason and report.reason != self._reported_fault:
@@ -418,6 +462,8 @@ class DriverNode(LifecycleNode):
             level, text = ERROR, 'the cycle hangs in the bus: the torque is what it was'
         elif self._refused_trajectory:
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
+        elif self._refused_commands:
+            level, text = WARN, self._refused_commands[-1]
         elif report.trajectory_running:
             level, text = OK, 'following a trajectory'
         else:
@@ -427,6 +473,8 @@ class DriverNode(LifecycleNode):
         cycle = cycle_values(
             report, driver.configuration, self._refused_trajectory, thread, self._relay
         )
+        cycle['commander'] = self._commander.name or 'nobody'
+        cycle['refused commander'] = (self._refused_commands or [''])[-1]
         bus = bus_values(report, driver.bus_load())
         return [
             make_status(f'{name}: driver', level, text, cycle, channel),
