@@ -75,6 +75,7 @@ class SoakResult:
     cycles: int = 0
     skipped: int = 0
     incomplete: int = 0
+    came_late: int = 0
     samples: int = 0
     backward_stamps: int = 0
     overruns: int = 0
@@ -100,10 +101,10 @@ class SoakResult:
                 f'{self.slots} cycles were due, but {self.cycles} ran and {self.skipped} were '
                 'counted as skipped'
             )
-        if self.samples != self.cycles - self.incomplete:
+        if self.samples != self.cycles - self.incomplete - self.came_late:
             result.append(
-                f'{self.cycles} cycles with {self.incomplete} incomplete gave {self.samples} '
-                'samples'
+                f'{self.cycles} cycles with {self.incomplete} incomplete and {self.came_late} '
+                f'late gave {self.samples} samples'
             )
         if self.backward_stamps:
             result.append(f'{self.backward_stamps} stamps did not increase')
@@ -251,6 +252,7 @@ def _run(
     ran_ns = thread.last_cycle_ns - (clock.begin_ns or begin_ns)
     result.slots = round(ran_ns / driver.configuration.period_ns)
     result.cycles, result.incomplete = report.cycles, report.incomplete_cycles
+    result.came_late = report.late_cycles
     result.skipped, result.overruns = thread.skipped, thread.overruns
     result.late, result.most_late_ms = thread.late.text(), thread.late.greatest_ns * 1e-6
     bus = report.bus
@@ -299,7 +301,7 @@ def lines(result: SoakResult) -> list[str]:
     """Return the result in words."""
     rows: dict[str, Any] = {
         'cycles due, run, skipped': f'{result.slots}, {result.cycles}, {result.skipped}',
-        'cycles incomplete': result.incomplete,
+        'cycles incomplete, late': f'{result.incomplete}, {result.came_late}',
         'samples': result.samples,
         'replies missed, stale': f'{result.missed}, {result.stale}',
         'frames foreign, undecodable': f'{result.foreign}, {result.undecodable}',

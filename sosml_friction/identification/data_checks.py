@@ -20,6 +20,7 @@ from sosml_friction.identification.data_finding import (
 )
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import Slopes
+from sosml_friction.identification.stamp_checks import check_stamps
 from sosml_friction.model.robot import Robot
 
 #: Six windows of steady motion, the fewest a law is fitted to, take at least this long [s].
@@ -132,6 +133,7 @@ def check_data(
             log, robot, i, slopes, name in free_rotors
         )
         findings += own
+    findings += check_stamps(replace(log, tau=tau), period)
     long = steps[steps > _GAP_PERIODS * period]
     if len(long):
         what = (

@@ -42,6 +42,7 @@ from sosml_friction.nodes.commander import Commander, Endpoint, callers, publish
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
 from sosml_friction.nodes.node_help import NodeHelp
+from sosml_friction.nodes.pace import Pace
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node, stop_requested
@@ -126,6 +127,7 @@ class DriverNode(LifecycleNode):
         self._refused_trajectory = ''
         self._commander = Commander(0.0)
         self._refused_commands: list[str] = []
+        self._pace = Pace()
         self._reported_fault = ''
         self._ended = ''
         self._stamps: StampConverter | None = None
@@ -432,6 +434,7 @@ class DriverNode(LifecycleNode):
         self._watch_commander()
         report = driver.report()
         thread = self._thread
+        self._pace.look(report, thread.skipped if thread else 0)
         if report.reason and report.reason != self._reported_fault:
             self.get_logger().error(f'fault, no torque: {report.reason}')
         self._reported_fault = report.reason
@@ -464,6 +467,8 @@ class DriverNode(LifecycleNode):
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
         elif self._refused_commands:
             level, text = WARN, self._refused_commands[-1]
+        elif busy := self._pace.remark:
+            level, text = WARN, busy
         elif report.trajectory_running:
             level, text = OK, 'following a trajectory'
         else:
