@@ -124,6 +124,9 @@ class DriverNode(LifecycleNode):
         self._relay: SampleRelay | None = None
         self._hangs = False
         self._channel = ''
+        self._listener: Callable[[JointState], None] | None = None
+        #: The URDF that is published as robot_description, '' before the configuration.
+        self.description = ''
         self._refused_trajectory = ''
         self._commander = Commander(0.0)
         self._refused_commands: list[str] = []
@@ -258,6 +261,7 @@ class DriverNode(LifecycleNode):
             *((self.destroy_timer, timer) for timer in timers),
         ]
         self._message = JointState(name=list(configuration.names))
+        self.description = urdf
         description.publish(String(data=urdf))
         controller.publish(String(data=controllers))
 
@@ -357,6 +361,16 @@ class DriverNode(LifecycleNode):
         message.velocity = array('d', sample.v)
         message.effort = array('d', sample.tau)
         self._joint_states.publish(message)
+        if self._listener is not None:
+            self._listener(message)
+
+    def listen(self, listener: Callable[[JointState], None]) -> None:
+        """
+        Hand each sample to ``listener``, after it is published and in the thread that publishes.
+
+        The message is filled anew with the next sample. What ``listener`` raises ends the drive.
+        """
+        self._listener = listener
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> Any:
         if not request.data:

@@ -321,7 +321,7 @@ class JointDriver:
             stamp_ns=max(stamps),
             joint_ns=stamps,
             q=self._position(),
-            v=np.array([joint.v for joint in self._joints]),
+            v=np.array([joint.sampled_v for joint in self._joints]),
             tau=np.array([actuator.measurement.tau for actuator in self._actuators]),
         )
         self._skew_ns = sample.skew_ns
