@@ -25,7 +25,12 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.nodes.driver_node import DriverNode, make_driver_node
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.observer_node import ObserverNode
+from sosml_friction.nodes.parameters import ParameterSpec
 from sosml_friction.nodes.run import run_node
+
+
+#: It has those of the two nodes, under their names, and none of its own.
+PARAMETERS: tuple[ParameterSpec, ...] = ()
 
 
 class _Handed:
@@ -108,7 +113,7 @@ HELP = NodeHelp(
     'and the topics are outputs only. Parameters are those of the two nodes, by their names: see '
     'driver_node --help and observer_node --help.',
     '--ros-args --params-file config/exoskeleton.yaml -p driver_node:can_channel:=can0',
-    (),
+    PARAMETERS,
 )
 
 
