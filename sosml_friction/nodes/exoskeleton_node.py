@@ -28,7 +28,6 @@ from sosml_friction.nodes.observer_node import ObserverNode
 from sosml_friction.nodes.parameters import ParameterSpec
 from sosml_friction.nodes.run import run_node
 
-
 #: It has those of the two nodes, under their names, and none of its own.
 PARAMETERS: tuple[ParameterSpec, ...] = ()
 
@@ -112,7 +111,7 @@ HELP = NodeHelp(
     'Runs driver_node and observer_node in one process: the observer is called with each sample, '
     'and the topics are outputs only. Parameters are those of the two nodes, by their names: see '
     'driver_node --help and observer_node --help.',
-    '--ros-args --params-file config/exoskeleton.yaml -p driver_node:can_channel:=can0',
+    '--ros-args --params-file config/exoskeleton.yaml',
     PARAMETERS,
 )
 
