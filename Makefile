@@ -51,6 +51,7 @@ help:
 	echo "make reliability  damage bags and malform files at random, and count what is lost without a word"
 	echo "               (five minutes; ARGS='--cases 1000 --files 900' for less): docs/reliability.md"
 	echo "make benchmark  what the observers cost, as ratios (a minute)"
+	echo "make latency   from a sample's stamp to its estimate, driver and observer in two processes and in one"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
 	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
@@ -100,6 +101,10 @@ reliability: $(STAMP)
 .PHONY: benchmark
 benchmark: $(STAMP)
 	@$(BIN)/python benchmarks/observers.py
+
+.PHONY: latency
+latency: $(STAMP)
+	@$(BIN)/python benchmarks/latency.py $(ARGS)
 
 .PHONY: robustness
 robustness: $(STAMP)

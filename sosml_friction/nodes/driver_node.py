@@ -41,6 +41,7 @@ from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_jo
 from sosml_friction.nodes.commander import Commander, Endpoint, callers, publishers
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
+from sosml_friction.nodes.follow_action import GOALS, FollowAction
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.pace import Pace
 from sosml_friction.nodes.parameters import ParameterSpec, declare
@@ -129,6 +130,9 @@ class DriverNode(LifecycleNode):
         self.description = ''
         self._refused_trajectory = ''
         self._commander = Commander(0.0)
+        self._action: FollowAction | None = None
+        #: Counts motions that were begun or ended by a command.
+        self.commands = 0
         self._refused_commands: list[str] = []
         self._pace = Pace()
         self._reported_fault = ''
@@ -260,6 +264,7 @@ class DriverNode(LifecycleNode):
             (self.destroy_subscription, subscription),
             *((self.destroy_timer, timer) for timer in timers),
         ]
+        self._action = FollowAction.offer(self, self)
         self._message = JointState(name=list(configuration.names))
         self.description = urdf
         description.publish(String(data=urdf))
@@ -348,6 +353,9 @@ class DriverNode(LifecycleNode):
                 bus.shutdown()
             except (can.CanError, OSError) as error:
                 self.get_logger().warning(f'the CAN bus did not close: {error}')
+        if self._action is not None:
+            self._action.destroy()
+            self._action = None
         for destroy, entity in self._entities:
             destroy(entity)
         self._entities = []
@@ -393,7 +401,10 @@ class DriverNode(LifecycleNode):
         return refusal
 
     def _watch_commander(self) -> None:
-        self._commander.watch(time.monotonic(), publishers(self, 'joint_trajectory'))
+        present = publishers(self, 'joint_trajectory')
+        if self._action is not None:
+            present += callers(self, GOALS)
+        self._commander.watch(time.monotonic(), present)
         if not self._commander.name:
             self._refused_commands.clear()
 
@@ -409,6 +420,7 @@ class DriverNode(LifecycleNode):
         except SosmlFrictionError as error:
             self.get_logger().error(f'{what} refused: {error}')
             return False, str(error)
+        self.commands += what != 'enable'
         done = {'enable': 'enabled: the joints hold', 'disable': 'disabled: no torque'}
         text = done.get(what, 'stopped: the joints hold')
         self.get_logger().info(text)
@@ -417,27 +429,48 @@ class DriverNode(LifecycleNode):
         return True, text
 
     def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
+        found = publishers(self, 'joint_trajectory')
+        try:
+            self.begin(message, Commander.senders(found, message.header.frame_id))
+        except SosmlFrictionError as error:
+            # Of another commander the log has told already.
+            if str(error) not in self._refused_commands:
+                self.get_logger().error(f'trajectory refused: {error}')
+
+    def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
+        """
+        Start a trajectory that one of ``senders`` sent.
+
+        :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
+        """
+        self._refused_trajectory = ''
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
-            found = publishers(self, 'joint_trajectory')
-            senders = Commander.senders(found, message.header.frame_id)
             if refusal := self._refuse_other(senders):
-                self._refused_trajectory = refusal
-                return
+                raise TrajectoryError(refusal)
             self._driver.follow(trajectory_from_message(message))
         except SosmlFrictionError as error:
             self._refused_trajectory = str(error)
-            self.get_logger().error(f'trajectory refused: {error}')
-            return
+            raise
+        self.commands += 1
         self._commander.take(senders, time.monotonic())
-        self._refused_trajectory = ''
+
+    def report(self) -> DriverReport | None:
+        """Return a snapshot of the driver, None before it is configured."""
+        return None if self._driver is None else self._driver.report()
+
+    def halt(self) -> None:
+        """Brake and hold, whatever is commanded."""
+        self._command('stop')
 
     def _on_heartbeat(self) -> None:
         if self._driver is not None and self._thread is not None:
             self._driver.heartbeat()
             if self._driver.trajectory_running:
                 self._commander.moves(time.monotonic())
+        if self._action is not None:
+            self._action.watch()
 
     def _on_timer(self) -> None:
         driver = self._driver

@@ -28,6 +28,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 NODES = ('driver_node', 'observer_node', 'identifier_node')
 JOINTS = ('shoulder', 'elbow')
+KINDS = ('publish', 'subscribe', 'reply', 'request', 'execute', 'call')
 
 
 @dataclass
@@ -76,7 +77,8 @@ def graph(request) -> Graph:
                 'request': node.get_client_names_and_types_by_node,
             }
             return {
-                kind: {own: types[0] for own, types in ask(name, '/')}
+                # What an action is made of is allowed with it.
+                kind: {own: types[0] for own, types in ask(name, '/') if '/_action/' not in own}
                 for kind, ask in asked.items()
             }
 
@@ -99,7 +101,7 @@ def policy() -> dict[tuple[str, str], dict[str, set[str]]]:
         for profile in enclave.iter('profile'):
             own = allowed.setdefault(
                 (enclave.get('path', ''), profile.get('node', '')),
-                {kind: set() for kind in ('publish', 'subscribe', 'reply', 'request')},
+                {kind: set() for kind in KINDS},
             )
             for rule in profile:
                 for kind in rule.attrib:
@@ -124,6 +126,11 @@ def test_only_identifier_and_operator_may_command_and_only_the_operator_may_enab
         for kind, name in (('publish', '/joint_trajectory'), ('request', '/driver_node/enable'))
     }
     operator = '/exoskeleton/operator'
+    # Where control_msgs is installed.
+    action = '/driver_node/follow_joint_trajectory'
+    assert {enclave for (enclave, _), own in policy().items() if action in own['call']} == {
+        operator
+    }
     assert may == {'publish': {'/exoskeleton/identifier_node', operator}, 'request': {operator}}
 
 
