@@ -48,10 +48,13 @@ help:
 	echo "               given its seed (ARGS='--trials 60 --seed 1 --kinds single,null')"
 	echo "make records   what the tool says of measured records beside what is known of them; skips what is"
 	echo "               not there (SOSML_FRICTION_DATA, default ../shared/data): docs/records.md"
-	echo "make reliability  damage bags and malform files at random, and count what is lost without a word"
-	echo "               (five minutes; ARGS='--cases 1000 --files 900' for less): docs/reliability.md"
+	echo "make reliability  damage bags, files, frames and recordings at random, and count what is lost without"
+	echo "               a word; then end every node in every phase by every signal (half an hour;"
+	echo "               ARGS='--cases 1000 --files 900 --drives 20' for less, without the signals):"
+	echo "               docs/reliability.md"
 	echo "make benchmark  what a step, a recording and a bag cost, as ratios (two minutes):"
 	echo "               docs/performance.md"
+	echo "make latency   from a sample's stamp to its estimate, driver and observer in two processes and in one"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
 	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
@@ -97,11 +100,16 @@ records: $(STAMP)
 .PHONY: reliability
 reliability: $(STAMP)
 	@$(BIN)/python -m validation.reliability $(ARGS)
+	$(if $(ARGS),,$(BIN)/python -m validation.signals)
 
 .PHONY: benchmark
 benchmark: $(STAMP)
 	@$(BIN)/python benchmarks/performance.py
 	$(BIN)/python benchmarks/observers.py
+
+.PHONY: latency
+latency: $(STAMP)
+	@$(BIN)/python benchmarks/latency.py $(ARGS)
 
 .PHONY: robustness
 robustness: $(STAMP)

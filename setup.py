@@ -118,6 +118,7 @@ setup(
         'console_scripts': [
             f'driver_node = {PACKAGE}.nodes.driver_node:main',
             f'emulator_node = {PACKAGE}.nodes.emulator_node:main',
+            f'exoskeleton_node = {PACKAGE}.nodes.exoskeleton_node:main',
             f'identifier_node = {PACKAGE}.nodes.identifier_node:main',
             f'observer_node = {PACKAGE}.nodes.observer_node:main',
             f'replay_node = {PACKAGE}.nodes.replay_node:main',

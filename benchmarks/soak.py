@@ -5,8 +5,9 @@ Run the driver for minutes over slcan/TCP and account for every cycle: ``make so
 
 The emulated exoskeleton in a process of its own, the driver's core with its cycle thread here, two
 actuators, 500 Hz, swinging to and fro. At the end: is every cycle counted, has memory or the
-number of threads grown, and by how much cycles were late, as a histogram. Exit code 1 if a count
-does not add up or something grew. How late cycles are is the machine's affair and never judged.
+number of threads grown, by how much cycles were late, as a histogram, and how long an answer took
+in the first quarter and in the last. Exit code 1 if a count does not add up or something grew. How
+late cycles are is the machine's affair and never judged.
 """
 
 from __future__ import annotations
@@ -75,6 +76,7 @@ class SoakResult:
     cycles: int = 0
     skipped: int = 0
     incomplete: int = 0
+    came_late: int = 0
     samples: int = 0
     backward_stamps: int = 0
     overruns: int = 0
@@ -89,6 +91,7 @@ class SoakResult:
     undecodable: int = 0
     missed: int = 0
     threads: list[int] = field(default_factory=list)
+    latency_ms: list[float] = field(default_factory=list)
     memory_mb: list[float] = field(default_factory=list)
     emulator_mb: list[float] = field(default_factory=list)
     faults: list[str] = field(default_factory=list)
@@ -101,10 +104,10 @@ class SoakResult:
                 f'{self.slots} cycles were due, but {self.cycles} ran and {self.skipped} were '
                 'counted as skipped'
             )
-        if self.samples != self.cycles - self.incomplete:
+        if self.samples != self.cycles - self.incomplete - self.came_late:
             result.append(
-                f'{self.cycles} cycles with {self.incomplete} incomplete gave {self.samples} '
-                'samples'
+                f'{self.cycles} cycles with {self.incomplete} incomplete and {self.came_late} '
+                f'late gave {self.samples} samples'
             )
         if self.backward_stamps:
             result.append(f'{self.backward_stamps} stamps did not increase')
@@ -252,6 +255,7 @@ def _run(
     ran_ns = thread.last_cycle_ns - (clock.begin_ns or begin_ns)
     result.slots = round(ran_ns / driver.configuration.period_ns)
     result.cycles, result.incomplete = report.cycles, report.incomplete_cycles
+    result.came_late = report.late_cycles
     result.skipped, result.overruns = thread.skipped, thread.overruns
     begun = thread.begun
     result.begun = f'{begun.text()}; most {begun.greatest_ns * 1e-6:.2f} ms'
@@ -266,6 +270,7 @@ def _run(
 def _look(driver: JointDriver, trajectory: Trajectory, result: SoakResult) -> None:
     """Keep the arm swinging, and note why if it does not."""
     report = driver.report()
+    result.latency_ms.append(1e3 * report.joints[0].usual_latency)
     try:
         if report.state is DriverState.FAULT:
             result.faults.append(report.reason)
@@ -302,7 +307,7 @@ def lines(result: SoakResult) -> list[str]:
     """Return the result in words."""
     rows: dict[str, Any] = {
         'cycles due, run, skipped': f'{result.slots}, {result.cycles}, {result.skipped}',
-        'cycles incomplete': result.incomplete,
+        'cycles incomplete, late': f'{result.incomplete}, {result.came_late}',
         'samples': result.samples,
         'replies missed, stale': f'{result.missed}, {result.stale}',
         'frames foreign, undecodable': f'{result.foreign}, {result.undecodable}',
@@ -310,6 +315,7 @@ def lines(result: SoakResult) -> list[str]:
         'overruns': f'{result.overruns} ({100 * result.overruns / max(1, result.cycles):.2f} %)',
         'begun late by': result.begun,
         'late by': f'{result.late}; most {result.most_late_ms:.1f} ms',
+        'usual latency': _latency(result.latency_ms),
         'threads': ', '.join(map(str, sorted(set(result.threads)))),
         'memory of the driver': _memory(result.memory_mb),
         'memory of the emulator': _memory(result.emulator_mb),
@@ -327,6 +333,13 @@ def _faults(faults: list[str]) -> str:
     kinds = Counter(text.split(' (')[0] for text in faults)
     most = '; '.join(f'{count} x {text}' for text, count in kinds.most_common(3))
     return f'{len(faults)}: {most}' if faults else 'none'
+
+
+def _latency(values: list[float]) -> str:
+    """Return the medians of the first and of the last quarter."""
+    part = max(1, len(values) // 4)
+    first, last = (float(np.median(some)) for some in (values[:part], values[-part:]))
+    return f'{first:.2f} ms in the first quarter, {last:.2f} ms in the last'
 
 
 def _memory(values: list[float]) -> str:

@@ -8,13 +8,14 @@ Start the exoskeleton's driver and the friction observer, and on demand the iden
     ros2 launch sosml_friction exoskeleton.launch.py emulate:=true identify:=true
 
 ``emulate:=true`` also starts the emulated exoskeleton, at the bus that the default parameters
-name: no hardware is needed. Only this machine finds the nodes, unless
-``discovery:=SUBNET`` or ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise.
+name: no hardware is needed. ``one_process:=true`` runs driver and observer in one process. Only
+this machine finds the nodes, unless ``discovery:=SUBNET`` or ROS_AUTOMATIC_DISCOVERY_RANGE says
+otherwise.
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
-from launch.conditions import IfCondition
+from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import (
     EnvironmentVariable,
     LaunchConfiguration,
@@ -30,6 +31,7 @@ def generate_launch_description():
     # Of the nodes alone: what includes this file keeps its own.
     discovery = {'ROS_AUTOMATIC_DISCOVERY_RANGE': LaunchConfiguration('discovery')}
     emulate = LaunchConfiguration('emulate')
+    one_process = LaunchConfiguration('one_process')
     autostart = ParameterValue(LaunchConfiguration('autostart'), value_type=bool)
 
     def switch(name, default, description):
@@ -63,6 +65,7 @@ def generate_launch_description():
                 'Configure and activate the driver; nothing moves before ~/enable.',
             ),
             switch('identify', 'false', 'Start the identifier too; it waits for ~/start.'),
+            switch('one_process', 'false', 'Run driver and observer in one process.'),
             DeclareLaunchArgument(
                 'discovery',
                 default_value=EnvironmentVariable(
@@ -82,8 +85,20 @@ def generate_launch_description():
                 parameters=[{'bus_wait': 10.0}, parameters, {'autostart': autostart}],
                 output='screen',
                 additional_env=discovery,
+                condition=UnlessCondition(one_process),
             ),
-            node('observer_node'),
+            node('observer_node', condition=UnlessCondition(one_process)),
+            node(
+                'exoskeleton_node',
+                # By the node's name: a parameter for all nodes would be the observer's, too.
+                ros_arguments=[
+                    '-p',
+                    'driver_node:bus_wait:=10.0',
+                    '-p',
+                    ['driver_node:autostart:=', LaunchConfiguration('autostart')],
+                ],
+                condition=IfCondition(one_process),
+            ),
             node('identifier_node', condition=IfCondition(LaunchConfiguration('identify'))),
         ]
     )

@@ -147,7 +147,7 @@ def recorded_launch(monkeypatch):
     kinds = {
         'launch': ['LaunchDescription'],
         'launch.actions': ['DeclareLaunchArgument', 'Shutdown'],
-        'launch.conditions': ['IfCondition'],
+        'launch.conditions': ['IfCondition', 'UnlessCondition'],
         'launch.substitutions': [
             'EnvironmentVariable',
             'LaunchConfiguration',

@@ -1,15 +1,17 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-Damage bags and malform files at random, and count what goes wrong without a word.
+Damage bags, files, frames and recordings at random, and count what goes wrong without a word.
 
     python -m validation.reliability --cases 10000 --files 1000 --seed 1
 
 Prints the table of docs/reliability.md. A case is one damaged bag, or one malformed file, that is
-read as the commands read it. It may be read whole, be read with a sentence on what is missing, or
-be refused in a sentence. Three things are failures: what is there is not what was recorded and
-nobody says so (silent), anything but an error of this package (traceback), and no answer within
-``LIMIT_S`` (hang). Cases run in a process of their own, whose memory is measured.
+read as the commands read it; or a drive among 500 random frames; or a recording that is killed. It
+may be read whole, be read with a sentence on what is missing (or end in a fault with its reason),
+or be refused in a sentence. Three things are failures: what is there is not what was recorded, or
+another promise is broken, and nobody says so (silent), anything but an error of this package
+(traceback), and no answer within ``LIMIT_S`` (hang). Cases run in a process of their own, whose
+memory is measured.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -32,12 +34,17 @@ import numpy as np
 
 from sosml_friction.exceptions import SosmlFrictionError
 from validation.damaged_bags import BAG_DAMAGES, DamagedBags
+from validation.kill_points import KillPoints
 from validation.malformed_files import FILES, MalformedFiles
+from validation.random_frames import RandomFrames
 from validation.silent import SilentError
 
 #: Seconds after which a case counts as one that never ends; a usual one takes 10 ms.
 LIMIT_S = 20.0
 FAILURES = ('silent', 'traceback', 'hang')
+#: What is neither bag nor file; 200 drives have 100 000 frames.
+DRIVES = ('frames, 500 each', 'kill points')
+Case = Callable[[np.random.Generator], object]
 
 
 @dataclass
@@ -63,7 +70,16 @@ class Tally:
         return sum(self.outcomes[name] for name in FAILURES)
 
 
-def outcome_of(run: DamagedBags | MalformedFiles, rng: np.random.Generator) -> tuple[str, str]:
+def cases_of(kind: str, folder: Path) -> Case:
+    """Return what runs a case of one kind."""
+    if kind.startswith('frames'):
+        return RandomFrames()
+    if kind in DRIVES:
+        return KillPoints(folder)
+    return (DamagedBags if kind in BAG_DAMAGES else MalformedFiles)(kind, folder)
+
+
+def outcome_of(run: Case, rng: np.random.Generator) -> tuple[str, str]:
     """Return what came of one case, and what is to be said of a failure."""
     try:
         with warnings.catch_warnings():
@@ -82,7 +98,7 @@ def outcome_of(run: DamagedBags | MalformedFiles, rng: np.random.Generator) -> t
 def _work(kind: str, first: int, last: int, seed: int, folder: str, pipe: Connection) -> None:
     """Run the cases of a kind, and send what came of each."""
     place = Path(folder)
-    cases = (DamagedBags if kind in BAG_DAMAGES else MalformedFiles)(kind, place)
+    cases = cases_of(kind, place)
     base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     for case in range(first, last):
         outcome, detail = outcome_of(cases, np.random.default_rng((seed, case)))
@@ -147,16 +163,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--cases', type=int, default=10_000, help='damaged bags (10000)')
     parser.add_argument('--files', type=int, default=1_000, help='malformed files (1000)')
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument('--kinds', default='', help='some of them, with commas')
+    parser.add_argument('--drives', type=int, default=200, help='drives, and recordings (200)')
+    parser.add_argument('--kinds', default='', help='some of them, with semicolons')
     options = parser.parse_args(arguments)
-    chosen = options.kinds.split(',') if options.kinds else [*BAG_DAMAGES, *FILES]
+    chosen = options.kinds.split(';') if options.kinds else [*BAG_DAMAGES, *FILES, *DRIVES]
     tallies = {}
     for kind in chosen:
-        is_bag = kind in BAG_DAMAGES
-        wanted = options.cases if is_bag else options.files
-        among = [k for k in chosen if (k in BAG_DAMAGES) == is_bag]
+        groups = ((BAG_DAMAGES, options.cases), (FILES, options.files))
+        count = options.drives
+        for group, wanted in groups:
+            if kind in group:
+                count = -(-wanted // sum(other in group for other in chosen))
         began = time.monotonic()
-        tallies[kind] = run_kind(kind, -(-wanted // len(among)), options.seed)
+        tallies[kind] = run_kind(kind, count, options.seed)
         print(f'{kind}: {time.monotonic() - began:.0f} s', file=sys.stderr)
         for case, what in tallies[kind].examples:
             print(f'  case {case}: {what.strip()}', file=sys.stderr)

@@ -39,9 +39,12 @@ from sosml_friction.exceptions import (
 )
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
+from sosml_friction.nodes.commander import Commander, Endpoint, callers, publishers
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
+from sosml_friction.nodes.follow_action import GOALS, FollowAction
 from sosml_friction.nodes.node_help import NodeHelp
+from sosml_friction.nodes.pace import Pace
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.nodes.run import run_node, stop_requested
@@ -74,6 +77,15 @@ _OWN_PARAMETERS = (
         0.0,
         'how long to wait for a bus that cannot be opened yet, as of an emulator that starts '
         'beside the driver',
+        's',
+        (0.0, 3600.0),
+    ),
+    ParameterSpec(
+        'commander_timeout',
+        'double',
+        5.0,
+        'silence after its last command and motion that ends the hold of a commander; nobody '
+        'else is obeyed before',
         's',
         (0.0, 3600.0),
     ),
@@ -123,7 +135,16 @@ class DriverNode(LifecycleNode):
         self._hangs = False
         self._priority = 0
         self._channel = ''
+        self._listener: Callable[[JointState], None] | None = None
+        #: The URDF that is published as robot_description, '' before the configuration.
+        self.description = ''
         self._refused_trajectory = ''
+        self._commander = Commander(0.0)
+        self._action: FollowAction | None = None
+        #: Counts motions that were begun or ended by a command.
+        self.commands = 0
+        self._refused_commands: list[str] = []
+        self._pace = Pace()
         self._reported_fault = ''
         self._ended = ''
         self._stamps: StampConverter | None = None
@@ -180,6 +201,7 @@ class DriverNode(LifecycleNode):
         robot = model.make_robot()
         self._priority = int(values['realtime_priority'])
         self._channel = f'{values["can_interface"]} {values["can_channel"]}'
+        self._commander = Commander(values['commander_timeout'])
 
         def open_again() -> can.BusABC:
             return open_bus(values['can_interface'], values['can_channel'], configuration.bitrate)
@@ -253,7 +275,9 @@ class DriverNode(LifecycleNode):
             (self.destroy_subscription, subscription),
             *((self.destroy_timer, timer) for timer in timers),
         ]
+        self._action = FollowAction.offer(self, self)
         self._message = JointState(name=list(configuration.names))
+        self.description = urdf
         description.publish(String(data=urdf))
         controller.publish(String(data=controllers))
 
@@ -290,6 +314,7 @@ class DriverNode(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the cycle and switch the outputs off."""
         self._stop_thread()
+        self._commander.release()
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -341,6 +366,9 @@ class DriverNode(LifecycleNode):
                 bus.shutdown()
             except (can.CanError, OSError) as error:
                 self.get_logger().warning(f'the CAN bus did not close: {error}')
+        if self._action is not None:
+            self._action.destroy()
+            self._action = None
         for destroy, entity in self._entities:
             destroy(entity)
         self._entities = []
@@ -354,10 +382,44 @@ class DriverNode(LifecycleNode):
         message.velocity = array('d', sample.v)
         message.effort = array('d', sample.tau)
         self._joint_states.publish(message)
+        if self._listener is not None:
+            self._listener(message)
+
+    def listen(self, listener: Callable[[JointState], None]) -> None:
+        """
+        Hand each sample to ``listener``, after it is published and in the thread that publishes.
+
+        The message is filled anew with the next sample. What ``listener`` raises ends the drive.
+        """
+        self._listener = listener
 
     def _on_enable(self, request: SetBool.Request, response: SetBool.Response) -> Any:
-        response.success, response.message = self._command('enable' if request.data else 'disable')
+        if not request.data:
+            # Whoever asks for it: the joints are let go, and so is the driver.
+            self._commander.release()
+            response.success, response.message = self._command('disable')
+        elif refusal := self._refuse_other(callers(self, '~/enable')):
+            response.success, response.message = False, refusal
+        else:
+            response.success, response.message = self._command('enable')
         return response
+
+    def _refuse_other(self, senders: list[Endpoint]) -> str:
+        """Return why none of ``senders`` may command, or ''; the log says it once for each."""
+        self._watch_commander()
+        refusal = self._commander.refusal(senders)
+        if refusal and refusal not in self._refused_commands:
+            self._refused_commands.append(refusal)
+            self.get_logger().warning(refusal)
+        return refusal
+
+    def _watch_commander(self) -> None:
+        present = publishers(self, 'joint_trajectory')
+        if self._action is not None:
+            present += callers(self, GOALS)
+        self._commander.watch(time.monotonic(), present)
+        if not self._commander.name:
+            self._refused_commands.clear()
 
     def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Any:
         response.success, response.message = self._command('stop')
@@ -371,6 +433,7 @@ class DriverNode(LifecycleNode):
         except SosmlFrictionError as error:
             self.get_logger().error(f'{what} refused: {error}')
             return False, str(error)
+        self.commands += what != 'enable'
         done = {'enable': 'enabled: the joints hold', 'disable': 'disabled: no torque'}
         text = done.get(what, 'stopped: the joints hold')
         self.get_logger().info(text)
@@ -379,19 +442,48 @@ class DriverNode(LifecycleNode):
         return True, text
 
     def _on_trajectory(self, message: JointTrajectoryMessage) -> None:
+        found = publishers(self, 'joint_trajectory')
+        try:
+            self.begin(message, Commander.senders(found, message.header.frame_id))
+        except SosmlFrictionError as error:
+            # Of another commander the log has told already.
+            if str(error) not in self._refused_commands:
+                self.get_logger().error(f'trajectory refused: {error}')
+
+    def begin(self, message: JointTrajectoryMessage, senders: list[Endpoint]) -> None:
+        """
+        Start a trajectory that one of ``senders`` sent.
+
+        :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
+        """
+        self._refused_trajectory = ''
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
+            if refusal := self._refuse_other(senders):
+                raise TrajectoryError(refusal)
             self._driver.follow(trajectory_from_message(message))
         except SosmlFrictionError as error:
             self._refused_trajectory = str(error)
-            self.get_logger().error(f'trajectory refused: {error}')
-            return
-        self._refused_trajectory = ''
+            raise
+        self.commands += 1
+        self._commander.take(senders, time.monotonic())
+
+    def report(self) -> DriverReport | None:
+        """Return a snapshot of the driver, None before it is configured."""
+        return None if self._driver is None else self._driver.report()
+
+    def halt(self) -> None:
+        """Brake and hold, whatever is commanded."""
+        self._command('stop')
 
     def _on_heartbeat(self) -> None:
         if self._driver is not None and self._thread is not None:
             self._driver.heartbeat()
+            if self._driver.trajectory_running:
+                self._commander.moves(time.monotonic())
+        if self._action is not None:
+            self._action.watch()
 
     def _on_timer(self) -> None:
         driver = self._driver
@@ -399,8 +491,10 @@ class DriverNode(LifecycleNode):
             return
         if self._stamps is not None:
             self._stamps.refresh()
+        self._watch_commander()
         report = driver.report()
         thread = self._thread
+        self._pace.look(report, thread.skipped if thread else 0)
         if report.reason and report.reason != self._reported_fault:
             self.get_logger().error(f'fault, no torque: {report.reason}')
         self._reported_fault = report.reason
@@ -431,6 +525,10 @@ class DriverNode(LifecycleNode):
             level, text = ERROR, 'the cycle hangs in the bus: the torque is what it was'
         elif self._refused_trajectory:
             level, text = WARN, f'trajectory refused: {self._refused_trajectory}'
+        elif self._refused_commands:
+            level, text = WARN, self._refused_commands[-1]
+        elif busy := self._pace.remark:
+            level, text = WARN, busy
         elif report.trajectory_running:
             level, text = OK, 'following a trajectory'
         else:
@@ -440,6 +538,8 @@ class DriverNode(LifecycleNode):
         cycle = cycle_values(
             report, driver.configuration, self._refused_trajectory, thread, self._relay
         )
+        cycle['commander'] = self._commander.name or 'nobody'
+        cycle['refused commander'] = (self._refused_commands or [''])[-1]
         bus = bus_values(report, driver.bus_load())
         return [
             make_status(f'{name}: driver', level, text, cycle, channel),

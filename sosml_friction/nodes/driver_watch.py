@@ -21,7 +21,7 @@ class DriverWatch:
         self._driver = driver.lstrip('/')
         self._name = f'{self._driver}: driver'
         self._heard_s = -_FRESH_S
-        self._state, self._reason = '', ''
+        self._state, self._reason, self._commander = '', '', ''
 
     def take(self, message: DiagnosticArray) -> None:
         """Look for the driver's status in the diagnostics."""
@@ -30,9 +30,10 @@ class DriverWatch:
                 values = {item.key: item.value for item in status.values}
                 self._heard_s = time.monotonic()
                 self._state, self._reason = values.get('state', ''), values.get('fault', '')
+                self._commander = values.get('commander', '')
 
-    def refusal(self) -> str:
-        """Return why it would not follow a trajectory, '' if it would or is not known."""
+    def refusal(self, commander: str) -> str:
+        """Return why it would not follow one of ``commander``, '' if it would or is not known."""
         if time.monotonic() - self._heard_s > _FRESH_S:
             return ''
         if self._state == 'fault':
@@ -42,4 +43,9 @@ class DriverWatch:
             )
         if self._state == 'disabled':
             return f'{self._driver} is disabled: call its ~/enable first'
+        if self._commander not in ('', 'nobody', commander):
+            return (
+                f'{self._driver} is held by {self._commander}: wait until that is silent, or '
+                'release it by its ~/enable with data: false'
+            )
         return ''

@@ -22,7 +22,7 @@ from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_joints, specs_of
-from sosml_friction.nodes.diagnostics import OK, make_array, make_status
+from sosml_friction.nodes.diagnostics import OK, WARN, make_array, make_status
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.nodes.program_node import ProgramNode
@@ -98,6 +98,7 @@ class EmulatorNode(ProgramNode):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__('emulator_node', **kwargs)
         self._thread: EmulatorThread | None = None
+        self._lost_s = 0.0
         self._bus: can.BusABC | None = None
         values = declare(self, _OWN_PARAMETERS)
         values |= declare_joints(self, values['joints'], mount=True)
@@ -140,14 +141,23 @@ class EmulatorNode(ProgramNode):
         name = self.get_name()
         emulator = self._emulator
         q, v, effort = emulator.q, emulator.v, emulator.effort
+        lost_s = self._thread.lost_ns * 1e-9 if self._thread else 0.0
+        level, text = OK, 'running'
+        if lost_s > self._lost_s:
+            level = WARN
+            text = (
+                f'the machine did not get to the emulation for {lost_s - self._lost_s:.3f} s, in '
+                'which no emulated joint moved: end other programs'
+            )
+        self._lost_s = lost_s
         statuses = [
             make_status(
                 f'{name}: plant',
-                OK,
-                'running',
+                level,
+                text,
                 {
                     'emulated time [s]': emulator.time_ns * 1e-9,
-                    'time lost [s]': self._thread.lost_ns * 1e-9 if self._thread else 0.0,
+                    'time lost [s]': lost_s,
                     'frames foreign': emulator.foreign_frames,
                     'faults': '; '.join(map(str, emulator.faults)) or 'none',
                 },

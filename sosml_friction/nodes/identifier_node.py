@@ -108,6 +108,7 @@ class IdentifierNode(ProgramNode):
     def __init__(self) -> None:
         super().__init__('identifier_node')
         self._p = declare(self, PARAMETERS)
+        self._full_name = self.get_fully_qualified_name().lstrip('/')
         self._stated = StatedModel(self._p)
         self._encoded_names: list[bytes] = []
         self._observed: tuple[str, ...] = ()
@@ -308,7 +309,7 @@ class IdentifierNode(ProgramNode):
                 f'{self._p["observer_node"]} does not answer: start it, or name it in parameter '
                 'observer_node'
             )
-        if refusal := self._driver.refusal():
+        if refusal := self._driver.refusal(self._full_name):
             raise ConfigurationError(refusal)
         assert self._robot is not None
         assert self._last_state is not None
@@ -393,6 +394,8 @@ class IdentifierNode(ProgramNode):
         if self._phase != 'moving':
             return  # the disk refused: nothing may move unrecorded
         trajectory = message_from_trajectory(run.trajectory)
+        # So that the driver knows who commands it, whoever else publishes there.
+        trajectory.header.frame_id = self._full_name
         self._trajectory_output.publish(trajectory)
         now_ns = self.get_clock().now().nanoseconds
         self._record(run, 'joint_trajectory', trajectory_bytes(trajectory), now_ns)

@@ -44,9 +44,13 @@ class NodeHelp:
             *textwrap.wrap(self.purpose, _WIDTH),
             '',
             f'Example: {self.name} {self.example}',
-            '',
-            'Parameters, read at the start unless they say otherwise ({joint}.x: one per joint):',
         ]
+        if self.parameters:
+            parts += [
+                '',
+                'Parameters, read at the start unless they say otherwise ({joint}.x: one per '
+                'joint):',
+            ]
         for spec in self.parameters:
             parts.append(f'  {spec.name} ({", ".join(_facts(spec))})')
             parts += textwrap.wrap(

@@ -40,17 +40,22 @@ def stop_requested() -> bool:
 
 
 def run_node(
-    factory: Callable[[], Node], args: Sequence[str] | None = None, help_: NodeHelp | None = None
+    factory: Callable[[], Node | Sequence[Node]],
+    args: Sequence[str] | None = None,
+    help_: NodeHelp | None = None,
 ) -> int:
     """
-    Run the node ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.
+    Run what ``factory`` makes until SIGINT, SIGTERM or its own end, and return the exit code.
+
+    That is one node, or several in one executor, of which any may end the program; they are
+    destroyed in their order.
 
     Where ``args`` ask for ``--help``, ``help_`` is printed instead, without starting ROS.
 
     0 after a signal, after :meth:`ProgramNode.end` (the code it was given) and after
     the context was shut down; 2 after a :class:`SosmlFrictionError` from the factory or a
     callback, or after ROS arguments that cannot be read, with one sentence on stderr (rclpy logs
-    an exception of a callback as well: refuse bad configuration in the factory). The node's
+    an exception of a callback as well: refuse bad configuration in the factory). A node's
     ``destroy_node`` is called in every case, while the ROS context is still valid, so that it can
     still publish; a second signal does not cut it short.
     """
@@ -67,28 +72,33 @@ def run_node(
         )
     except Exception as error:  # rclpy raises several types, none of them documented
         return _refuse(error, 'ROS arguments cannot be read')
-    node: Node | None = None
+    nodes: Sequence[Node] = ()
     global _stop
     stop = _stop = _StopSignal()
     try:
-        node = factory()
-        if isinstance(node, ProgramNode):
-            node.refuse_unknown_parameters()
+        made = factory()
+        nodes = [made] if isinstance(made, Node) else made
+        programs = [node for node in nodes if isinstance(node, ProgramNode)]
+        for program in programs:
+            program.refuse_unknown_parameters()
         executor = make_executor()
         stop.on_signal = executor.wake
-        executor.add_node(node)
-        while rclpy.ok() and not stop.is_set() and getattr(node, 'outcome', None) is None:
+        for node in nodes:
+            executor.add_node(node)
+        while rclpy.ok() and not stop.is_set() and not any(own.outcome for own in programs):
             executor.spin_once(timeout_sec=_SPIN_TIMEOUT)
-        executor.remove_node(node)
-        if isinstance(node, ProgramNode) and node.outcome is not None:
-            raise node.outcome
+        for node in nodes:
+            executor.remove_node(node)
+        for program in programs:
+            if program.outcome is not None:
+                raise program.outcome
     except SosmlFrictionError as error:
         # A factory that a signal ends says what it waited for, which nobody asked.
-        return 0 if node is None and stop.is_set() else _refuse(error)
+        return 0 if not nodes and stop.is_set() else _refuse(error)
     except OSError as error:
         return _refuse(error, 'a file cannot be used')
     except RCLError as error:
-        if node is not None:
+        if nodes:
             raise
         return _refuse(error, 'the node cannot start')
     except SystemExit as request:
@@ -96,7 +106,7 @@ def run_node(
     except (KeyboardInterrupt, ExternalShutdownException, ROSInterruptException):
         return 0
     finally:
-        if node is not None:
+        for node in nodes:
             node.destroy_node()
         rclpy.try_shutdown()
         stop.restore()

@@ -84,13 +84,13 @@ class NodeProcess:
 class Ros:
     """A node of the test itself."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = 'test') -> None:
         import rclpy
         from rclpy.experimental import EventsExecutor
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context)
-        self.node = rclpy.create_node('test', context=self.context)
+        self.node = rclpy.create_node(name, context=self.context)
         self.executor = EventsExecutor(context=self.context)
         self.executor.add_node(self.node)
         self._clients: dict[str, Any] = {}
@@ -146,6 +146,14 @@ class Ros:
 def ros() -> Iterator[Ros]:
     """Return a node of the test's own."""
     peer = Ros()
+    yield peer
+    peer.close()
+
+
+@pytest.fixture
+def other() -> Iterator[Ros]:
+    """Return a node as of another process: a participant of its own."""
+    peer = Ros('other')
     yield peer
     peer.close()
 

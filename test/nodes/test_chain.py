@@ -3,11 +3,14 @@
 """
 The whole chain: emulator, driver, observers and identifier as processes, CAN bytes over TCP, DDS.
 
-One run of 60 s at 500 Hz serves all tests here.
+One run of 60 s at 500 Hz serves all tests here. It is one of real time on a machine that may be
+busy, and judged by wiring, counts, order and flags; numbers are judged in emulated time
+(``test_emulated_t1.py``, ``test_busy_machine.py``).
 """
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +31,6 @@ from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.nodes.demo import run_chain
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.share import share_directory
-from sosml_friction.simulation.recorded.loop_start import find_reference
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recorded_loop
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
@@ -94,14 +96,12 @@ def test_the_bag_names_the_controllers_that_ran(bag):
     assert controllers['elbow']['kind'] == 'actuator'
 
 
-def test_the_law_of_the_bag_makes_its_efforts(run, bag):
-    """So that sosml simulate closes the loop; a busy machine leaves 8 % of what the gains make."""
-    log = bag.joint_log()
-    loop = recorded_loop(bag, run / 'bag', log)
+def test_the_bag_closes_the_loop_of_a_simulation(run, bag):
+    """What sosml simulate needs of it: who was driven by a law, and who followed."""
+    loop = recorded_loop(bag, run / 'bag', bag.joint_log())
     assert isinstance(loop, RecordedLoop)
     assert list(loop.gains) == ['shoulder']
     assert list(loop.followed) == ['elbow']
-    assert find_reference(log.select(loop.robot.names), loop).left['shoulder'] < 20.0
 
 
 def test_a_bag_begins_with_a_fresh_start_of_the_observers(bag):
@@ -192,39 +192,41 @@ def test_an_independent_reader_finds_the_same_topics_types_counts_and_stamps(run
     np.testing.assert_array_equal(seen, stamps(bag, '/joint_states'))
 
 
-def test_the_robot_followed_t1(bag):
-    """
-    Farthest from the reference at most 60 mrad: the servo droops by gravity over its gain.
-
-    When the driver begins depends on how busy the machine is, so the best delay is found first.
-    """
+def test_the_recorded_trajectory_is_t1_and_names_its_commander(run, bag):
     log = bag.joint_log()
     names = ('shoulder', 'elbow')
     settings = yaml.safe_load(PARAMETERS.read_text())['/**/identifier_node']['ros__parameters']
     centre = dict(zip(names, settings['centre'], strict=True))
-    start = {name: float(q) for name, q in zip(names, log.q[0], strict=True)}
-    trajectory = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])
-    spline, q = trajectory.spline(), log.select(names).q
-    errors = [
-        np.abs(spline(np.clip(log.time - delay, 0.0, trajectory.duration)) - q).max()
-        for delay in np.arange(0.0, 2.0, 0.01)
-    ]
-    assert min(errors) < 0.06
+    start = dict(zip(names, log.select(names).q[0].tolist(), strict=True))
+    planned = speed_ladder(start, centre, settings['speeds'], PLATEAU, settings['ramp'])
+    (sent,) = bag.trajectories()
+    assert sent.names == names
+    assert len(sent.t) == len(planned.t)
+    # From where the joints were a cycle or two before the recording began.
+    np.testing.assert_allclose(sent.q, planned.q, atol=2e-3)
+    ((_, message),) = bag.decoded('/joint_trajectory')
+    assert message.header.frame_id == 'identifier_node'
 
 
-def test_the_model_folder_holds_friction_near_the_truth_with_its_provenance(run, phases):
-    """|C error| <= 5 % and |B error| <= 10 % for the shoulder, SOSML, in real time."""
-    truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
+def test_the_model_folder_holds_friction_with_its_errors_and_provenance(run, phases):
     model = read_model(run / 'model')
-    found = model.joints['shoulder'].friction
-    known = truth.joints['shoulder'].friction
-    for name, tolerance in (('coulomb', 0.05), ('viscous', 0.10)):
-        expected = known.parameters[name].value
-        assert abs(found.parameters[name].value - expected) <= tolerance * expected
-        assert found.parameters[name].std_error > 0.0
+    for joint in ('shoulder', 'elbow'):
+        found = model.joints[joint].friction
+        assert found.parameters['coulomb'].value > 0.0
+        for name, parameter in found.parameters.items():
+            # A value with its error, or none with the reason.
+            assert parameter.std_error > 0.0 or parameter.reason, name
     assert model.provenance['bag'] == 'bag'
     assert model.provenance['samples'] == len(Bag.open(run / 'bag').joint_log())
     parameters = yaml.safe_load((run / 'parameters.yaml').read_text())
     assert read_model(parameters['/**']['ros__parameters']['model']).joints == model.joints
     assert any('running T1' in phase for phase in phases)
     assert 'shoulder: coulomb' in phases[-1]
+
+
+def test_every_stamp_that_is_missing_is_told_by_the_fit(run, bag):
+    """Cycles that never ran or came late are gaps, counted in the checks of the report."""
+    steps = np.diff(stamps(bag, '/joint_states')) * 1e-9
+    checks = json.loads((run / 'model' / 'fit.json').read_text())['data_checks']
+    assert checks['gaps'] == int(np.sum(steps > 1.5 * np.median(steps)))
+    assert checks['longest_step_s'] == pytest.approx(steps.max())

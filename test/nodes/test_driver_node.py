@@ -118,7 +118,7 @@ def test_a_whole_session(chain):
 
     # Every completed cycle is published, none twice.
     before = chain.fresh('driver_node: driver')
-    done = int(before['cycles']) - int(before['incomplete cycles'])
+    done = int(before['cycles']) - int(before['incomplete cycles']) - int(before['late cycles'])
     ros.spin_until(lambda: len(chain.states) >= done)
     assert before['state'] == 'disabled'
     assert before['velocity lag [ms]'] == '10'
@@ -164,6 +164,44 @@ def test_a_whole_session(chain):
     assert 'Traceback' not in driver.output
     assert emulator.stop(signal.SIGINT) == 0
     assert 'Traceback' not in emulator.output
+
+
+def test_a_second_commander_is_refused_and_named_and_may_always_switch_off(chain, other):
+    """Whoever moves the joints holds the driver, as far as ROS tells who that is."""
+    ros = chain.ros
+    chain.emulator()
+    driver = chain.driver('commander_timeout:=60.0')
+    ros.spin_until(lambda: len(chain.states) > 100)
+    ros.spin_until(lambda: chain.enable().success)
+    chain.send([20.0], [HANGING + np.array([0.4, 0.6])])
+    ros.spin_until(lambda: chain.fresh('driver_node: driver')['commander'] == 'test')
+    commands = other.node.create_publisher(JointTrajectory, 'joint_trajectory', 10)
+    other.spin_until(lambda: commands.get_subscription_count() > 0)
+    # ROS does not say who sent it: it may have been either.
+    commands.publish(message([1.0], [HANGING]))
+    refused = 'other or test (ROS does not tell which'
+    ros.spin_until(lambda: refused in chain.value('driver_node: driver', 'refused commander'))
+    named = message([1.0], [HANGING])
+    named.header.frame_id = '/other'
+    commands.publish(named)
+    refused = 'other may not command: test holds this driver until 60 s'
+    ros.spin_until(
+        lambda: chain.value('driver_node: driver', 'refused commander').startswith(refused)
+    )
+    assert chain.value('driver_node: driver', 'trajectory running') == 'True'
+    assert refused in chain.diagnostics['driver_node: driver'][0]
+    response = other.call(SetBool, 'driver_node/enable', SetBool.Request(data=True))
+    assert not response.success
+    # The test has a client of that service as well.
+    assert 'test holds this driver' in response.message
+    commands.publish(named)
+    # Off is for everybody, and lets the driver go.
+    assert other.call(SetBool, 'driver_node/enable', SetBool.Request()).success
+    assert chain.fresh('driver_node: driver')['commander'] == 'nobody'
+    ros.spin_until(lambda: chain.enable().success)
+    commands.publish(named)
+    ros.spin_until(lambda: chain.fresh('driver_node: driver')['commander'] == 'other')
+    assert driver.output.count('other may not command') == 1
 
 
 def test_lifecycle_and_a_lost_bus(chain):

@@ -11,8 +11,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from sosml_friction.nodes.driver_watch import DriverWatch
 
 
-def said(name: str, state: str) -> DiagnosticArray:
-    values = [KeyValue(key='state', value=state), KeyValue(key='fault', value='')]
+def said(name: str, state: str, commander: str = 'nobody') -> DiagnosticArray:
+    pairs = {'state': state, 'fault': '', 'commander': commander}
+    values = [KeyValue(key=key, value=value) for key, value in pairs.items()]
     return DiagnosticArray(status=[DiagnosticStatus(name=name, values=values)])
 
 
@@ -21,5 +22,12 @@ def test_two_drivers_are_told_apart_by_their_namespace():
     for watch in (left, right):
         watch.take(said('left/driver_node: driver', 'disabled'))
         watch.take(said('right/driver_node: driver', 'enabled'))
-    assert left.refusal() == 'left/driver_node is disabled: call its ~/enable first'
-    assert right.refusal() == ''
+    assert left.refusal('me') == 'left/driver_node is disabled: call its ~/enable first'
+    assert right.refusal('me') == ''
+
+
+def test_a_driver_that_another_node_holds_would_not_follow():
+    watch = DriverWatch('driver_node')
+    watch.take(said('driver_node: driver', 'enabled', 'demo'))
+    assert watch.refusal('me').startswith('driver_node is held by demo: wait')
+    assert watch.refusal('demo') == ''

@@ -13,7 +13,14 @@ import rclpy
 
 from sosml_friction.nodes.node_help import NodeHelp
 
-NODES = ('driver_node', 'observer_node', 'identifier_node', 'replay_node', 'emulator_node')
+NODES = (
+    'driver_node',
+    'observer_node',
+    'exoskeleton_node',
+    'identifier_node',
+    'replay_node',
+    'emulator_node',
+)
 
 
 @pytest.mark.parametrize('name', NODES)

@@ -5,11 +5,14 @@
 import numpy as np
 import pytest
 
+from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.exceptions import BagError
-from validation import damaged_bags, reliability
+from validation import damaged_bags, random_frames, reliability
 from validation.damaged_bags import BAG_DAMAGES, DamagedBags
+from validation.kill_points import KillPoints
 from validation.malformed_files import FILES, MalformedFiles
-from validation.reliability import Tally, outcome_of, table
+from validation.random_frames import RandomFrames
+from validation.reliability import DRIVES, Tally, cases_of, outcome_of, table
 from validation.silent import SilentError
 
 
@@ -20,6 +23,31 @@ def test_nothing_is_lost_without_a_word_and_nothing_ends_in_a_traceback(kind, tm
     for case in range(count):
         outcome, said = outcome_of(cases, np.random.default_rng((7, case)))
         assert outcome in ('whole', 'told', 'refused'), f'case {case}: {said}'
+
+
+@pytest.mark.parametrize('kind', DRIVES)
+def test_a_drive_among_random_frames_and_a_killed_recording_keep_their_promises(kind, tmp_path):
+    cases = cases_of(kind, tmp_path)
+    outcomes = [outcome_of(cases, np.random.default_rng((7, k))) for k in range(2)]
+    if kind == 'kill points':
+        outcomes += [outcome_of(cases, np.random.default_rng((8, k))) for k in range(10)]
+    assert {outcome for outcome, _ in outcomes} <= {'whole', 'told', 'refused'}, outcomes
+    assert 'told' in {outcome for outcome, _ in outcomes}
+
+
+def test_a_command_beyond_the_limit_is_seen(monkeypatch):
+    monkeypatch.setattr(random_frames, '_ROUNDED', -6.0)
+    outcome, said = outcome_of(RandomFrames(), np.random.default_rng(7))
+    assert outcome == 'silent'
+    assert 'A were commanded while enabled' in said
+
+
+def test_a_recording_that_loses_what_was_flushed_is_seen(tmp_path, monkeypatch):
+    monkeypatch.setattr(BagRecorder, 'flush', lambda _: None)
+    outcomes = [
+        outcome_of(KillPoints(tmp_path), np.random.default_rng((9, case)))[0] for case in range(6)
+    ]
+    assert 'silent' in outcomes
 
 
 def test_every_kind_of_damage_is_seen(tmp_path):

@@ -6,6 +6,7 @@ import math
 
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.driver.configuration import DriverConfiguration
+from sosml_friction.actuators.driver.lateness import Lateness
 from sosml_friction.actuators.driver.report import JointReport
 from sosml_friction.motion.velocity import WindowedSlope
 
@@ -22,10 +23,11 @@ class DrivenJoint:
     """
     Keep one joint: its actuator, velocity, silence, and the faults that are its own.
 
-    ``v``: the slope of its last positions, NaN until the window is full; ``known_v``: the last one
-    that was known: after a hiccup of the host the window fills anew for a few cycles, and a joint
-    damped by an old velocity is better off than an undamped one. ``away``: it must be asked anew
-    before it is driven.
+    ``v``: the slope of its last positions, NaN until the window is full; ``sampled_v``: of those
+    alone whose time is known; ``known_v``: the last ``v`` that was known: after a hiccup of the
+    host the window fills anew for a few cycles, and a joint damped by an old velocity is better
+    off than an undamped one. ``away``: it must be asked anew before it is driven. ``late``: nobody
+    knows when it measured what it answered last.
     """
 
     def __init__(self, actuator: Actuator, configuration: DriverConfiguration) -> None:
@@ -34,14 +36,18 @@ class DrivenJoint:
         self._configuration = configuration
         window = configuration.velocity_window
         self._slope = WindowedSlope(window, window * configuration.period_ns)
+        self._sampled_slope = WindowedSlope(window, window * configuration.period_ns)
         self._missed = 0
         self._latency_ns = 0
+        self._lateness = Lateness(configuration.period_ns)
+        self.late = False
         self.begin()
 
     def begin(self) -> None:
         """Start anew where it is: what was measured before belongs to another drive."""
         self._slope.reset()
-        self.v = math.nan
+        self._sampled_slope.reset()
+        self.v = self.sampled_v = math.nan
         self.known_v = 0.0
         self.away = False
         self._silent_since: int | None = None
@@ -79,7 +85,11 @@ class DrivenJoint:
     def take(self, start_ns: int) -> None:
         """Take the measurement of a cycle that began at ``start_ns`` and brought all replies."""
         self._latency_ns = self.stamp_ns - start_ns
+        self.late = self._lateness.is_late(self._latency_ns)
+        # The loop takes what is newest, whatever its time.
         self.v = self._slope.update(self.stamp_ns, self.q)
+        if not self.late:
+            self.sampled_v = self._sampled_slope.update(self.stamp_ns, self.q)
         if not math.isnan(self.v):
             self.known_v = self.v
         step, seconds = self.q - self._last_q, (self.stamp_ns - self._last_ns) * 1e-9
@@ -210,6 +220,7 @@ class DrivenJoint:
             problem=problem,
             warning=actuator.warning(),
             latency=self._latency_ns * 1e-9,
+            usual_latency=(self._lateness.usual_ns or 0) * 1e-9,
             tracking_error=reference - self.q,
             timeouts=actuator.timeouts,
             restarts=actuator.restarts,

@@ -83,7 +83,7 @@ class JointDriver:
         self._start_up_ns = 0
         self._enables = 0
         self._cycles = 0
-        self._incomplete = 0
+        self._incomplete = self._late = 0
         self._skew_ns = 0
 
     @property
@@ -236,7 +236,7 @@ class JointDriver:
 
     def step(self) -> JointSample | None:
         """
-        Run one cycle; return its sample, or None if a reply did not come in time.
+        Run one cycle; return its sample, or None if a reply did not come or came late.
 
         The next cycle begins when all replies are in, or ``reply_timeout`` has passed: a late
         reply of an RMD-X, which numbers nothing, could not be told from the next one.
@@ -313,12 +313,15 @@ class JointDriver:
         if not complete:
             self._incomplete += 1
             return None
+        if any(joint.late for joint in self._joints):
+            self._late += 1
+            return None
         stamps = tuple(joint.stamp_ns for joint in self._joints)
         sample = JointSample(
             stamp_ns=max(stamps),
             joint_ns=stamps,
             q=self._position(),
-            v=np.array([joint.v for joint in self._joints]),
+            v=np.array([joint.sampled_v for joint in self._joints]),
             tau=np.array([actuator.measurement.tau for actuator in self._actuators]),
         )
         self._skew_ns = sample.skew_ns
@@ -381,6 +384,7 @@ class JointDriver:
                 trajectory_running=self.trajectory_running,
                 cycles=self._cycles,
                 incomplete_cycles=self._incomplete,
+                late_cycles=self._late,
                 skew_ns=self._skew_ns,
                 bus=replace(self._bus.cycle.counters),
                 bus_trouble=trouble_names(self._bus.cycle.trouble),

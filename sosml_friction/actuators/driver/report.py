@@ -25,9 +25,9 @@ class JointReport(Measurement):
 
     ``v``: the slope of its last positions [rad/s or m/s]; ``missed``: cycles without all replies,
     in total; ``problem``: what would fault it now, or ''; ``latency``: from the cycle's begin to
-    the position's arrival [s]; ``tracking_error``: reference minus position [rad or m], NaN while
-    it is not driven; ``timeouts``: how often the actuator's own watchdog tripped; ``restarts``:
-    how often it was switched on anew.
+    the position's arrival [s], and ``usual_latency`` its median; ``tracking_error``: reference
+    minus position [rad or m], NaN while it is not driven; ``timeouts``: how often the actuator's
+    own watchdog tripped; ``restarts``: how often it was switched on anew.
     """
 
     name: str
@@ -37,6 +37,7 @@ class JointReport(Measurement):
     problem: str
     warning: str
     latency: float
+    usual_latency: float
     tracking_error: float
     timeouts: int
     restarts: int
@@ -44,13 +45,19 @@ class JointReport(Measurement):
 
 @dataclass(frozen=True)
 class DriverReport:
-    """Hold what diagnostics show of the driver; ``reason`` is why it is in FAULT."""
+    """
+    Hold what diagnostics show of the driver.
+
+    ``reason``: why it is in FAULT; ``incomplete_cycles`` brought not all replies, ``late_cycles``
+    brought one so late that it has no time.
+    """
 
     state: DriverState
     reason: str
     trajectory_running: bool
     cycles: int
     incomplete_cycles: int
+    late_cycles: int
     skew_ns: int
     bus: BusCounters
     bus_trouble: str

@@ -1,0 +1,92 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Whether stamps are the times of measurement, and how much viscous friction they feign if not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
+from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.segments import centred_difference
+
+#: Steps longer than this many periods are holes, across which nothing is compared.
+_HOLE = 10.0
+#: Fewest samples in motion that say something.
+_FEWEST = 100
+#: Stretches of the recording whose noise is one.
+_CLUSTERS = 50
+#: Standard errors by which the stamps must be wrong to be told. Chosen, no measurement.
+_SURE = 4.0
+#: Time to either side over which velocity and change of effort are taken [s]: the noise of a
+#: position that a control loop answers would feign a relation of the two. Chosen, no measurement.
+_HALF_S = 0.01
+#: Share of the effort that may be feigned without a warning, and of the period by which stamps may
+#: be wrong without a word. Chosen, no measurement.
+_FEIGNED, _MISSED = 0.01, 0.1
+
+
+def lateness(log: JointLog, column: int, period_s: float) -> tuple[float, float]:
+    """
+    Return by how much stamps miss the times of measurement, (rms [s], its standard errors from 0).
+
+    A sample lies e later than the middle of its neighbours. If it was measured then, a joint at
+    the velocity v has gone v e beyond the middle of their positions; if it was measured on time
+    and stamped late, it has not. The share of e^2 that the positions do not follow is wrong. Each
+    of three stamps has a part in e, so that a single one has 2/3 of its square.
+    """
+    t, q = log.time, log.q[:, column]
+    steps = np.diff(t)
+    e = t[1:-1] - 0.5 * (t[:-2] + t[2:])
+    v = (q[2:] - q[:-2]) / (t[2:] - t[:-2])
+    gone = q[1:-1] - 0.5 * (q[:-2] + q[2:])
+    used = (np.maximum(steps[1:], steps[:-1]) < _HOLE * period_s) & (v != 0.0)
+    if used.sum() < _FEWEST or not (e[used] != 0.0).any():
+        return 0.0, 0.0
+    x, y = (v * e)[used], gone[used]
+    share = float(x @ (x - y)) / float(x @ x)
+    groups = np.arange(len(x)) * _CLUSTERS // len(x)
+    error = float(jackknife_errors(x[:, None], x - y - share * x, groups)[0])
+    if not share > 0.0 or not error > 0.0:
+        return 0.0, 0.0
+    return float(np.sqrt(min(share, 1.0) * 2.0 / 3.0 * np.mean(e[used] ** 2))), share / error
+
+
+def feigned_viscous(log: JointLog, column: int, period_s: float) -> tuple[float, FloatArray]:
+    """
+    Return the viscous friction that effort feigns for each second it is late, and v (N,).
+
+    tau(t - d) is tau - d tau', and the part of that along the velocity is -d (tau' . v) / (v . v)
+    [Nm s/rad or N s/m]: d times inertia and the square of a frequency, less d times the slope of
+    gravity over position.
+    """
+    half = max(1, round(_HALF_S / period_s))
+    v = centred_difference(log.time, log.q[:, column], half)
+    rate = centred_difference(log.time, log.tau[:, column], half)
+    known: BoolArray = np.isfinite(v) & np.isfinite(rate)
+    square = float(v[known] @ v[known])
+    return (-float(rate[known] @ v[known]) / square if square > 0.0 else 0.0), v[known]
+
+
+def check_stamps(log: JointLog, period_s: float) -> Iterator[DataFinding]:
+    """Yield what is to be said of each joint with effort."""
+    for i, name in enumerate(log.names):
+        tau = log.tau[np.isfinite(log.tau[:, i]), i]
+        late_s, sure = lateness(log, i, period_s)
+        if len(tau) < _FEWEST or sure < _SURE or late_s < _MISSED * period_s:
+            continue
+        slope, v = feigned_viscous(log, i, period_s)
+        feigned = abs(slope) * late_s
+        share = feigned * float(np.sqrt(np.mean(v**2)) / (np.std(tau) or np.inf))
+        yield DataFinding(
+            'late_stamps',
+            name,
+            WARNING if share > _FEIGNED else NOTE,
+            f'the stamps miss the times at which joint {name} was measured by {1e3 * late_s:.2g} '
+            'ms (rms): effort that is as far from its position reads as viscous friction of '
+            f'{feigned:.2g}; stamp each sample when it is measured, on a machine with less to do',
+        )

@@ -1,0 +1,107 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+T1 on a machine that is busy, in emulated time: numbers stay true, and it is told.
+
+One time in fifty the program stands still for 5 ms on average: before a cycle, between its
+questions, and again before it sees an answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lockstep import Lockstep, default_configuration, emulated_exoskeleton, nominal_robot
+from lockstep_bus import LockstepBus
+from shipped_observers import settings_of, shipped_estimator
+
+from sosml_friction.actuators.emulator.options import EmulatorOptions
+from sosml_friction.identification.data_checks import check_data
+from sosml_friction.identification.friction_fit import FitSettings, fit_friction
+from sosml_friction.model.model_folder import read_model
+from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
+from sosml_friction.share import share_directory
+
+JOINTS = ('shoulder', 'elbow')
+SHARE, MEAN_S, LONGEST_S = 0.02, 5e-3, 0.04
+
+
+class _BusyBus(LockstepBus):
+    """Let the program stand still at any of its calls."""
+
+    def __init__(self, rng: np.random.Generator, *args) -> None:
+        super().__init__(*args)
+        self._rng = rng
+
+    def halt(self) -> None:
+        if self._rng.random() < SHARE:
+            pause_s = min(self._rng.exponential(MEAN_S), LONGEST_S)
+            self._clock.sleep_until_ns(self._clock.now_ns() + round(pause_s * 1e9))
+
+    def send(self, msg, timeout=None) -> None:
+        if msg.data[0] == 0x92:
+            self.halt()
+        super().send(msg, timeout)
+
+    def recv(self, timeout=None):
+        message = super().recv(timeout)
+        if message is not None and message.data[0] == 0xA1:
+            self.halt()
+        return message
+
+
+@pytest.fixture(scope='module')
+def lockstep() -> Iterator[Lockstep]:
+    """Return T1 as it was driven so, with the patience of the demo for a busy machine."""
+    configuration = default_configuration()
+    joints = tuple(replace(joint, tracking_limit=1.0) for joint in configuration.joints)
+    configuration = replace(configuration, joints=joints, missed_limit=250, reply_timeout=0.02)
+    patient = EmulatorOptions().changed(comm_timeout=0.5, servo_watchdog=0.5)
+    emulator = emulated_exoskeleton(1, options=patient, configuration=configuration)
+    plan = settings_of('identifier_node')
+    trajectory = speed_ladder(
+        {'shoulder': -0.5 * np.pi, 'elbow': 0.0},
+        dict(zip(JOINTS, plan['centre'], strict=True)),
+        plan['speeds'],
+        plan['plateau'],
+        plan['ramp'],
+    )
+    with Lockstep(emulator, configuration) as lockstep:
+        bus = _BusyBus(np.random.default_rng(1), emulator, lockstep.clock)
+        lockstep.driver._bus.cycle.bus = bus
+        lockstep.driver.configure()
+        lockstep.run(0.1)
+        lockstep.driver.enable()
+        lockstep.samples.clear()
+        lockstep.driver.follow(trajectory)
+        while lockstep.driver.trajectory_running:
+            bus.halt()
+            lockstep.step()
+        yield lockstep
+
+
+def test_what_is_identified_is_within_the_bounds_of_an_idle_machine(lockstep):
+    robot, log = nominal_robot(), lockstep.log()
+    estimator = shipped_estimator(robot, ['sosml'])
+    fit = fit_friction(log, estimator.batch(log), robot, estimator.observers, FitSettings())
+    found = fit.joints['shoulder']['sosml'].fit.parameters
+    truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
+    known = truth.joints['shoulder'].friction.parameters
+    for name, tolerance in (('coulomb', 0.05), ('viscous', 0.10)):
+        error = abs(found[name].value - known[name].value)
+        assert error <= tolerance * known[name].value, name
+        assert error <= 3.0 * found[name].std_error, name
+
+
+def test_answers_of_an_unknown_time_are_counted_and_no_samples(lockstep):
+    report = lockstep.driver.report()
+    assert len(lockstep.samples) <= report.cycles - report.late_cycles - report.incomplete_cycles
+    # Two of three halts lie where they leave an answer without its time, two of five last long.
+    assert 0.005 < report.late_cycles / report.cycles < 0.04
+    _, checks = check_data(lockstep.log(), nominal_robot())
+    assert checks.gaps > 100
+    # What was stamped too late was left out: the stamps that are there are not accused.
+    assert not [finding for finding in checks.findings if finding.check == 'late_stamps']
