@@ -102,7 +102,7 @@ setup(
     # The ROS wheels exist for CPython 3.10 to 3.13; a distribution brings its own rclpy.
     python_requires='>=3.10' if distribution_is_sourced() else '>=3.10,<3.14',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'report/common/page.*']},
     data_files=data_files(),
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),

@@ -26,7 +26,7 @@ GREY = '#7a7a7a'
 #: Colours of what the refitted model leaves, and of what is left with the causes.
 BEFORE, AFTER = '#D55E00', '#0072B2'
 #: Points of one line that a figure shows.
-_LINE_POINTS = 4000
+_LINE_POINTS = 2000
 
 
 class Style(NamedTuple):
