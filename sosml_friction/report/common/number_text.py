@@ -67,9 +67,9 @@ def truth_text(known: Mapping[str, Parameter], name: str) -> str:
 
 def words(identifier: str) -> str:
     """Return an identifier as words, ``effect@joint`` with its joint in brackets."""
-    name, _, joint = identifier.replace('_', ' ').partition('@')
-    place = 'all joints' if joint == '*' else identifier.partition('@')[2]
-    return f'{name} ({place})' if joint else name
+    name, _, joint = identifier.partition('@')
+    place = 'all joints' if joint == '*' else joint
+    return name.replace('_', ' ') + (f' ({place})' if joint else '')
 
 
 def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:

@@ -64,7 +64,7 @@ def to_svg(figure: Figure, caption: str = '', themed: bool = True) -> str:
         f'viewBox="0 0 {width:g} {height:g}" data-axes="{told}" '
         'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">'
     )
-    return re.sub(r'<svg[^>]*>', lambda _: head, text, count=1)
+    return re.sub(r'<svg[^>]*>', lambda _: head, text, count=1).strip()
 
 
 def _group(match: re.Match[str]) -> str:

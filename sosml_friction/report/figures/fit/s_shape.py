@@ -199,7 +199,7 @@ def draw_panel(
             axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
                       linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
     if folded:
-        axes.set_xscale('log')
+        drawing.log_axis(axes)
         axes.set_xlim(span)
     else:
         axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
