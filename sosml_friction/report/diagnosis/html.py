@@ -90,16 +90,10 @@ def answer(diagnosis: Diagnosis) -> list[list[str]]:
     faults = {describe(cause) for cause in diagnosis.causes if cause.effect in FAULTS}
     # The gain has a figure and a table of its own.
     gained = '' if diagnosis.gain is None else f'On {diagnosis.gain.on}:'
-    told = []
-    for one in clauses(diagnosis.sentence):
-        if gained and one[0].startswith(gained):
-            continue
-        kept = [part for part in one if part.rstrip('.') not in faults]
-        # The first clause of several has the word that leads them.
-        if len(kept) < len(one) and kept and not kept[-1].endswith('.'):
-            kept[-1] += '.'
-        told.append(kept)
-    return [one for one in told if one]
+    text = diagnosis.sentence
+    for fault in faults:
+        text = text.replace(f'{fault}; ', '').replace(f'; {fault}', '')
+    return [one for one in clauses(text) if not (gained and one[0].startswith(gained))]
 
 
 def _answer_html(told: list[list[str]]) -> str:

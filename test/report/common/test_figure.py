@@ -83,7 +83,7 @@ def test_a_figure_from_elsewhere_is_in_the_report_in_its_place(analysis, monkeyp
     ]
     for view in joint_views(analysis):
         caption = f'Effort of joint {view.name} against its velocity.'
-        assert text.index(f'Parameters of joint {view.name} with') < text.index(caption)
+        assert text.index(f'Overview of joint {view.name}:') < text.index(caption)
         assert text.index(caption) < text.index(
             f'What the law leaves of friction of joint {view.name}.'
         )
