@@ -10,6 +10,7 @@ from typing import Any
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.number_text import words
@@ -71,6 +72,13 @@ def write_diagnosis(
         step('drawing the report')
         page = render_diagnosis(diagnosis, provenance)
         write_result(workshop, KIND, diagnosis_document(diagnosis, provenance), page)
+
+
+def figure_views(diagnosis: Diagnosis) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    if diagnosis.laboratory is None:
+        return {}
+    return {'': diagnosis} | {joint.name: joint for joint in joint_residuals(diagnosis)}
 
 
 def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:

@@ -122,6 +122,11 @@ def simulation_document(
     return to_plain(document)
 
 
+def figure_views(found: RecordedSimulation) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    return {name: SimulatedJoint(found, i) for i, name in enumerate(found.names)}
+
+
 def write_simulation(
     folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:

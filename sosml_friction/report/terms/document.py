@@ -56,6 +56,13 @@ def render_terms(fit: TermFit, title: str, told: Mapping[str, str] | None = None
     return page(title, [*parts, cards(drawn)])
 
 
+def figure_views(fit: TermFit) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    return {
+        f'{view.joint}_{term.term}': view for term in fit.terms for view in along_axis(fit, term)
+    }
+
+
 def write_term_fit(
     folder: str | Path,
     fit: TermFit,
