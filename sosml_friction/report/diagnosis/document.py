@@ -102,6 +102,11 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
         lines.append(f'  not named: {rejection(diagnosis.rejected)}')
     if diagnosis.recommendation is not None:
         lines.append(f'Next: {diagnosis.recommendation.sentence}')
+    elif any(cause.in_model for cause in diagnosis.terms):
+        lines.append(
+            'Next: sosml simulate another recording with --model and the folder of the extended '
+            'model, to see whether it carries over'
+        )
     lines.extend(
         f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
     )
