@@ -53,6 +53,8 @@ TEST_REQUIREMENTS = [
 ]
 # What some files need to be imported: MAT 7.3, Parquet, bags in SQLite and of ROS 1.
 IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
+# For make docs alone.
+DOCS_REQUIREMENTS = ['mkdocs-material>=9.5,<10']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -107,6 +109,7 @@ setup(
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
     extras_require={
+        'docs': DOCS_REQUIREMENTS,
         'import': IMPORT_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
         'test': TEST_REQUIREMENTS,
