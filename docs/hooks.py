@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the site has beside the pages: references made of the code, and links into the repository."""
+"""What the site has beside the pages: references made of the code, names of files."""
 
 import inspect
 import json

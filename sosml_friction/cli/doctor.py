@@ -18,7 +18,7 @@ def doctor(json: JsonOrTableOption = False) -> None:
 
     Exit code 1 if something is missing that every command needs.
 
-    Example: sosml doctor
+    Example: sosml doctor --json
     """
     from sosml_friction.report.plan import machine
 

@@ -99,7 +99,9 @@ class FittingTable(Table):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Render the table, or each of its rows as a list of heads and cells."""
-        if not self.columns or self.least() <= options.max_width:
+        spare = options.max_width - self.least()
+        if spare >= 0:
+            self._share(spare)
             yield from super().__rich_console__(console, options)
             return
         heads = [' '.join(str(column.header).split()) for column in self.columns]
@@ -116,14 +118,29 @@ class FittingTable(Table):
 
     def least(self) -> int:
         """Return the width below which a word, or a cell that is never wrapped, is broken."""
-        width = 0
+        return sum(self._widths(whole=False)) + 2 * len(self.columns)
+
+    def _widths(self, whole: bool) -> list[int]:
+        """Return by column the longest line, or the longest of what cannot be broken."""
+        widths = []
         for column in self.columns:
             texts = [str(column.header), *map(str, column.cells)]
-            parts = [
-                x for text in texts for x in (text.split('\n') if column.no_wrap else text.split())
-            ]
-            width += max(map(cell_len, parts), default=0)
-        return width + 2 * len(self.columns)
+            lines = [line for text in texts for line in text.split('\n')]
+            if not (whole or column.no_wrap):
+                lines = [word for line in lines for word in line.split()]
+            widths.append(max(map(cell_len, lines), default=0))
+        return widths
+
+    def _share(self, spare: int) -> None:
+        """Give each column what it needs, and what is left to those that are cut most."""
+        least, most = self._widths(whole=False), self._widths(whole=True)
+        widths = list(least)
+        while spare > 0 and widths != most:
+            k = max(range(len(widths)), key=lambda k: most[k] - widths[k])
+            widths[k] += 1
+            spare -= 1
+        for column, width in zip(self.columns, widths, strict=True):
+            column.width = width
 
 
 def terminal_table(

@@ -13,7 +13,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import sosml_friction
 from sosml_friction.report.common.table import FittingTable, terminal_table
 
 FORMAT = 'sosml_friction/doctor/1'
@@ -40,6 +39,8 @@ _EXTRAS = {
 }
 #: Of a CAN interface in /sys/class/net: ARPHRD_CAN of linux/if_arp.h.
 _CAN_KIND = '280'
+#: What ROS 2 uses where nothing else is said.
+_RMW = 'rmw_fastrtps_cpp'
 _NET = Path('/sys/class/net')
 
 
@@ -70,7 +71,7 @@ def _installed(package: str) -> str:
 
 
 def _software() -> Iterator[Finding]:
-    yield Finding('sosml_friction', GOOD, sosml_friction.__version__)
+    yield Finding('sosml_friction', GOOD, _installed('sosml_friction') or 'not installed by pip')
     python = platform.python_version()
     old = sys.version_info < (3, 10)
     advice = 'use Python 3.10 to 3.13' if old else ''
@@ -88,7 +89,7 @@ def _software() -> Iterator[Finding]:
 
 def _cache() -> Finding:
     """Tell whether compiled code is kept: else each command compiles it anew."""
-    folder = Path(os.environ.get('NUMBA_CACHE_DIR') or Path(sosml_friction.__file__).parent)
+    folder = Path(os.environ.get('NUMBA_CACHE_DIR') or Path(__file__).parents[2])
     try:
         with tempfile.TemporaryFile(dir=folder):
             return Finding('cache', GOOD, f'{folder} can be written')
@@ -107,16 +108,20 @@ def _ros() -> Iterator[Finding]:
         return
     distribution = os.environ.get('ROS_DISTRO')
     yield Finding('ROS 2', GOOD, f'{distribution} is sourced' if distribution else 'from PyPI')
-    try:
-        from rclpy.utilities import get_rmw_implementation_identifier
-
-        name = str(get_rmw_implementation_identifier())
-    except Exception as error:  # Whatever a middleware that cannot be loaded raises.
-        yield Finding('middleware', OPTIONAL, str(error).splitlines()[0][:80],
+    name = os.environ.get('RMW_IMPLEMENTATION') or _RMW
+    if find_spec(name) is None and name != _RMW and not _in_distribution(name):
+        yield Finding('middleware', OPTIONAL, f'{name} is not installed',
                       'unset RMW_IMPLEMENTATION, or install what it names')  # fmt: skip
         return
     domain = os.environ.get('ROS_DOMAIN_ID', '0')
     yield Finding('middleware', GOOD, f'{name}, domain {domain}')
+
+
+def _in_distribution(package: str) -> bool:
+    """Tell whether a sourced distribution of ROS 2 has a package."""
+    marker = Path('share', 'ament_index', 'resource_index', 'packages', package)
+    prefixes = os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+    return any((Path(prefix) / marker).is_file() for prefix in prefixes if prefix)
 
 
 def _buses() -> Iterator[Finding]:
