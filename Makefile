@@ -61,6 +61,7 @@ help:
 	echo "               (ten minutes; ARGS='--seconds 60' for less)"
 	echo "make mutants   change one sign, comparison or number at a time where it hurts most, and see which"
 	echo "               tests notice (hours; ARGS='plausibility.py' for one file): docs/mutants.md"
+	echo "make docs      build the documentation as a site, site/index.html"
 	echo "make lint      check style, formatting and types"
 	echo "make clean     remove $(VENV) and everything that was built or cached"
 	echo
@@ -131,6 +132,14 @@ mutants: $(STAMP)
 	export $(if $(ROS_PREFIX),PYTEST_DISABLE_PLUGIN_AUTOLOAD=1) $(ISOLATED)
 	$(BIN)/python -m validation.mutants $(ARGS)
 
+# The site generator is for this alone.
+.PHONY: docs
+docs: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --prefer-binary \
+	  --constraint $(VENV)/constraints.txt --editable '.[docs]'
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	echo "site/index.html is the documentation"
+
 .PHONY: lint
 lint: $(STAMP)
 	@$(BIN)/ruff check .
@@ -139,7 +148,7 @@ lint: $(STAMP)
 
 .PHONY: clean
 clean:
-	@rm -rf $(VENV) build install log dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .numba_cache
+	@rm -rf $(VENV) build install log dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .numba_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamp comes last, so an installation that was cut short does not count.

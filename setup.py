@@ -55,6 +55,8 @@ TEST_REQUIREMENTS = [
 IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
 # For sosml fleet --scheduler.
 DASK_REQUIREMENTS = ['distributed>=2024.5,<2027']
+# For make docs alone.
+DOCS_REQUIREMENTS = ['mkdocs-material>=9.5,<10']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -104,12 +106,13 @@ setup(
     # The ROS wheels exist for CPython 3.10 to 3.13; a distribution brings its own rclpy.
     python_requires='>=3.10' if distribution_is_sourced() else '>=3.10,<3.14',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed']},
+    package_data={PACKAGE: ['py.typed', 'report/common/page.*']},
     data_files=data_files(),
     zip_safe=False,
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
     extras_require={
         'dask': DASK_REQUIREMENTS,
+        'docs': DOCS_REQUIREMENTS,
         'import': IMPORT_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
         'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS,

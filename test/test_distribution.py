@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+PAGE = 'docs/install.md'
 SECTION = 'On a machine with ROS 2 Jazzy'
 
 # Import -> rosdep key, each looked up in ros/rosdistro.
@@ -94,9 +95,9 @@ def rosdep_keys(package_xml):
     }
 
 
-def pip_line(readme):
-    """Return what the pip line of the README's section asks for, quotes removed."""
-    section = readme.split(SECTION, 1)[1].split('\n#', 1)[0].replace('\\\n', ' ')
+def pip_line(page):
+    """Return what the pip line of the page's section asks for, quotes removed."""
+    section = page.split(SECTION, 1)[1].split('\n#', 1)[0].replace('\\\n', ' ')
     line = next(line for line in section.splitlines() if 'pip install' in line)
     words = line.split('pip install', 1)[1].replace("'", '').replace('"', '').split()
     return [word for word in words if not word.startswith('-')]
@@ -110,7 +111,7 @@ def uncovered(imports, keys, pip_names):
     """Return one sentence per import that a machine with ROS 2 Jazzy would not have."""
     return [
         f'{name} (in {", ".join(files)}) has neither a rosdep key in package.xml nor a place in '
-        f'the pip line of README.md'
+        f'the pip line of {PAGE}'
         for name, files in sorted(imports.items())
         if ROSDEP.get(name) not in keys and PIP.get(name) not in pip_names
     ]
@@ -136,7 +137,7 @@ def imports():
 
 @pytest.fixture(scope='module')
 def pip_requirements():
-    return pip_line((ROOT / 'README.md').read_text(encoding='utf-8'))
+    return pip_line((ROOT / PAGE).read_text(encoding='utf-8'))
 
 
 def test_every_import_is_there_on_a_machine_with_ros_2(imports, pip_requirements):
@@ -196,6 +197,6 @@ def test_an_import_nobody_thought_of_is_named(tmp_path):
     assert set(found) == {'numpy', 'frobnicate', 'mcap'}
     assert uncovered(found, {'python3-numpy'}, {'mcap'}) == [
         'frobnicate (in package/one.py) has neither a rosdep key in package.xml nor a place in '
-        'the pip line of README.md'
+        f'the pip line of {PAGE}'
     ]
     assert len(uncovered(found, set(), set())) == 3

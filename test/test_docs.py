@@ -3,11 +3,15 @@
 """The pages say what the code says: terms, lists, files, and an example that is one term."""
 
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
+from sosml_friction.cli.main import app
 from sosml_friction.model.laws import TERM_LISTS
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -48,6 +52,11 @@ def test_every_term_and_every_parameter_is_in_the_table():
 @pytest.mark.parametrize('page', PAGES, ids=lambda path: path.name)
 def test_links_lead_somewhere(page):
     targets = re.findall(r'\]\((?!https?:)([^)#]+)', page.read_text())
+    # The site makes these of the code.
+    made = re.findall(
+        r"'(\w+)': \w+", (ROOT / 'docs' / 'hooks.py').read_text().split('PAGES =')[1]
+    )
+    targets = [x for x in targets if x not in {f'reference/{name}.md' for name in made}]
     assert [x for x in targets if not (page.parent / x).exists()] == []
 
 
@@ -65,6 +74,55 @@ def test_files_and_folders_that_a_page_names_exist(page):
         if known and not any((place / path).exists() for place in places):
             missing.append(path)
     assert sorted(missing) == []
+
+
+def commands(page):
+    """Return the lines of a page's code blocks that call the tool, as lists of words."""
+    blocks = re.findall(r'^```(?:sh)?\n(.+?)^```', page.read_text(), re.DOTALL | re.MULTILINE)
+    lines = '\n'.join(blocks).replace('\\\n', ' ').splitlines()
+    return [shlex.split(x, comments=True)[1:] for x in lines if x.startswith('sosml ')]
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda path: path.name)
+def test_commands_and_options_that_a_page_shows_exist(page):
+    for words in commands(page):
+        command, rest = typer.main.get_command(app), list(words)
+        while rest and hasattr(command, 'commands'):
+            assert rest[0] in command.commands, ' '.join(words)
+            command = command.commands[rest.pop(0)]
+        known = {name for p in command.params for name in (*p.opts, *p.secondary_opts)}
+        known |= {'--help', '-h'}
+        stated = {word.partition('=')[0] for word in rest if re.match(r'--?[a-z]', word)}
+        assert stated <= known, ' '.join(words)
+
+
+def test_pages_that_are_to_show_commands_do():
+    for name in (
+        'README.md',
+        'docs/tutorial_csv.md',
+        'docs/tutorial_emulator.md',
+        'docs/how_to.md',
+    ):
+        assert len(commands(ROOT / name)) >= 3
+
+
+def test_jobs_that_need_no_recording_are_done_as_the_page_says(sosml, tmp_path):
+    shutil.copy(ROOT / 'urdf' / 'exoskeleton.urdf', tmp_path / 'robot.urdf')
+    ran = 0
+    for words in commands(ROOT / 'docs' / 'how_to.md'):
+        if '--help' in words or words[0] in ('trajectory', 'model'):
+            code, _, err = sosml(*words)
+            assert code == 0, err
+            ran += 1
+    assert ran >= 5
+    assert (tmp_path / 'ladder.png').read_bytes().startswith(b'\x89PNG')
+    assert (tmp_path / 'robot_model' / 'model.yaml').is_file()
+
+
+def test_every_page_is_on_the_site():
+    listed = re.findall(r': ([\w/]+\.md)$', (ROOT / 'mkdocs.yml').read_text(), re.MULTILINE)
+    pages = {path.name for path in (ROOT / 'docs').glob('*.md')}
+    assert {name for name in listed if not name.startswith('reference/')} == pages
 
 
 def test_the_equations_of_the_lists_are_their_terms():

@@ -15,7 +15,8 @@ from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.simple_models import pendulum_model
 
-PAGE = Path(__file__).resolve().parents[1] / 'docs' / 'your_robot.md'
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / 'docs' / 'your_robot.md'
 MASS, LENGTH, KT, ARMATURE = 1.0, 0.25, 1.8, 0.003
 #: Of the rotor, which is a twentieth of the body: what the regression's band blurs is less.
 ARMATURE_WITHIN = 0.1
@@ -56,6 +57,25 @@ def section(title):
     text = PAGE.read_text(encoding='utf-8').split(f'## {title}\n')[1].split('\n## ')[0]
     block = re.search(r'```sh\n(.+?)```', text, re.DOTALL)
     return [shlex.split(line)[1:] for line in block[1].splitlines()]
+
+
+def bare(words):
+    """Return a command without where it writes, and which figures."""
+    kept = list(words)
+    for option in ('--out', '--figures'):
+        if option in kept:
+            del kept[kept.index(option) : kept.index(option) + 2]
+    return kept
+
+
+def test_the_tutorial_and_the_readme_have_the_commands_that_are_run_here():
+    known = [bare(words) for words in section('From a CSV')]
+    for name in ('README.md', 'docs/tutorial_csv.md'):
+        text = (ROOT / name).read_text(encoding='utf-8')
+        lines = re.findall(r'^sosml ((?:fit|diagnose) joint\.csv.*)$', text, re.MULTILINE)
+        assert lines
+        for line in lines:
+            assert bare(shlex.split(line)) in known
 
 
 def check(folder):

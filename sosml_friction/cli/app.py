@@ -13,6 +13,7 @@ import shlex
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -86,6 +87,14 @@ def print_blocks(blocks: Iterable[str | RenderableType]) -> None:
             typer.echo(block)
         else:
             print_table(block)
+
+
+def open_page(page: Path) -> None:
+    """Open a report in the browser, or say where it is where there is none."""
+    import webbrowser
+
+    if not webbrowser.open(page.absolute().as_uri()):
+        remark(f'no browser could be opened: open {page} yourself')
 
 
 def progress(what: str) -> AbstractContextManager[Step]:

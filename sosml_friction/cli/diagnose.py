@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark
+from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress, remark
 from sosml_friction.cli.tables import takes_tables
 
 
@@ -56,6 +56,8 @@ def diagnose(
         Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
     namespace: options.NamespaceOption = None,
+    figures: options.FiguresOption = None,
+    open_report: options.OpenOption = False,
     json: Annotated[bool, options.json_option('sentences')] = False,
 ) -> None:
     """
@@ -78,9 +80,11 @@ def diagnose(
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.diagnosis.trust import check_trust
     from sosml_friction.regression.settings import DiagnosisSettings
+    from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.diagnosis import document as view
 
+    forms = options.parse_forms(figures)
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
     leave = options.parse_names(without or None) or ()
@@ -101,11 +105,14 @@ def diagnose(
         )
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
+        write_figures(folder, 'diagnosis', view.figure_views(diagnosis), forms)
     if json:
         print_json(view.diagnosis_document(diagnosis, provenance), output=str(folder))
     else:
         done = f'diagnosis.json and report.html are in {folder}'
         print_blocks([*view.diagnosis_lines(diagnosis), done])
+    if open_report:
+        open_page(folder / 'report.html')
     if diagnosis.verdict == 'bad_data':
         remark(diagnosis.sentence)
         raise typer.Exit(1)

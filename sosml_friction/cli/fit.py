@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, command_line, print_blocks, print_json, progress, remark
+from sosml_friction.cli.app import (
+    app,
+    command_line,
+    open_page,
+    print_blocks,
+    print_json,
+    progress,
+    remark,
+)
 from sosml_friction.cli.tables import takes_tables
 
 if TYPE_CHECKING:
@@ -149,6 +157,8 @@ def fit(
     namespace: options.NamespaceOption = None,
     out: OutOption = None,
     truth: TruthOption = None,
+    figures: options.FiguresOption = None,
+    open_report: options.OpenOption = False,
     json: options.JsonOption = False,
 ) -> None:
     """
@@ -173,11 +183,13 @@ def fit(
     from sosml_friction.model.laws import TERM_LISTS
 
     source = options.stated_model(bags[0], model, armature, urdf, namespace)
+    forms = options.parse_forms(figures)
     wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:
         _fit_terms(
-            bags, wanted, source, urdf, namespace, out, command_line(context), json, body_tolerance
-        )
+            bags, wanted, source, urdf, namespace, out, command_line(context), json,
+            body_tolerance, forms, open_report,
+        )  # fmt: skip
         return
     from sosml_friction.identification.friction_fit import FitSettings
     from sosml_friction.identification.law.law_form import LawForm
@@ -197,7 +209,7 @@ def fit(
         outcome = run_fit(
             bags, out, truth, effort_hold or (), namespace, role or (), own_bias, step,
             model=source, urdf=urdf, settings=settings, bandwidth=bandwidth,
-            observers=options.parse_names(observers), command=command_line(context),
+            observers=options.parse_names(observers), command=command_line(context), figures=forms,
         )  # fmt: skip
     if json:
         print_json(outcome.document, output=str(outcome.folder))
@@ -206,6 +218,8 @@ def fit(
         print_blocks(() if effort_hold else hold_remark(bags, namespace))
     for sentence in outcome.remarks():
         remark(sentence)
+    if open_report:
+        open_page(outcome.folder / 'report.html')
     if outcome.is_no:
         raise typer.Exit(1)
 
@@ -220,9 +234,12 @@ def _fit_terms(
     command: str,
     json: bool,
     body_tolerance: float | None,
+    forms: Sequence[str],
+    open_report: bool,
 ) -> None:
     from sosml_friction.bags.source import bag_name
     from sosml_friction.identification.bag_terms import fit_bag_terms
+    from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.common.table import terminal_table
     from sosml_friction.report.terms import document as view
@@ -234,6 +251,7 @@ def _fit_terms(
         found = fit_bag_terms(bags, terms, model, urdf, namespace, command, step, body_tolerance)
         fit, provenance = found
         view.write_term_fit(folder, fit, provenance, step)
+        write_figures(folder, 'terms', view.figure_views(fit), forms)
     if json:
         print_json(view.term_fit_document(fit, provenance), output=str(folder))
     else:
@@ -242,5 +260,7 @@ def _fit_terms(
         print_blocks([*sentences(fit), table, done])
     for sentence in found.remarks:
         remark(sentence)
+    if open_report:
+        open_page(folder / 'report.html')
     if fit.left:
         raise typer.Exit(1)

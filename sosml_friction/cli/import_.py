@@ -78,6 +78,8 @@ def import_(
     if len(set(places.values())) < len(files):
         raise ConfigurationError('two files have the same name: import them one after the other')
     documents = [_import(file, place, mapping, json) for file, place in places.items()]
+    if not json:
+        typer.echo(f'Next: sosml info {documents[0]["bag"]}, then sosml fit {documents[0]["bag"]}')
     if json:
         one = documents[0] if len(documents) == 1 else {'imports': documents}
         print_json({'format': FORMAT, **one})

@@ -53,6 +53,20 @@ def parse_names(text: str | None) -> tuple[str, ...] | None:
     return None if text is None else tuple(name.strip() for name in text.split(','))
 
 
+def parse_forms(text: str | None) -> tuple[str, ...]:
+    """
+    Return the forms of ``--figures``, none where it was not given.
+
+    :raises ConfigurationError: if one is not known.
+    """
+    names = parse_names(text or None)
+    if names is None:
+        return ()
+    from sosml_friction.report.common.figure_files import check_forms
+
+    return check_forms(names)
+
+
 def stated(**values: Any) -> dict[str, Any]:
     """Return those options that were given."""
     return {name: value for name, value in values.items() if value is not None}
@@ -143,6 +157,16 @@ ArmatureOption = Annotated[
 UrdfOption = Annotated[
     Path | None,
     typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
+]
+FiguresOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar='FORM,...',
+        help='Write each figure of the report as files too, into figures/: png, pdf, svg, csv.',
+    ),
+]
+OpenOption = Annotated[
+    bool, typer.Option('--open', help='Open the report in the browser when it is written.')
 ]
 EffortHoldOption = Annotated[
     list[str] | None,

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress
 from sosml_friction.cli.tables import takes_tables
 
 
@@ -36,6 +36,8 @@ def simulate(
         ),
     ] = None,
     namespace: options.NamespaceOption = None,
+    figures: options.FiguresOption = None,
+    open_report: options.OpenOption = False,
     json: options.JsonOrTableOption = False,
 ) -> None:
     """
@@ -51,15 +53,18 @@ def simulate(
     """
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_simulation import simulate_bag
+    from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.simulation.document import (
         KIND,
         error_table,
+        figure_views,
         simulation_document,
         simulation_sentences,
         write_simulation,
     )
 
+    forms = options.parse_forms(figures)
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)
     with progress(f'reading {bag}') as step:
@@ -67,6 +72,9 @@ def simulate(
         found, nominal, provenance = simulate_bag(bag, source, urdf, namespace, horizon, step)
         step('drawing the report')
         write_simulation(folder, found, nominal, provenance)
+        write_figures(folder, 'simulation', figure_views(found), forms)
+    if open_report:
+        open_page(folder / 'report.html')
     if json:
         print_json(simulation_document(found, nominal, provenance), output=str(folder))
         return

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from sosml_friction.cli import options
-from sosml_friction.cli.app import app, print_blocks, print_json, progress
+from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress
 from sosml_friction.exceptions import ConfigurationError
 
 _MOST_PROCESSES = 1024
@@ -60,6 +60,8 @@ def study(
     bits: BitsOption = 16,
     processes: ProcessesOption = None,
     quick: QuickOption = False,
+    figures: options.FiguresOption = None,
+    open_report: options.OpenOption = False,
     json: options.JsonOption = False,
 ) -> None:
     """
@@ -74,6 +76,7 @@ def study(
 
     Example: sosml study --quick --observers first_order,sosml,kalman --out study_output
     """
+    from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.study.results import (
         check_study_destination,
         study_document,
@@ -95,12 +98,16 @@ def study(
         raise ConfigurationError(
             f'the number of processes is {processes}: use 1 to {_MOST_PROCESSES}'
         )
+    forms = options.parse_forms(figures)
     folder = check_study_destination(out)
     with progress('starting') as step:
         result = run_study(settings, processes, step)
         step('fitting friction laws')
         document = study_document(result)
         write_study(folder, result, document, lambda name: step(f'drawing {name}'))
+        write_figures(folder, 'study', {'': result}, forms)
+    if open_report:
+        open_page(folder / 'study.html')
     if json:
         print_json(document, output=str(folder))
     else:

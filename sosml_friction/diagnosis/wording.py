@@ -264,4 +264,7 @@ def _number(x: Uncertain, form: str = 'f') -> str:
 
 
 def _words(identifier: str) -> str:
-    return identifier.replace('_', ' ')
+    """Return an identifier as words, ``effect@joint`` with its joint in brackets."""
+    name, _, joint = identifier.partition('@')
+    where = 'all joints' if joint == ALL_JOINTS else joint
+    return name.replace('_', ' ') + (f' ({where})' if joint else '')

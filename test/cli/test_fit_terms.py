@@ -65,7 +65,7 @@ def test_the_document_follows_its_schema_and_the_model_has_the_terms(fitted):
 
 def test_the_page_names_each_parameter_and_draws_each_term(fitted):
     page = (fitted / 'report.html').read_text()
-    assert page.count('<img') == 5
+    assert page.count('<svg') == 5
     for word in ('coulomb', 'viscous', 'load coefficient', 'shoulder', 'elbow'):
         assert word in page
 

@@ -29,6 +29,7 @@ from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile, read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.report.fit.html import render_report
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
@@ -103,6 +104,12 @@ def rejecting_analysis(analysis: BagAnalysis) -> BagAnalysis:
         )
         joints[joint] = {o: dataclasses.replace(f, segments=segments) for o, f in fits.items()}
     return dataclasses.replace(analysis, fit=dataclasses.replace(analysis.fit, joints=joints))
+
+
+@pytest.fixture(scope='session')
+def fit_page(rejecting_analysis: BagAnalysis, truth: RobotModelFile) -> str:
+    """Return the report of the fit, with pictures."""
+    return render_report(rejecting_analysis, truth, {'seed': '<7>'})
 
 
 @pytest.fixture(scope='session')

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from sosml_friction.arrays import FloatArray
 
@@ -25,8 +25,10 @@ FONT = 10
 GREY = '#7a7a7a'
 #: Colours of what the refitted model leaves, and of what is left with the causes.
 BEFORE, AFTER = '#D55E00', '#0072B2'
+#: Up to this ratio of its ends an axis of logarithms has numbers between the decades.
+_DENSE = 30.0
 #: Points of one line that a figure shows.
-_LINE_POINTS = 4000
+_LINE_POINTS = 2000
 
 
 class Style(NamedTuple):
@@ -132,9 +134,16 @@ def label_axes(axes: Axes, x: str, y: str) -> None:
 
 
 def log_axis(axes: Axes) -> None:
-    """Make x logarithmic, with plain numbers at the decades: powers of ten take long to set."""
+    """Make x logarithmic, with plain numbers: at the decades, of a short span between them too."""
     axes.set_xscale('log')
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f'{x:g}'))
+
+    def text(x: float, _: int | None) -> str:
+        low, high = axes.get_xlim()
+        whole = abs(np.log10(x) - np.rint(np.log10(x))) < 1e-9
+        return f'{x:g}' if whole or high < _DENSE * low else ''
+
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(text))
     axes.xaxis.set_minor_locator(NullLocator())
 
 

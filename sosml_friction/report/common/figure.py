@@ -13,10 +13,12 @@ from matplotlib.figure import Figure as Drawing
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.registry import import_folder
 from sosml_friction.report import figures as folder
-from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.html_page import picture
+from sosml_friction.report.common.svg import to_svg
 
 View = TypeVar('View')
+#: Where in its report a figure is: beside the answer, after it, or folded with the methods.
+SUMMARY, DETAIL, METHOD = 'summary', 'detail', 'method'
 REPORTS = ('fit', 'bags', 'diagnosis', 'study', 'simulation', 'terms')
 _SAID = ('identifier', 'title', 'report', 'order', 'caption')
 
@@ -49,6 +51,10 @@ class Figure(ABC, Generic[View]):
     order: ClassVar[int]
     #: The text below the figure; it may have fields such as ``{view.name}``.
     caption: ClassVar[str]
+    #: :data:`SUMMARY`, :data:`DETAIL` or :data:`METHOD`.
+    part: ClassVar[str] = DETAIL
+    #: Whether its colours follow the page; a map of colours keeps its own, on white.
+    themed: ClassVar[bool] = True
 
     def caption_of(self, view: View) -> str:
         """Return the caption for what is drawn."""
@@ -63,8 +69,9 @@ class Figure(ABC, Generic[View]):
         """Return the figure; only where it :meth:`applies`."""
 
     def html(self, view: View) -> str:
-        """Return the figure with its caption as HTML, the picture inside."""
-        return picture(to_png(self.draw(view)), self.caption_of(view), self.title)
+        """Return the figure with its caption as HTML, a vector graphic inside."""
+        caption = self.caption_of(view)
+        return picture(to_svg(self.draw(view), caption, self.themed), caption, self.title)
 
 
 def figures(report: str) -> list[Figure[Any]]:
@@ -113,6 +120,6 @@ def figures_of(report: str, view: object) -> list[Figure[Any]]:
     ]
 
 
-def pictures(report: str, view: object) -> str:
-    """Return all figures of a view as HTML; each is drawn, encoded and forgotten by itself."""
-    return ''.join(figure.html(view) for figure in figures_of(report, view))
+def pictures(report: str, view: object, part: str = DETAIL) -> str:
+    """Return the figures of a part as HTML; each is drawn, encoded and forgotten by itself."""
+    return ''.join(figure.html(view) for figure in figures_of(report, view) if figure.part == part)

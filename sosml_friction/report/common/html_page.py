@@ -1,58 +1,54 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the HTML reports share: one file that needs nothing else."""
+"""What the HTML reports share: one file that needs nothing else, for phone, screen and paper."""
 
-import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from pathlib import Path
 
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto;
-       max-width: 1040px; padding: 1.2em 20px 4em; }
-h1 { font-size: 1.6em; margin: 0 0 .4em; } h2 { font-size: 1.3em; margin: 2em 0 .4em;
-     border-bottom: 1px solid #ccc; } h3 { font-size: 1.05em; margin: 1.4em 0 .3em; }
-.result { font-size: 1.1em; background: #f1f6f3; border-left: 4px solid #009e73;
-          padding: .6em 1em; margin: 0 0 1em; } .result p { margin: .3em 0; }
-.note { background: #fdf3e3; border-left: 4px solid #e69f00; padding: .5em 1em; margin: 0 0 1em; }
-.note ul { margin: 0; padding-left: 1.2em; }
-table { border-collapse: collapse; margin: .5em 0; font-size: 14px; }
-caption { text-align: left; color: #555; }
-th, td { padding: .2em .6em; border-bottom: 1px solid #e2e2e2; text-align: left;
-         vertical-align: top; }
-thead th { border-bottom: 1px solid #888; } th.n, td.n { text-align: right; }
-td.w, td.n { white-space: nowrap; } td.n { font-variant-numeric: tabular-nums; }
-th.g { text-align: center; } .l { border-left: 1px solid #ccc; }
-.wide { overflow-x: auto; } tr.no td { color: #888; }
-figure { margin: .6em 0; } img { max-width: 100%; height: auto; display: block; }
-figcaption { color: #555; font-size: .93em; } code { font-size: .92em; overflow-wrap: anywhere; }
-@media print { body { max-width: none; } figure, table { break-inside: avoid; } }
-"""
+_HERE = Path(__file__).parent
+#: How a reader uses the figures; said once, where there are any.
+_HINT = (
+    'Figures: point at a curve for its values, drag to zoom, double-click to go back, click an '
+    'entry of a legend to hide its curves.'
+)
 
 
 def page(title: str, parts: Sequence[str]) -> str:
     """Return the document of the parts that are not empty, below its title."""
+    body = '\n'.join(part for part in parts if part)
+    style = (_HERE / 'page.css').read_text(encoding='utf-8')
+    end = ''
+    if '<svg' in body:
+        script = (_HERE / 'page.js').read_text(encoding='utf-8')
+        end = (
+            f'\n<p class="hint">{escape(_HINT)}</p><div id="tip"></div>\n<script>{script}</script>'
+        )
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{escape(title)}</title><style>{_STYLE}</style></head>\n'
-        f'<body>\n<h1>{escape(title)}</h1>\n'
-        + '\n'.join(part for part in parts if part)
-        + '\n</body></html>\n'
+        '<meta name="color-scheme" content="light dark">'
+        f'<title>{escape(title)}</title><style>\n{style}</style></head>\n'
+        f'<body>\n<h1>{escape(title)}</h1>\n{body}{end}\n</body></html>\n'
     )
 
 
-def picture(png: bytes, caption: str, title: str) -> str:
-    """Return a figure with its picture inside the document."""
-    data = base64.b64encode(png).decode('ascii')
+def picture(svg: str, caption: str, title: str) -> str:
+    """Return a figure, which scrolls by itself where the page is too narrow to read it."""
     return (
-        f'<figure><img alt="{escape(caption)}" title="{escape(title)}" '
-        f'src="data:image/png;base64,{data}"><figcaption>{escape(caption)}</figcaption></figure>'
+        f'<figure title="{escape(title)}"><div class="wide">{svg}</div>'
+        f'<figcaption>{escape(caption)}</figcaption></figure>'
     )
 
 
 def heading(text: str, level: int = 2) -> str:
     """Return a heading."""
     return f'<h{level}>{escape(text)}</h{level}>'
+
+
+def paragraph(text: str) -> str:
+    """Return a paragraph, empty where there is nothing to say."""
+    return f'<p>{escape(text)}</p>' if text else ''
 
 
 def items(texts: Iterable[str], head: str = '') -> str:
@@ -66,21 +62,49 @@ def folded(summary: str, body: str) -> str:
     return f'<details><summary>{escape(summary)}</summary>{body}</details>' if body else ''
 
 
-def result_box(sentences: Iterable[str]) -> str:
-    """Return the answer of a report, a paragraph for each sentence."""
-    text = ''.join(f'<p>{escape(sentence)}</p>' for sentence in sentences)
-    return f'<div class="result">{text}</div>' if text else ''
+def facts(told: Mapping[str, str]) -> str:
+    """Return what a report is about, as short entries in a row: those that are not empty."""
+    entries = ''.join(
+        f'<div><dt>{escape(name)}</dt><dd>{escape(text)}</dd></div>'
+        for name, text in told.items()
+        if text
+    )
+    return f'<dl class="facts">{entries}</dl>' if entries else ''
 
 
-def joints_box(sentences: Iterable[str]) -> str:
-    """Return the answer of a report by joint, ``joint: sentence``, the joints in bold."""
-    text = ''
-    for name, _, rest in (sentence.partition(':') for sentence in sentences):
-        text += f'<p><strong>{escape(name)}</strong>:{escape(rest)}</p>'
-    return f'<div class="result">{text}</div>'
+def verdict(kind: str, label: str, sentences: Iterable[str] = (), body: str = '') -> str:
+    """
+    Return the answer of a report: a badge, and a paragraph for each sentence.
+
+    A sentence that begins with a name and a colon has the name in bold.
+
+    :param kind: ``good``, ``open``, ``found`` or ``bad``, which is its colour.
+    :param body: HTML in the place of sentences.
+    """
+    text = ''.join(f'<p>{_with_name(sentence)}</p>' for sentence in sentences)
+    return (
+        f'<div class="result {kind}"><p><span class="badge">{escape(label)}</span></p>{text}{body}'
+        '</div>'
+    )
 
 
-def notes_box(remarks: Iterable[str]) -> str:
-    """Return what a reader should know first, empty where there is nothing."""
-    listed = items(remarks)
-    return f'<div class="note">{listed}</div>' if listed else ''
+def _with_name(sentence: str) -> str:
+    name, colon, rest = sentence.partition(':')
+    if not colon or len(name) > 40:
+        return escape(sentence)
+    return f'<strong>{escape(name)}</strong>:{escape(rest)}'
+
+
+def box(head: str, texts: Iterable[str], kind: str = 'note') -> str:
+    """
+    Return a box with a heading and a list, empty where there is nothing to list.
+
+    :param kind: ``note`` for what a reader should know, ``next`` for what to do.
+    """
+    listed = items(texts)
+    return f'<div class="box {kind}"><h3>{escape(head)}</h3>{listed}</div>' if listed else ''
+
+
+def cards(bodies: Sequence[str]) -> str:
+    """Return parts side by side where the page is wide enough, else below one another."""
+    return '<div class="cards">' + ''.join(f'<section>{x}</section>' for x in bodies) + '</div>'

@@ -45,4 +45,6 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
         (name, topic['type'] or 'unknown', str(topic['messages']))
         for name, topic in information['topics'].items()
     ]
-    yield terminal_table({'topic': '', 'type': '', 'messages': 'n'}, rows)
+    yield terminal_table({'topic': 'w', 'type': 'w', 'messages': 'n'}, rows)
+    if motion is not None and not information['recovered']:
+        yield f'Next: sosml fit {information["path"]}'

@@ -15,6 +15,16 @@ SYMBOLS = {
     'stribeck_velocity': 'v_s',
     'bias': 'bias',
 }
+#: What the parameters are, for a person who does not know the symbols.
+PLAIN = {
+    'coulomb': 'Coulomb friction C',
+    'viscous': 'viscous friction B',
+    'stribeck': 'more near standstill S',
+    'stribeck_velocity': 'fading over the speed v_s',
+    'bias': 'bias, the same both ways',
+    'viscous_asymmetry': 'difference of B by direction',
+    'stribeck_asymmetry': 'difference of S by direction',
+}
 #: Those that only laws have that differ with direction.
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Estimates that no observer makes.

@@ -9,7 +9,7 @@ Plain ASCII, so that a table survives every terminal.
 import math
 from collections.abc import Mapping
 
-from sosml_friction.identification.parameter_interval import HUGE, allowed_range
+from sosml_friction.identification.parameter_interval import HUGE, allowed_range, half_width
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 
 UNKNOWN = '-'
@@ -66,8 +66,10 @@ def truth_text(known: Mapping[str, Parameter], name: str) -> str:
 
 
 def words(identifier: str) -> str:
-    """Return an identifier as words."""
-    return identifier.replace('_', ' ')
+    """Return an identifier as words, ``effect@joint`` with its joint in brackets."""
+    name, _, joint = identifier.partition('@')
+    place = 'all joints' if joint == '*' else joint
+    return name.replace('_', ' ') + (f' ({place})' if joint else '')
 
 
 def format_interval(low: float, high: float, uncertainty: float = math.nan) -> str:
@@ -90,6 +92,19 @@ def value_text(name: str, parameter: Parameter) -> str:
         return range_text(name, parameter) or NOT_IDENTIFIABLE_TEXT
     text = format_number(parameter.value, _uncertainty(parameter))
     return f'{text} (at bound)' if AT_BOUND in parameter.flags else text
+
+
+def number_text(name: str, parameter: Parameter) -> str:
+    """Return a value with half of its 95 % interval, or the range that the data allow."""
+    half = half_width(parameter)
+    if NOT_IDENTIFIABLE in parameter.flags:
+        return range_text(name, parameter) or 'not told by these data'
+    if not (half > 0.0 and math.isfinite(half)):
+        return value_text(name, parameter)
+    if not math.isfinite(parameter.std_error) and parameter.interval is not None:
+        # From a profile, lopsided: half of it is no error of the value.
+        return f'{value_text(name, parameter)} ({format_interval(*parameter.interval)})'
+    return f'{format_number(parameter.value, half)} ± {rounded(half)}'
 
 
 def error_text(parameter: Parameter) -> str:

@@ -9,7 +9,8 @@ from html import escape
 from typing import NamedTuple
 
 from rich import box
-from rich.console import Console, RenderableType
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.table import Table
 from rich.text import Text
 
@@ -89,16 +90,69 @@ def _class(style: str) -> str:
     return f' class="{style}"' if style else ''
 
 
+class FittingTable(Table):
+    """
+    Is a table that has its rows below one another where the terminal is too narrow for it.
+
+    So a number is never broken in its middle.
+    """
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """Render the table, or each of its rows as a list of heads and cells."""
+        spare = options.max_width - self.least()
+        if spare >= 0:
+            self._share(spare)
+            yield from super().__rich_console__(console, options)
+            return
+        heads = [' '.join(str(column.header).split()) for column in self.columns]
+        cells = [[str(cell) for cell in column.cells] for column in self.columns]
+        first = ''
+        for name, *row in zip(*cells, strict=True):
+            first = name or first
+            yield Text(first, style='bold')
+            grid = Table.grid(padding=(0, 2, 0, 0))
+            for head, cell in zip(heads[1:], row, strict=True):
+                if cell:
+                    grid.add_row(f'  {head}', Text(cell))
+            yield grid
+
+    def least(self) -> int:
+        """Return the width below which a word, or a cell that is never wrapped, is broken."""
+        return sum(self._widths(whole=False)) + 2 * len(self.columns)
+
+    def _widths(self, whole: bool) -> list[int]:
+        """Return by column the longest line, or the longest of what cannot be broken."""
+        widths = []
+        for column in self.columns:
+            texts = [str(column.header), *map(str, column.cells)]
+            lines = [line for text in texts for line in text.split('\n')]
+            if not (whole or column.no_wrap):
+                lines = [word for line in lines for word in line.split()]
+            widths.append(max(map(cell_len, lines), default=0))
+        return widths
+
+    def _share(self, spare: int) -> None:
+        """Give each column what it needs, and what is left to those that are cut most."""
+        least, most = self._widths(whole=False), self._widths(whole=True)
+        widths = list(least)
+        while spare > 0 and widths != most:
+            k = max(range(len(widths)), key=lambda k: most[k] - widths[k])
+            widths[k] += 1
+            spare -= 1
+        for column, width in zip(self.columns, widths, strict=True):
+            column.width = width
+
+
 def terminal_table(
     columns: Columns, rows: Iterable[Sequence[str]], sections: bool = False
-) -> Table:
+) -> FittingTable:
     """
     Return the same table for the terminal.
 
     :param sections: a line ends each group of rows; the first cell of a group's other rows is
         empty.
     """
-    table = Table(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
+    table = FittingTable(box=box.SIMPLE, pad_edge=False, padding=(0, 1, 0, 0))
     for head, style, _ in _columns(columns):
         table.add_column(
             Text(head),
@@ -114,6 +168,11 @@ def terminal_table(
 
 
 def print_table(table: RenderableType) -> None:
-    """Print a table on stdout, at a fixed width where stdout is no terminal."""
-    console = Console(width=None if sys.stdout.isatty() else _PLAIN_WIDTH, highlight=False)
-    console.print(table)
+    """Print a table on stdout; where that is no terminal without colour, and never too narrow."""
+    if sys.stdout.isatty():
+        Console(highlight=False).print(table)
+        return
+    parts = table.renderables if isinstance(table, Group) else [table]
+    tables = [part for part in parts if isinstance(part, FittingTable)]
+    width = max([_PLAIN_WIDTH, *(part.least() for part in tables)])
+    Console(width=width, highlight=False, no_color=True).print(table)

@@ -79,7 +79,7 @@ def _by_parameter(
     """Return a row for each joint and parameter, a column for each observer."""
     preferred = {view.preferred for view in views if view.preferred}
     whose = observer_label(preferred.pop()) if len(preferred) == 1 else 'of the model'
-    columns = {'joint': 'w', 'parameter': 'w', 'unit': 'w'}
+    columns = {'joint': 'w', 'parameter': 'w', 'unit': ''}
     columns |= {truth_heading: 'n'} if truth_heading else {}
     columns |= {observer_label(observer): 'n' for observer in observers}
     columns[f'std error\n({whose})'] = 'n'

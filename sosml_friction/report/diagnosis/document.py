@@ -10,6 +10,7 @@ from typing import Any
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.number_text import words
@@ -73,6 +74,13 @@ def write_diagnosis(
         write_result(workshop, KIND, diagnosis_document(diagnosis, provenance), page)
 
 
+def figure_views(diagnosis: Diagnosis) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    if diagnosis.laboratory is None:
+        return {}
+    return {'': diagnosis} | {joint.name: joint for joint in joint_residuals(diagnosis)}
+
+
 def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
     """Return what the terminal shows: the sentence first."""
     lines = [diagnosis.sentence]
@@ -94,6 +102,11 @@ def diagnosis_lines(diagnosis: Diagnosis) -> Sequence[str]:
         lines.append(f'  not named: {rejection(diagnosis.rejected)}')
     if diagnosis.recommendation is not None:
         lines.append(f'Next: {diagnosis.recommendation.sentence}')
+    elif any(cause.in_model for cause in diagnosis.terms):
+        lines.append(
+            'Next: sosml simulate another recording with --model and the folder of the extended '
+            'model, to see whether it carries over'
+        )
     lines.extend(
         f'Data: {check.sentence}' for check in diagnosis.checks if check.severity != 'note'
     )

@@ -9,13 +9,32 @@ from typing import Any
 
 import numpy as np
 
+from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
+from sosml_friction.diagnosis.wording import describe
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.report.common.figure import figures_of, pictures
-from sosml_friction.report.common.html_page import heading, items, notes_box, page, result_box
+from sosml_friction.report.common.figure import DETAIL, METHOD, SUMMARY, figures_of, pictures
+from sosml_friction.report.common.html_page import (
+    box,
+    facts,
+    folded,
+    heading,
+    items,
+    page,
+    paragraph,
+    verdict,
+)
 from sosml_friction.report.common.number_text import words
-from sosml_friction.report.diagnosis.tables import causes, controls, experiments, gain, parameters
+from sosml_friction.report.diagnosis.tables import (
+    by_cause,
+    causes,
+    controls,
+    experiments,
+    gain,
+    parameters,
+    where,
+)
 
 _METHOD = (
     'Unexplained is measured effort minus that of the nominal model, whose parameters were '
@@ -31,47 +50,136 @@ _FORWARD = (
 )
 
 
-def diagnosis_title(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> str:
-    """Return the verdict, and which recordings and model it is about, and when it was given."""
+#: By verdict the colour of the badge, and its words.
+_BADGES = {
+    'named': ('found', 'Cause named'),
+    'ambiguous': ('open', 'These data leave a choice of causes'),
+    'unknown_structure': ('open', 'Something is missing that no cause of the catalogue explains'),
+    'nothing_above_floor': ('good', 'The model explains the data'),
+    'bad_data': ('bad', 'The data are too bad to tell'),
+}
+
+
+def diagnosis_title(provenance: Mapping[str, Any]) -> str:
+    """Return which recordings and model the diagnosis is about."""
     bags = ', '.join(str(one['bag']) for one in provenance.get('bags', ()))
-    model, date = provenance.get('model', ''), str(provenance.get('diagnosed', ''))[:10]
+    model = provenance.get('model', '')
     about = f'{bags} with {model}' if bags and model else bags or model
-    told = f'Diagnosis of {about}: ' if about else 'Diagnosis: '
-    return f'{told}{words(diagnosis.verdict)}' + (f' ({date})' if date else '')
+    return f'Diagnosis of {about}' if about else 'Diagnosis'
+
+
+def clauses(sentence: str) -> list[list[str]]:
+    """Return the sentences of a text, each as its clauses: what brackets hold stays together."""
+    found: list[list[str]] = [['']]
+    depth = 0
+    for k, letter in enumerate(sentence):
+        depth += (letter == '(') - (letter == ')')
+        ends = depth == 0 and sentence[k + 1 : k + 2] in ('', ' ')
+        if letter == ';' and ends:
+            found[-1].append('')
+        elif letter == '.' and ends:
+            found[-1][-1] += letter
+            found.append([''])
+        else:
+            found[-1][-1] += letter
+    return [[part.strip() for part in one] for one in found if any(map(str.strip, one))]
+
+
+def answer(diagnosis: Diagnosis) -> list[list[str]]:
+    """Return the sentence of a diagnosis in clauses, without the faults of the data in it."""
+    faults = {describe(cause) for cause in diagnosis.causes if cause.effect in FAULTS}
+    # The gain has a figure and a table of its own.
+    gained = '' if diagnosis.gain is None else f'On {diagnosis.gain.on}:'
+    text = diagnosis.sentence
+    for fault in faults:
+        text = text.replace(f'{fault}; ', '').replace(f'; {fault}', '')
+    return [one for one in clauses(text) if not (gained and one[0].startswith(gained))]
+
+
+def _answer_html(told: list[list[str]]) -> str:
+    """Return sentences as paragraphs, those of several clauses as lists below their lead."""
+    text = ''
+    for first, *others in told:
+        lead, colon, rest = first.partition(': ')
+        if others and colon:
+            text += f'<p>{escape(lead)}:</p>{items([rest, *others])}'
+        else:
+            text += f'<p>{escape("; ".join([first, *others]))}</p>'
+    return text
 
 
 def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None = None) -> str:
     """
     Return the report as one HTML document, pictures included.
 
-    :param provenance: the bags, the model and the time, for the title.
+    :param provenance: the bags, the model and the time.
     """
-    sentences = [diagnosis.sentence]
-    if diagnosis.recommendation is not None:
-        sentences.append(f'Next: {diagnosis.recommendation.sentence}')
-    remarks = [check.sentence for check in diagnosis.checks if check.severity != 'note']
+    known = provenance or {}
+    told = {
+        'Recording': ', '.join(str(one['bag']) for one in known.get('bags', ())),
+        'Model': str(known.get('model', '')),
+        'Joints': ', '.join(diagnosis.names),
+        'Diagnosed': str(known.get('diagnosed', ''))[:16].replace('T', ' '),
+    }
+    steps = [] if diagnosis.recommendation is None else [diagnosis.recommendation.sentence]
+    steps += _next_steps(diagnosis)
+    laboratory = diagnosis.laboratory
+    if laboratory is not None:
+        span = sum(float(x.time[-1] - x.time[0]) for x in laboratory.signals)
+        told['Length used'] = f'{span:.1f} s'
+    kind, label = _BADGES.get(diagnosis.verdict, ('open', words(diagnosis.verdict)))
+    remarks = []
     if diagnosis.rejected is not None:
         remarks.append(f'Not named: {rejection(diagnosis.rejected)}')
-    parts = [result_box(sentences), notes_box(remarks), causes(diagnosis)]
-    if diagnosis.laboratory is not None:
-        parts += [gain(diagnosis), experiments(diagnosis)]
+    severe = [check.sentence for check in diagnosis.checks if check.severity != 'note']
+    minor = [check.sentence for check in diagnosis.checks if check.severity == 'note']
+    parts = [
+        facts(told),
+        verdict(kind, label, body=_answer_html(answer(diagnosis))),
+        pictures('diagnosis', diagnosis, SUMMARY),
+        gain(diagnosis) if laboratory is not None else '',
+        causes(diagnosis),
+        box('What to do next', steps, 'next'),
+        box('The recording', severe),
+        box('What was looked at and not named', remarks),
+    ]
+    if laboratory is not None:
+        parts.append(experiments(diagnosis))
         for joint in joint_residuals(diagnosis):
-            parts += [heading(joint.name), pictures('diagnosis', joint)]
-        whole = figures_of('diagnosis', diagnosis)
+            parts += [heading(f'Joint {joint.name}'), pictures('diagnosis', joint)]
+        whole = [x for x in figures_of('diagnosis', diagnosis) if x.part == DETAIL]
         for title, some in groupby(whole, key=lambda figure: figure.title):
             parts += [heading(title), *(figure.html(diagnosis) for figure in some)]
-        parts += [parameters(diagnosis), controls(diagnosis)]
-        method = _METHOD.format(bounds=_bounds(diagnosis.laboratory.settings))
-        parts.append(f'<p>{escape(method)} {escape(_FORWARD)}</p>')
-    parts.append(heading('Data') + items(check.sentence for check in diagnosis.checks))
-    if diagnosis.laboratory is None:
+        method = _METHOD.format(bounds=_bounds(laboratory.settings))
+        parts += [
+            heading('How it was done'),
+            folded('What each cause removes by itself', by_cause(diagnosis)),
+            folded('Parameters of the nominal model', parameters(diagnosis)),
+            folded('Negative controls', controls(diagnosis)),
+            folded('What this motion can tell apart', pictures('diagnosis', diagnosis, METHOD)),
+            folded('Methods', paragraph(f'{method} {_FORWARD}')),
+        ]
+    parts.append(folded('More on the data', items(minor)))
+    if laboratory is None:
         parts.append(f'<p>Library <code>{diagnosis.library_hash}</code></p>')
-    return page(diagnosis_title(diagnosis, provenance or {}), parts)
+    return page(diagnosis_title(known), parts)
+
+
+def _next_steps(diagnosis: Diagnosis) -> list[str]:
+    """Return what a person does with each verdict, beside the experiment that it recommends."""
+    if diagnosis.verdict == 'bad_data':
+        return ['Mend what is said of the recording, and record again.']
+    if any(cause.in_model for cause in diagnosis.terms):
+        return [
+            'The folder of this report holds the extended model: sosml simulate RECORDING --model '
+            'FOLDER shows it beside a recording, best one that it was not fitted to.'
+        ]
+    return []
 
 
 def rejection(rejected: Mapping[str, Any]) -> str:
     """Return which candidate was not named, and why."""
-    return f'{words(rejected["effect"])} ({rejected["joint"]}), because ' + '; '.join(
+    return f'{words(rejected["effect"])} ({where(rejected["joint"])}), because ' + '; '.join(
         rejected['failed']
     )
 

@@ -4,18 +4,18 @@
 
 import math
 
+from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.refitted_parameters import refitted_parameters
 from sosml_friction.diagnosis.wording import SIZE_UNKNOWN
 from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.report.common.html_page import heading
 from sosml_friction.report.common.number_text import (
-    error_text,
     format_number,
-    interval_text,
+    number_text,
     percent,
     rounded,
-    value_text,
     words,
 )
 from sosml_friction.report.common.table import html_table
@@ -25,22 +25,26 @@ def causes(diagnosis: Diagnosis) -> str:
     """Return what was named, its parameters, and what would explain the data as well."""
     rows = []
     for cause in diagnosis.terms:
-        what = f'{words(cause.effect)}, {cause.joint}'
+        if cause.effect in FAULTS:
+            continue
+        what = f'{where(cause.joint)}: {words(cause.effect)}'
         what += ' (within the tolerance)' if cause.tolerated else ''
         rivals = ', '.join(map(words, cause.rivals))
-        where = 'yes' if cause.in_model else 'no'
+        held = 'yes' if cause.in_model else 'no'
+        if not cause.size_known:
+            rows.append((what, SIZE_UNKNOWN, '', '', rivals, held))
+            continue
         for k, (name, p) in enumerate(cause.parameters.items()):
-            if not cause.size_known:
-                rows.append((what, SIZE_UNKNOWN, '', '', '', '', rivals, where))
-                break
-            error = error_text(p) if math.isfinite(p.std_error) else ''
-            row = (words(name), value_text(name, p), error, interval_text(p), p.unit)
-            rows.append(('', *row, '', '') if k else (what, *row, rivals, where))
-    columns = {
-        'cause': '', 'parameter': '', 'value': 'n', 'standard error': 'n',
-        '95 % interval': 'n', 'unit': '', 'or as well': '', 'in the model': '',
-    }  # fmt: skip
-    return heading('Causes') + html_table(columns, rows) if rows else ''
+            row = (words(name), number_text(name, p), '' if p.unit == '1' else p.unit)
+            rows.append(('', *row, '', '') if k else (what, *row, rivals, held))
+    columns = {'cause': '', 'parameter': '', 'value ± 95 %': 'n', 'unit': 'w', 'or as well': '',
+               'in the extended model': ''}  # fmt: skip
+    return heading('What was named', 3) + html_table(columns, rows) if rows else ''
+
+
+def where(joint: str) -> str:
+    """Return the name of a joint, or that it is all of them."""
+    return 'all joints' if joint == ALL_JOINTS else joint
 
 
 def gain(diagnosis: Diagnosis) -> str:
@@ -69,10 +73,10 @@ def gain(diagnosis: Diagnosis) -> str:
         f'position after {found.horizon_s:g} s': 'n', 'after / before': 'n',
         'standard error': 'n',
     }  # fmt: skip
-    return heading(f'Gain, on {found.on}') + html_table(columns, rows) + _by_cause(diagnosis)
+    return heading(f'Errors before and after, on {found.on}', 3) + html_table(columns, rows)
 
 
-def _by_cause(diagnosis: Diagnosis) -> str:
+def by_cause(diagnosis: Diagnosis) -> str:
     """Return what each cause removes by itself, on the same data."""
     rows = []
     for cause in diagnosis.terms:
@@ -82,7 +86,7 @@ def _by_cause(diagnosis: Diagnosis) -> str:
             removed, recurs = own.removed[i], own.recurs
             rows.append(
                 (
-                    f'{words(cause.effect)}, {cause.joint}',
+                    f'{where(cause.joint)}: {words(cause.effect)}',
                     joint,
                     f'{own.without[i]:.4g} → {own.with_it[i]:.4g} {own.units[i]}',
                     format_number(removed.value, removed.std_error),
@@ -153,8 +157,7 @@ def parameters(diagnosis: Diagnosis) -> str:
         'first moments and inertias that act together; at a limit the standard error does not '
         'hold.'
     )
-    told = heading('Parameters of the nominal model')
-    return told + html_table(columns, rows, caption) if rows else ''
+    return html_table(columns, rows, caption) if rows else ''
 
 
 def controls(diagnosis: Diagnosis) -> str:
@@ -173,7 +176,7 @@ def controls(diagnosis: Diagnosis) -> str:
         if verdict == 'named' and (effect, joint) in tolerated:
             verdict = 'off within the tolerance'
         removed, floor = percent(finding.score.cv_gain), percent(finding.floor)
-        rows.append((f'{words(effect)}, {joint}', removed, floor, verdict))
+        rows.append((f'{where(joint)}: {words(effect)}', removed, floor, verdict))
     known = laboratory.known
     for i, name in enumerate(diagnosis.names):
         if (most := selection.remainder.largest(i)) is not None:
@@ -181,8 +184,7 @@ def controls(diagnosis: Diagnosis) -> str:
             rows.append((f'{most.axis}, {name}', share, floor, 'free curve'))
     columns = {'candidate': '', 'removed on data left out': 'n', 'floor': 'n', '': ''}
     return (
-        heading('Negative controls')
-        + f'<p>{settings.nulls} recordings along the same motion were '
+        f'<p>{settings.nulls} recordings along the same motion were '
         'simulated for each row without what it says: nominal parameters off by up to their '
         'tolerance, friction that turns around in other ways, noise as measured. The floor is '
         f'{settings.floor_margin:g} times the largest share that it removed of any of them, at '

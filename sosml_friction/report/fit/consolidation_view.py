@@ -32,7 +32,7 @@ from sosml_friction.report.common.number_text import (
     words,
 )
 from sosml_friction.report.common.parameter_bars import ParameterRow
-from sosml_friction.report.common.table import Column, Markup, html_table, terminal_table
+from sosml_friction.report.common.table import Markup, html_table, terminal_table
 from sosml_friction.report.fit.findings import law_remarks, law_sentence
 from sosml_friction.report.fit.joint_section import name_text
 
@@ -114,23 +114,21 @@ def consolidated_rows(consolidation: Consolidation, entry: Consolidated) -> list
 def consolidated_table(
     consolidation: Consolidation, entry: Consolidated, truth: FrictionParameters | None
 ) -> str:
-    """Return a row per recording and way, a column per parameter, HTML."""
-    columns = [Column('from', 'w')]
-    for name, symbol in SYMBOLS.items():
-        group = f'{symbol} [{_unit(entry, name)}]'
-        columns += [Column('value', 'n l', group), Column('standard error', 'n', group)]
+    """Return a row per recording and way, a column per parameter with standard error, HTML."""
+    columns = {'from': 'w'} | {f'{s} [{_unit(entry, name)}]': 'n' for name, s in SYMBOLS.items()}
     rows = []
     for row in consolidated_rows(consolidation, entry):
         label = Markup(f'<strong>{escape(row.label)}</strong>') if row.is_model else row.label
         cells: list[str] = [label]
         for name in SYMBOLS:
             p = row.parameters.get(name)
-            cells += [UNKNOWN] * 2 if p is None else [value_text(name, p), error_text(p)]
+            text = UNKNOWN if p is None else value_text(name, p)
+            error = UNKNOWN if p is None else error_text(p)
+            cells.append(text if error == UNKNOWN else f'{text} ({error})')
         rows.append(cells)
     if truth is not None:
-        known = [text for n in SYMBOLS for text in (truth_text(truth.parameters, n), '')]
-        rows.append(['truth', *known])
-    return html_table(columns, rows)
+        rows.append(['truth', *(truth_text(truth.parameters, name) for name in SYMBOLS)])
+    return html_table(columns, rows, 'In brackets: standard errors.')
 
 
 def model_table(entry: Consolidated, truth: FrictionParameters | None) -> str:

@@ -26,6 +26,8 @@ from sosml_friction.report.common.labels import observer_label, symbols_of
 from sosml_friction.report.common.number_text import format_number, range_text, rounded, value_text
 from sosml_friction.report.fit.joint_view import JointView
 
+#: In the place of an observer: what is said of two of them.
+BETWEEN = 'between'
 #: Share of lost samples that is told. Chosen, no measurement.
 _LOST = 0.02
 
@@ -109,6 +111,13 @@ def derived_sentence(fit: LawFit, name: str) -> str:
     return f'{text[:1].upper()}{text[1:]}: {known}.'
 
 
+def model_questions(view: JointView) -> list[str]:
+    """Return :func:`open_questions` of the law of the model alone."""
+    if view.model is None or view.preferred is None:
+        return []
+    return open_questions(replace(view, fits={view.preferred: view.model}))
+
+
 def open_questions(view: JointView) -> list[str]:
     """Return for each flag why it is there and what to record, flags of one cause together."""
     subjects: dict[tuple[str, str], dict[str, list[str]]] = {}
@@ -141,29 +150,34 @@ def caveats(views: Sequence[JointView]) -> list[str]:
     lines = notes(views)
     for view in views:
         if view.model is not None and view.preferred is not None:
-            own = replace(view, fits={view.preferred: view.model})
             told = [
                 derived_sentence(view.model.fit, name)
                 for name in view.model.fit.derived
                 if name.endswith(('_positive', '_negative'))
             ]
-            lines += [f'{view.name}: {text}' for text in [*told, *open_questions(own)]]
+            lines += [f'{view.name}: {text}' for text in [*told, *model_questions(view)]]
     return lines
 
 
-def notes(views: Sequence[JointView]) -> list[str]:
+def notes(views: Sequence[JointView], beside: bool | None = None) -> list[str]:
     """
     Return what a reader should know before using the numbers.
 
     Laws that are no friction, what the data tell instead of a parameter that they leave open,
     methods or observers whose 95 % intervals exclude each other, a truth outside of them, and
     joints that only some observers could be fitted for.
+
+    :param beside: True for what is said of observers whose fit is not the model, False for what
+        is said of the model, None for both.
     """
     subjects: dict[str, dict[str, list[str]]] = {}
     for view in views:
         for observer, text in _remarks(view):
+            own = observer in ('', view.preferred)
+            if beside is own:
+                continue
             labels = subjects.setdefault(text, {}).setdefault(view.name, [])
-            if observer:
+            if observer not in ('', BETWEEN):
                 labels.append(observer_label(observer))
     result = []
     for text, joints in subjects.items():
@@ -196,7 +210,7 @@ def methods_disagree(view: JointView) -> bool:
 
 
 def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
-    """Yield (observer or '', sentence)."""
+    """Yield (observer, '' for the joint or :data:`BETWEEN`, sentence)."""
     for observer, other in view.alternatives.items():
         if observer not in view.fits:
             continue
@@ -220,7 +234,7 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
         apart = excluding(first.fit.parameters, second.fit.parameters)
         if apart:
             yield (
-                '',
+                BETWEEN,
                 f'{observer_label(first.observer)} and {observer_label(second.observer)} differ '
                 f'by more than their 95 % intervals in {", ".join(apart)}.',
             )

@@ -13,6 +13,7 @@ from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis, analyse_bags
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.report.common.figure_files import write_figures
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit import results
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
@@ -31,6 +32,7 @@ def run_fit(
     roles: Sequence[str] = (),
     own_bias: bool | None = None,
     step: Callable[[str], None] = lambda what: None,
+    figures: Sequence[str] = (),
     **how: Any,
 ) -> FitOutcome:
     """
@@ -42,6 +44,7 @@ def run_fit(
     :param roles: ``BAG=ROLE``, of several bags.
     :param own_bias: whether each of several bags has a bias of its own.
     :param step: called with what is done next.
+    :param figures: forms in which the figures are written as files too.
     :param how: the other arguments of
         :func:`~sosml_friction.identification.bag_analysis.analyse_bag`.
     :raises SosmlFrictionError: as that function, or if ``out`` holds something else.
@@ -64,6 +67,8 @@ def run_fit(
     document = results.fit_document(analysis, known)
     step('drawing the report')
     results.write_results(folder, analysis, known, None, lambda what: step(f'drawing {what}'))
+    for report, drawn in results.figure_views(analysis, known):
+        write_figures(folder, report, drawn, figures)
     if isinstance(analysis, BagsAnalysis):
         apart = analysis.consolidation
         without = [n for n, joint in analysis.model.joints.items() if joint.friction is None]

@@ -3,7 +3,6 @@
 """The report: one HTML file that needs nothing else."""
 
 from collections.abc import Callable, Mapping
-from datetime import datetime, timezone
 from html import escape
 from typing import Any
 
@@ -13,12 +12,14 @@ from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import (
+    box,
+    cards,
+    facts,
     folded,
     heading,
     items,
-    joints_box,
-    notes_box,
     page,
+    verdict,
 )
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.consolidation_view import (
@@ -42,6 +43,14 @@ from sosml_friction.report.fit.inverse_view import inverse_section
 from sosml_friction.report.fit.joint_section import joint_section, open_section, parameter_table
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segment_table
+from sosml_friction.report.fit.summary import (
+    fit_verdict,
+    joint_card,
+    moment,
+    next_steps,
+    plain_table,
+    recording_facts,
+)
 
 #: How it was done, in sentences.
 METHOD = (
@@ -82,24 +91,28 @@ def render_report(
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)
-    bag = escape(str(analysis.model.provenance.get('bag', '')))
-    parts = [
-        f'<p>From the recording <code>{bag}</code>, {sampling_text(analysis.log)}.</p>',
-        joints_box(map(joint_sentence, views)),
-        notes_box([*data_remarks(analysis), *notes(views)]),
-    ]
+    sections = []
     for view in views:
         progress(view.name)
-        parts.append(joint_section(view))
+        sections.append(joint_section(view))
     if analysis.inverse is not None:
-        parts.append(inverse_section(analysis, analysis.inverse))
-    parts += [
+        sections.append(inverse_section(analysis, analysis.inverse))
+    rows = recording_rows(analysis) | method_rows(analysis)
+    bag = str(analysis.model.provenance.get('bag', ''))
+    parts = [
+        facts(recording_facts(analysis)),
+        verdict(*fit_verdict(views), map(joint_sentence, views)),
+        cards([joint_card(view) for view in views]),
+        box('Before you use the numbers', notes(views, beside=False)),
+        box('The recording', [f'{sampling_text(analysis.log)}.', *data_remarks(analysis)]),
+        box('What to do next', next_steps(views, bag), 'next'),
+        *sections,
         items((f'{line}.' for line in simulation_lines(analysis)), heading('Simulated forwards')),
-        items(METHOD, heading('How it was done')),
-        heading('Provenance'),
-        provenance_table(recording_rows(analysis) | method_rows(analysis), truth, extra or {}),
+        heading('How it was done'),
+        folded('Methods and signs', items(METHOD)),
+        folded('Provenance', provenance_table(rows, truth, extra or {})),
     ]
-    return page(f'Friction of {analysis.model.name}', parts)
+    return page(f'Friction of {analysis.model.name}' + (f' from {bag}' if bag else ''), parts)
 
 
 _SEVERAL = (
@@ -107,6 +120,11 @@ _SEVERAL = (
     'ladder and the slow ladder (T1, T3), S and v_s from the reversals (T2), the bias from the '
     'slow ladder (T3). The joint fit is one regression over all recordings, each weighted by its '
     'own noise, so that each counts by what it knows.',
+)
+_BAGS_NEXT = (
+    'Where recordings differ beyond their intervals, find out what differed: warmth, load, wear.',
+    'Ask what the model still lacks: sosml diagnose RECORDING --model FOLDER, with the folder '
+    'that this report is in.',
 )
 
 
@@ -129,7 +147,7 @@ def render_bags_report(
         f'{_role(analysis, bag)}</li>'
         for bag, one in analysis.bags.items()
     )
-    remarks, sections = [], []
+    remarks, sections, summaries = [], [], []
     for joint in analysis.model.joint_names:
         entry = model_entry(consolidation, joint)
         if entry is None:
@@ -137,25 +155,47 @@ def render_bags_report(
         view = BagsJoint(consolidation, entry, fits, known_friction(truth, joint))
         remarks += consolidated_remarks(entry, view.truth)
         progress(joint)
+        known = {} if view.truth is None else view.truth.parameters
+        summaries.append(heading(joint, 3) + plain_table(entry.parameters, known))
         sections.append(_joint_section(view))
     for bag, one in analysis.bags.items():
         progress(bag)
         sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
+    first = next(iter(analysis.bags.values()))
+    provenance = ''.join(
+        heading(bag, 3) + provenance_table(recording_rows(one), None, {})
+        for bag, one in analysis.bags.items()
+    )
+    provenance += heading('All recordings', 3)
+    provenance += provenance_table(method_rows(first), truth, extra or {})
+    spans = ', '.join(f'{float(one.log.time[-1]):.1f} s' for one in analysis.bags.values())
     parts = [
-        f'<p>From {len(analysis.bags)} recordings:</p><ul>{recordings}</ul>',
-        joints_box(bags_answers(analysis)),
-        notes_box(remarks),
-        *sections,
-        items((*_SEVERAL, *METHOD), heading('How it was done')),
-        heading('Provenance'),
-        *(
-            heading(bag, 3) + provenance_table(recording_rows(one), None, {})
-            for bag, one in analysis.bags.items()
+        facts(
+            recording_facts(first)
+            | {'Recording': ', '.join(map(str, analysis.bags)), 'Length': spans}
         ),
-        heading('All recordings', 3),
-        provenance_table(method_rows(next(iter(analysis.bags.values()))), truth, extra or {}),
+        verdict(*_bags_verdict(analysis), bags_answers(analysis)),
+        cards(summaries),
+        box('Before you use the numbers', remarks),
+        f'<div class="box"><h3>The recordings</h3><ul>{recordings}</ul></div>',
+        box('What to do next', _BAGS_NEXT, 'next'),
+        *sections,
+        heading('How it was done'),
+        folded('Methods and signs', items((*_SEVERAL, *METHOD))),
+        folded('Provenance', provenance),
     ]
-    return page(f'Friction of {analysis.model.name}', parts)
+    names = ', '.join(map(str, analysis.bags))
+    return page(f'Friction of {analysis.model.name} from {names}', parts)
+
+
+def _bags_verdict(analysis: BagsAnalysis) -> tuple[str, str]:
+    joints = analysis.model.joint_names
+    found = [joint for joint in joints if model_entry(analysis.consolidation, joint) is not None]
+    if not found:
+        return 'bad', 'No friction could be fitted'
+    if len(found) < len(joints):
+        return 'open', f'Fitted for {len(found)} of {len(joints)} joints'
+    return 'good', f'Friction fitted to {len(analysis.bags)} recordings'
 
 
 def _check_truth(analysis: BagsAnalysis, truth: RobotModelFile | None) -> None:
@@ -224,7 +264,7 @@ def recording_rows(analysis: BagAnalysis) -> dict[str, str]:
         'recording': str(known.get('bag', '')),
         'SHA-256': str(known.get('sha256', '')),
         'first and last stamp [ns]': f'{known.get("start_ns")} to {known.get("end_ns")}',
-        'recorded': f'{_moment(known.get("start_ns"))} to {_moment(known.get("end_ns"))}',
+        'recorded': f'{moment(known.get("start_ns"))} to {moment(known.get("end_ns"))}',
         'samples': str(known.get('samples', '')),
         'cut off or damaged': 'yes' if known.get('recovered') else 'no',
     }
@@ -264,20 +304,7 @@ def provenance_table(
         f'<tr><th>{escape(key)}</th><td><code>{escape(value)}</code></td></tr>'
         for key, value in shown.items()
     )
-    return f'<table><tbody>{body}</tbody></table>'
-
-
-def _moment(stamp_ns: Any) -> str:
-    """Return a stamp as a date, where it can be one and not a time since some start."""
-    try:
-        moment = datetime.fromtimestamp(1e-9 * int(stamp_ns), timezone.utc)
-    except (TypeError, ValueError, OverflowError, OSError):
-        return 'unknown'
-    return (
-        f'{1e-9 * int(stamp_ns):.3f} s'
-        if moment.year < 2000
-        else moment.isoformat(timespec='seconds')
-    )
+    return f'<div class="wide"><table><tbody>{body}</tbody></table></div>'
 
 
 def _text(value: Any) -> str:

@@ -5,6 +5,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.fitted_model import preferred_observer
@@ -61,6 +63,11 @@ class JointView:
     def velocity_unit(self) -> str:
         """Return rad/s or m/s."""
         return motion_units(self.effort_unit)[1]
+
+    @property
+    def fastest(self) -> float:
+        """Return where an axis of velocity ends: a little beyond the fastest speed."""
+        return 1.05 * (float(np.max(np.abs(np.nan_to_num(self.speed)), initial=0.0)) or 1.0)
 
     @property
     def segments(self) -> tuple[Segment, ...]:

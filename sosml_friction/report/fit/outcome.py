@@ -57,6 +57,11 @@ class FitOutcome:
                 yield inverse_table(one, one.inverse)
             yield from simulation_lines(one)
         yield f'Model, report.html, fit.json and segments.csv are in {self.folder}'
+        if not self.is_no:
+            yield (
+                f'Next: sosml diagnose with --model {self.folder} says what the model lacks, '
+                f'sosml export {self.folder} takes it to other programs'
+            )
 
     def remarks(self) -> Iterator[str]:
         """Return what is wrong with the recordings or is no evidence, for stderr."""

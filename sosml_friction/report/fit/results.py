@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of a fit as files: model folder, report and ``fit.json``."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
+from sosml_friction.report.fit.consolidation_view import BagsJoint, known_friction, model_entry
 from sosml_friction.report.fit.html import render_bags_report, render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
 from sosml_friction.report.fit.segment_rows import segments_csv
@@ -162,6 +163,25 @@ def _truth(joints: Mapping[str, FrictionParameters]) -> dict[str, Any]:
 
 def _fits(fits: Mapping[str, JointFit]) -> dict[str, Any]:
     return {observer: fit.to_dict() for observer, fit in fits.items()}
+
+
+def figure_views(
+    analysis: BagAnalysis | BagsAnalysis, truth: RobotModelFile | None = None
+) -> Iterator[tuple[str, dict[str, object]]]:
+    """Yield a report and what its figures draw, by the names that their files begin with."""
+    if not isinstance(analysis, BagsAnalysis):
+        yield 'fit', {view.name: view for view in joint_views(analysis, truth)}
+        return
+    fits = {bag: one.fit for bag, one in analysis.bags.items()}
+    several: dict[str, object] = {}
+    for joint in analysis.model.joint_names:
+        entry = model_entry(analysis.consolidation, joint)
+        if entry is not None:
+            known = known_friction(truth, joint)
+            several[joint] = BagsJoint(analysis.consolidation, entry, fits, known)
+    yield 'bags', several
+    for bag, one in analysis.bags.items():
+        yield 'fit', {f'{bag}_{view.name}': view for view in joint_views(one, truth)}
 
 
 def check_destination(folder: str | Path, beside: Collection[str] = ()) -> Path:

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.figure import pictures
-from sosml_friction.report.common.html_page import heading, notes_box, page, result_box
+from sosml_friction.report.common.html_page import box, facts, heading, page, verdict
 from sosml_friction.report.common.number_text import UNKNOWN, format_number
 from sosml_friction.report.common.output import (
     OutputKind,
@@ -122,6 +122,11 @@ def simulation_document(
     return to_plain(document)
 
 
+def figure_views(found: RecordedSimulation) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    return {name: SimulatedJoint(found, i) for i, name in enumerate(found.names)}
+
+
 def write_simulation(
     folder: Path, found: RecordedSimulation, model: RobotModelFile, provenance: Mapping[str, Any]
 ) -> None:
@@ -133,16 +138,30 @@ def write_simulation(
     title = f'Simulation of {provenance["bag"]} with {provenance["model"]}'
     with written_together(folder, KIND) as workshop:
         document = simulation_document(found, model, provenance)
-        write_result(workshop, KIND, document, render_simulation(found, title))
+        told = {'Recording': str(provenance['bag']), 'Model': str(provenance['model'])}
+        write_result(workshop, KIND, document, render_simulation(found, title, told))
 
 
-def render_simulation(found: RecordedSimulation, title: str) -> str:
-    """Return the report as one HTML document, pictures included."""
+def render_simulation(
+    found: RecordedSimulation, title: str, told: Mapping[str, str] | None = None
+) -> str:
+    """
+    Return the report as one HTML document, pictures included.
+
+    :param told: what it is about: recording and model.
+    """
+    length = f'{float(found.time[-1] - found.time[0]):.1f} s, {len(found.time)} samples'
+    label = 'Simulated in closed loop'
+    if found.mode != CLOSED_LOOP:
+        label = f'Simulated in windows of {found.horizon_s:g} s'
+    steps = ['Ask what the model lacks: sosml diagnose RECORDING --model FOLDER.']
     parts = [
-        result_box(simulation_sentences(found)),
-        notes_box(found.remarks),
-        heading('Error of the simulation'),
+        facts({**(told or {}), 'Joints': ', '.join(found.names), 'Length': length}),
+        verdict('found', label, simulation_sentences(found)),
+        heading('Error of the simulation', 3),
         html_table(COLUMNS, error_rows(found)),
+        box('Before you use the numbers', found.remarks),
+        box('What to do next', steps, 'next'),
     ]
     for i, name in enumerate(found.names):
         shown = pictures('simulation', SimulatedJoint(found, i))

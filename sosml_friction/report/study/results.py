@@ -7,11 +7,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.identification.fitted_model import versions
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
-from sosml_friction.report.common.html_page import heading, items, page, picture, result_box
+from sosml_friction.report.common.html_page import (
+    facts,
+    folded,
+    heading,
+    items,
+    page,
+    picture,
+    verdict,
+)
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.output import (
     OutputKind,
@@ -20,6 +29,7 @@ from sosml_friction.report.common.output import (
     write_result,
     written_together,
 )
+from sosml_friction.report.common.svg import to_svg
 from sosml_friction.report.common.table import Column, Markup, html_table
 from sosml_friction.report.study.tables import rmse_text, settle_text, short
 from sosml_friction.report.study.view import case_text, findings, shown_observers
@@ -157,8 +167,8 @@ def write_study(
         for figure in figures_of('study', study):
             name = figure.identifier
             progress(name)
-            drawn[name] = to_png(figure.draw(study))
-            (workshop / f'{name}.png').write_bytes(drawn[name])
+            drawn[name] = figure.draw(study)
+            (workshop / f'{name}.png').write_bytes(to_png(drawn[name]))
         write_result(workshop, _kind(), document, render_study(study, drawn))
     return folder
 
@@ -190,27 +200,33 @@ _METHOD = (
 )
 
 
-def render_study(study: Study, drawn: Mapping[str, bytes]) -> str:
+def render_study(study: Study, drawn: Mapping[str, Drawing]) -> str:
     """
     Return the HTML document.
 
-    :param drawn: PNG by identifier of the figure.
+    :param drawn: the figures by their identifiers.
     """
     settings = study.settings
+    told = {
+        'Encoders': f'{settings.bits} bit, noise {encoder_noise(settings.bits):.3g} rad',
+        'Tuning': f'{settings.evaluations} evaluations each',
+        'Noise seeds': f'{settings.seeds} to score, {settings.tuning_seeds} to tune',
+        'Observers': str(len(settings.observers)),
+    }
+    pictures = []
+    for figure in figures_of('study', study):
+        if figure.identifier in drawn:
+            caption = figure.caption_of(study)
+            svg = to_svg(drawn[figure.identifier], caption, figure.themed)
+            pictures.append(picture(svg, caption, figure.title))
     parts = [
-        f'<p>{settings.bits} bit encoders (noise {encoder_noise(settings.bits):.3g} rad), '
-        f'{settings.evaluations} evaluations in each tuning, '
-        f'{settings.seeds} scoring seeds, {settings.tuning_seeds} tuning seeds.</p>',
-        result_box(findings(study)),
-        *(
-            picture(drawn[figure.identifier], figure.caption_of(study), figure.title)
-            for figure in figures_of('study', study)
-            if figure.identifier in drawn
-        ),
+        facts(told),
+        verdict('found', f'{len(study.observations)} cases simulated', findings(study)),
+        *pictures,
+        heading('All numbers'),
         *(_case_section(study, case) for case in study.observations),
-        items(_METHOD, heading('How it was done')),
-        heading('Observers'),
-        _observer_table(study),
+        folded('How it was done', items(_METHOD)),
+        folded('Observers and the gains that were searched', _observer_table(study)),
     ]
     return page('Momentum observers for friction: the simulation study', parts)
 
@@ -242,7 +258,7 @@ def _case_section(study: Study, case: Case) -> str:
             for joint, value in zip(study.joints, study.floors[case], strict=True)
         )
         text += f'<p>Offset floor: {values}.</p>'
-    return heading(_sentence(case_text(case))) + text + html_table(columns, rows)
+    return folded(_sentence(case_text(case)), text + html_table(columns, rows))
 
 
 def _observer_table(study: Study) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common.figure import pictures
-from sosml_friction.report.common.html_page import heading, page, result_box
+from sosml_friction.report.common.html_page import cards, facts, heading, page, verdict
 from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,
@@ -36,18 +36,31 @@ def term_fit_document(fit: TermFit, provenance: Mapping[str, Any]) -> dict[str, 
     return to_plain({'format': FORMAT, **fit.to_dict(), 'provenance': dict(provenance)})
 
 
-def render_terms(fit: TermFit, title: str) -> str:
-    """Return the report as one HTML document, pictures included."""
+def render_terms(fit: TermFit, title: str, told: Mapping[str, str] | None = None) -> str:
+    """
+    Return the report as one HTML document, pictures included.
+
+    :param told: more of what it is about, such as the recordings.
+    """
+    label = 'Some terms could not be fitted' if fit.left else f'{len(fit.terms)} terms fitted'
     parts = [
-        result_box(sentences(fit)),
-        heading('Parameters'),
+        facts({'Model': fit.model.name, 'Joints': ', '.join(fit.names), **(told or {})}),
+        verdict('open' if fit.left else 'good', label, sentences(fit)),
+        heading('Parameters', 3),
         html_table(COLUMNS, term_rows(fit)),
-        heading('Effort in the band, root mean square'),
+        heading('Effort in the band, root mean square', 3),
         html_table(EFFORT_COLUMNS, effort_rows(fit)),
         heading('Each term over its axis'),
     ]
-    parts += [pictures('terms', view) for term in fit.terms for view in along_axis(fit, term)]
-    return page(title, parts)
+    drawn = [pictures('terms', view) for term in fit.terms for view in along_axis(fit, term)]
+    return page(title, [*parts, cards(drawn)])
+
+
+def figure_views(fit: TermFit) -> dict[str, object]:
+    """Return what the figures draw, by the names that their files begin with."""
+    return {
+        f'{view.joint}_{term.term}': view for term in fit.terms for view in along_axis(fit, term)
+    }
 
 
 def write_term_fit(
@@ -68,5 +81,9 @@ def write_term_fit(
         bags = ', '.join(entry['bag'] for entry in provenance.get('bags', ()))
         title = f'Terms of {fit.model.name}' + (f' in {bags}' if bags else '')
         document = term_fit_document(fit, provenance)
-        write_result(workshop, KIND, document, render_terms(fit, title))
+        told = {
+            'Recording': bags,
+            'Fitted': str(provenance.get('fitted', ''))[:16].replace('T', ' '),
+        }
+        write_result(workshop, KIND, document, render_terms(fit, title, told))
     return folder

@@ -68,13 +68,22 @@ def test_a_figure_from_elsewhere_is_in_the_report_in_its_place(analysis, monkeyp
         identifier = 'mine'
 
     drawn = []
-    monkeypatch.setattr(module, 'to_png', lambda drawing: drawn.append(drawing) or b'png')
+    monkeypatch.setattr(module, 'to_svg', lambda *one: drawn.append(one) or '<svg></svg>')
     text = render_report(analysis)
     order = [figure.identifier for figure in figures('fit')]
-    assert order == ['s_shape', 'overview', 'parameters', 'ripple', 'mine', 'residual', 'profile']
+    assert order == [
+        'curve',
+        's_shape',
+        'overview',
+        'parameters',
+        'ripple',
+        'mine',
+        'residual',
+        'profile',
+    ]
     for view in joint_views(analysis):
         caption = f'Effort of joint {view.name} against its velocity.'
-        assert text.index(f'Parameters of joint {view.name} with') < text.index(caption)
+        assert text.index(f'Overview of joint {view.name}:') < text.index(caption)
         assert text.index(caption) < text.index(
             f'What the law leaves of friction of joint {view.name}.'
         )

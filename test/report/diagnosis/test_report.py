@@ -12,10 +12,14 @@ import numpy as np
 import pytest
 from known_robots import SLIDER_STEP
 
+from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability
 from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
 from sosml_friction.diagnosis.residual.variance_steps import variance_steps
-from sosml_friction.report.diagnosis.html import render_diagnosis
+from sosml_friction.diagnosis.wording import describe
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.report.common.number_text import words
+from sosml_friction.report.diagnosis.html import answer, clauses, render_diagnosis
 from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
 from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap
 from sosml_friction.report.figures.diagnosis.timing import milliseconds
@@ -86,26 +90,53 @@ def test_the_tables_say_what_to_do_what_changed_and_what_the_controls_gave(diagn
 def test_the_page_starts_with_the_verdict_and_its_sentence(diagnosis):
     text = render_diagnosis(diagnosis)
     body = text[text.index('<body>') :]
-    assert body.index(diagnosis.recommendation.pair[0].replace('_', ' ')) < body.index('<img')
-    assert body.index('class="result"') < body.index('<table')
-    assert text.count('<img') == 7
+    assert body.index('These data leave a choice') < body.index('<svg')
+    assert body.index('class="result open"') < body.index('<table')
+    assert text.count('<svg') == 8
     bare = dataclasses.replace(
         diagnosis, laboratory=None, selection=None, confusability=None, gain=None, causes=(),
         recommendation=None, rejected=None,
     )  # fmt: skip
-    assert '<img' not in render_diagnosis(bare)
+    assert '<svg' not in render_diagnosis(bare)
 
 
-def test_the_title_names_the_bags_the_model_the_verdict_and_the_day(diagnosis):
+def test_the_page_says_what_it_is_about(diagnosis):
     provenance = {
         'bags': [{'bag': 'T1'}, {'bag': 'T<2>'}],
         'model': 'exoskeleton',
         'diagnosed': '2026-11-22T18:15:56+00:00',
     }
     text = render_diagnosis(dataclasses.replace(diagnosis, laboratory=None), provenance)
-    title = 'Diagnosis of T1, T&lt;2&gt; with exoskeleton: ambiguous (2026-11-22)'
+    title = 'Diagnosis of T1, T&lt;2&gt; with exoskeleton'
     assert f'<title>{title}</title>' in text
     assert f'<h1>{title}</h1>' in text
+    told = dict(re.findall(r'<dt>(.*?)</dt><dd>(.*?)</dd>', text))
+    assert told['Recording'] == 'T1, T&lt;2&gt;'
+    assert told['Diagnosed'] == '2026-11-22 18:15'
+
+
+def test_a_sentence_is_parted_where_brackets_are_closed():
+    text = 'Named: a: x (1; 2.5 Nm. So); b: y. On folds: a 0.5 -> 0.3 Nm.'
+    assert clauses(text) == [
+        ['Named: a: x (1; 2.5 Nm. So)', 'b: y.'],
+        ['On folds: a 0.5 -> 0.3 Nm.'],
+    ]
+
+
+def test_faults_of_the_data_are_told_of_the_recording_and_not_as_causes(diagnosis):
+    fault = Cause('velocity_lag', 'slider', {'lag_s': Parameter(0.01, 's')}, {})
+    sentence = f'Named: {describe(fault)}; {describe(diagnosis.causes[0])}. On data: nothing.'
+    found = dataclasses.replace(
+        diagnosis, sentence=sentence, causes=(fault, *diagnosis.causes), gain=None
+    )
+    text = ' '.join(part for one in answer(found) for part in one)
+    assert 'lag' not in text
+    assert describe(diagnosis.causes[0]) in text
+
+
+def test_a_rival_of_another_joint_is_named_in_words():
+    assert words('payload@*') == 'payload (all joints)'
+    assert words('joint_elasticity@left_arm') == 'joint elasticity (left_arm)'
 
 
 @pytest.mark.parametrize(

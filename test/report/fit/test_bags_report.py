@@ -33,7 +33,7 @@ from sosml_friction.report.fit.consolidation_view import (
 @pytest.fixture(scope='module')
 def text(bags, truth):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figure, 'to_png', lambda drawing: b'\x89PNG')
+        patch.setattr(figure, 'to_svg', lambda *drawn: '<svg></svg>')
         return html.render_bags_report(bags, truth, {'command': 'sosml fit <a> b'})
 
 
@@ -45,7 +45,6 @@ def test_what_all_say_together_comes_first_and_each_recording_after_it(text):
         'Recording ladder (T1)',
         'Recording slow (T3)',
         'How it was done',
-        'Provenance',
     ]
     beginning = text[: text.index('<h2>')]
     for joint in ('shoulder', 'elbow'):
@@ -73,7 +72,7 @@ def test_each_recording_the_rule_and_the_joint_fit_have_a_row_with_their_numbers
     table = consolidated_table(bags.consolidation, entry, None)
     for row in rows:
         for name, parameter in row.parameters.items():
-            assert f'>{value_text(name, parameter)}</td>' in table
+            assert re.search(rf'>{re.escape(value_text(name, parameter))}( \(|</td>)', table)
 
 
 def test_what_is_not_identifiable_is_a_range_in_every_table(bags):

@@ -297,7 +297,7 @@ def test_the_command_simulates_such_a_bag_in_closed_loop(emulated, tmp_path, cap
     assert document['mode'] == 'closed_loop'
     assert not document['joints']['elbow']['driven']
     assert document['joints']['shoulder']['driven']
-    assert 'data:image/png' in (tmp_path / 'out/report.html').read_text()
+    assert '<svg' in (tmp_path / 'out/report.html').read_text()
 
 
 def test_what_was_before_the_robot_was_enabled_is_left_out(emulated):

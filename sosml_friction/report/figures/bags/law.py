@@ -101,7 +101,7 @@ class BagsLaw(Figure[BagsJoint]):
         ):
             drawing.label_axes(axes, f'{x_label} [{speed}]', y_label)
             if axes in (knee, residual_log):
-                axes.set_xscale('log')
+                drawing.log_axis(axes)
                 axes.set_xlim(0.5 * slowest, top)
             else:
                 axes.axvline(0.0, color=drawing.GREY, linewidth=0.6)

@@ -12,12 +12,14 @@ from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.report.common.drawing import GREY, fix_axes, new_figure
-from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.figure import METHOD, Figure
 
 #: More rows than this cannot be read: those that look least alike are left out.
-MOST = 46
+MOST = 18
 #: Shares from here on are written into their cell.
 _WRITTEN = 0.3
+#: Of a cell [inches], and of its labels [points]: what is read on paper, too.
+_CELL_IN, _FONT = 0.3, 9.5
 _MARK = '#D55E00'
 _COLOURS = LinearSegmentedColormap.from_list('share', ['#ffffff', '#c6dbef', '#4292c6', '#08306b'])
 
@@ -33,9 +35,12 @@ class ConfusabilityMap(Figure[Diagnosis]):
     title = 'What this motion can tell apart'
     report = 'diagnosis'
     order = 70
+    part = METHOD
+    themed = False
     caption = (
         'Share of each cause (row), as large as the noise and after the refit, that each '
-        'other one (column) explains. Bold: named; boxes: left open by these data'
+        'other one (column) explains. Bold: named; boxes: left open by these data. These look '
+        'most alike; diagnosis.json has all'
     )
 
     def applies(self, view: Diagnosis) -> bool:
@@ -51,13 +56,17 @@ class ConfusabilityMap(Figure[Diagnosis]):
         order = most_alike(found, named | {key for pair in pairs for key in pair}, MOST)
         keys = [(found.effects[k], found.joints[k]) for k in order]
         m = len(keys)
-        size = 0.185 * m
-        figure = new_figure(max(3.1 + size, 7.0), 2.6 + size)
+        size = _CELL_IN * m
+        figure = new_figure(max(4.0 + size, 7.0), 3.4 + size)
         ax, side = figure.subplots(1, 2, width_ratios=[m, 1.6])
         share = found.share[np.ix_(order, order)]
         absorbed = found.absorbed[order, None]
         for axes, values in ((ax, share), (side, absorbed)):
-            axes.imshow(100.0 * values, cmap=_COLOURS, vmin=0.0, vmax=100.0, aspect='auto')
+            axes.pcolormesh(
+                np.arange(values.shape[1] + 1) - 0.5, np.arange(m + 1) - 0.5, 100.0 * values,
+                cmap=_COLOURS, vmin=0.0, vmax=100.0,
+            )  # fmt: skip
+            axes.set_ylim(m - 0.5, -0.5)
         for a in range(m):
             for b in range(m):
                 if a != b and share[a, b] >= _WRITTEN:
@@ -65,8 +74,8 @@ class ConfusabilityMap(Figure[Diagnosis]):
             _write(side, 0, a, float(absorbed[a, 0]))
         labels = [f'{effect.replace("_", " ")}, {joint}' for effect, joint in keys]
         labels = [label.removesuffix(f', {ALL_JOINTS}') for label in labels]
-        ax.set_xticks(np.arange(m), labels, rotation=90, fontsize=7)
-        ax.set_yticks(np.arange(m), labels, fontsize=7)
+        ax.set_xticks(np.arange(m), labels, rotation=90, fontsize=_FONT)
+        ax.set_yticks(np.arange(m), labels, fontsize=_FONT)
         for ticks in (ax.get_xticklabels(), ax.get_yticklabels()):
             for label, key in zip(ticks, keys, strict=True):
                 if key in named:
@@ -83,22 +92,22 @@ class ConfusabilityMap(Figure[Diagnosis]):
             if keys[k][1] != keys[k - 1][1]:
                 ax.axhline(k - 0.5, color=GREY, linewidth=0.8)
                 ax.axvline(k - 0.5, color=GREY, linewidth=0.8)
-        ax.set_ylabel('share of this cause [%] ...', fontsize=9)
-        ax.set_xlabel('... that this one explains', fontsize=9)
-        side.set_xticks([0], ['taken by\nthe refit'], rotation=90, fontsize=7)
+        ax.set_ylabel('share of this cause [%] ...', fontsize=_FONT)
+        ax.set_xlabel('... that this one explains', fontsize=_FONT)
+        side.set_xticks([0], ['taken by\nthe refit'], rotation=90, fontsize=_FONT)
         side.set_yticks([])
         for axes in (ax, side):
             axes.tick_params(length=0)
             for spine in axes.spines.values():
                 spine.set_color('#c9c9c9')
-        # The longest labels are of 7 points, 0.051 inches a letter.
-        room = 0.4 + 0.051 * max(len(label) for label in labels)
+        # 0.0075 inches a letter for each point of its size.
+        room = 0.4 + 0.0075 * _FONT * max(len(label) for label in labels)
         fix_axes(figure, (room, 0.1, room, 0.05), (0.12, 0.0))
         return figure
 
 
 def _write(axes: Axes, x: int, y: int, value: float) -> None:
     axes.text(
-        x, y, f'{100.0 * value:.0f}', ha='center', va='center', fontsize=5.5,
+        x, y, f'{100.0 * value:.0f}', ha='center', va='center', fontsize=8.5,
         color='white' if value > 0.55 else '#333333', in_layout=False,
     )  # fmt: skip

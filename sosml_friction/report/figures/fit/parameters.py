@@ -4,7 +4,7 @@
 
 from matplotlib.figure import Figure as Drawing
 
-from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.figure import METHOD, Figure
 from sosml_friction.report.common.labels import fit_label
 from sosml_friction.report.common.parameter_bars import ParameterRow, draw_parameters
 from sosml_friction.report.fit.joint_view import JointView
@@ -17,6 +17,7 @@ class Parameters(Figure[JointView]):
     title = 'Parameters'
     report = 'fit'
     order = 30
+    part = METHOD
     caption = (
         'Parameters of joint {view.name} with their 95 % intervals. What is not identifiable '
         'is a bare range, with an arrow where it is open.'

@@ -18,13 +18,13 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.drawing import Style
-from sosml_friction.report.common.figure import Figure
+from sosml_friction.report.common.figure import METHOD, Figure
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.fit.joint_view import JointView
 
 _COLUMNS = 3
 #: Points of one scatter that a panel shows.
-_SCATTER_POINTS = 1500
+_SCATTER_POINTS = 800
 #: Windows not used that a panel shows: the longest ones.
 _REJECTED_SHOWN = 40
 #: How far beyond the data an extrapolated law is followed, as a share of their height.
@@ -61,6 +61,7 @@ class SShape(Figure[JointView]):
     title = 'Friction against velocity'
     report = 'fit'
     order = 10
+    part = METHOD
     caption = (
         'S-shape of joint {view.name}: samples (thinned), levels of steady windows with the '
         'standard deviation within each, the fitted law with its 95 % band, for each observer. '
@@ -72,7 +73,7 @@ class SShape(Figure[JointView]):
     def caption_of(self, view: JointView) -> str:
         """Leave out the band where no law has one."""
         text = super().caption_of(view)
-        return text if _any_band(view) else text.replace(' with its 95 % band', '')
+        return text if has_band(view) else text.replace(' with its 95 % band', '')
 
     def applies(self, view: JointView) -> bool:
         return view.preferred is not None
@@ -84,12 +85,12 @@ class SShape(Figure[JointView]):
         figure = drawing.new_figure(10.0, 6.2 * len(blocks) + 0.5)
         columns = min(len(observers), _COLUMNS)
         panels = np.asarray(figure.subplots(2 * len(blocks), columns, squeeze=False))
-        levels = {observer: _levels(view, observer) for observer in observers}
-        fastest = float(np.max(np.abs(np.nan_to_num(view.speed)), initial=0.0)) or 1.0
-        limit = 1.05 * fastest
+        levels = {observer: window_levels(view, observer) for observer in observers}
+        limit = view.fastest
+        fastest = limit / 1.05
         # The lower panels begin within the zero band.
         slowest = min(max(_BELOW_BAND * view.zero_band, _DEEPEST * fastest), 0.1 * fastest)
-        heights = [_height(view, levels, limit, slowest, folded) for folded in (False, True)]
+        heights = [panel_height(view, levels, limit, slowest, folded) for folded in (False, True)]
         for (row, block), place in itertools.product(enumerate(blocks), range(columns)):
             whole, knee = panels[2 * row, place], panels[2 * row + 1, place]
             if place >= len(block):
@@ -97,8 +98,12 @@ class SShape(Figure[JointView]):
                 knee.set_visible(False)
                 continue
             observer = block[place]
-            _draw(whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False)
-            _draw(knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True)
+            draw_panel(
+                whole, view, observer, levels[observer], (1e-4 * limit, limit), folded=False
+            )
+            draw_panel(
+                knee, view, observer, levels[observer], (slowest, 1.1 * fastest), folded=True
+            )
             whole.set_ylim(heights[0])
             knee.set_ylim(heights[1])
             unit = view.effort_unit
@@ -115,15 +120,17 @@ class SShape(Figure[JointView]):
                 observer_label(observer) + mark, fontsize=drawing.FONT, fontweight='bold'
             )
             figure.align_ylabels(panels[:, 0])
-        drawing.legend_below(figure, _legend(view))
+        drawing.legend_below(figure, panel_legend(view))
         return figure
 
 
-def _any_band(view: JointView) -> bool:
+def has_band(view: JointView) -> bool:
+    """Tell whether a law has a 95 % band."""
     return any(band(fit.fit, np.ones(1)) is not None for fit in view.fits.values())
 
 
-def _levels(view: JointView, observer: str) -> _Levels:
+def window_levels(view: JointView, observer: str) -> _Levels:
+    """Return what the windows say of friction by an observer."""
     fit = view.fits[observer]
     rejected = np.array([bool(s.rejected) for s in fit.segments], dtype=bool)
     length = np.array([s.end_s - s.start_s for s in fit.segments], dtype=float)
@@ -145,7 +152,7 @@ def _fold(
     return (np.abs(x), np.sign(x) * (y - bias)) if folded else (x, y)
 
 
-def _draw(
+def draw_panel(
     axes: Axes,
     view: JointView,
     observer: str,
@@ -192,7 +199,7 @@ def _draw(
             axes.plot(*_fold(branch, truth.torque(branch), true_bias, folded), color='black',
                       linestyle='--', linewidth=1.1, zorder=2.7)  # fmt: skip
     if folded:
-        axes.set_xscale('log')
+        drawing.log_axis(axes)
         axes.set_xlim(span)
     else:
         axes.axhline(0.0, color=drawing.GREY, linewidth=0.6)
@@ -243,7 +250,7 @@ def _bias(fit: LawFit) -> float:
     return 0.0 if law is None else law.parameters.get('bias', 0.0)
 
 
-def _height(
+def panel_height(
     view: JointView, levels: Mapping[str, _Levels], limit: float, slowest: float, folded: bool
 ) -> tuple[float, float]:
     """Choose the height by what samples, levels and laws reach, spikes left out."""
@@ -291,25 +298,36 @@ def _height(
     return lowest - 0.07 * span, highest + 0.07 * span
 
 
-def _legend(view: JointView) -> Sequence[Any]:
-    dot: dict[str, Any] = {'color': drawing.GREY, 'linestyle': ''}
+def panel_legend(view: JointView, style: Style | None = None) -> Sequence[Any]:
+    """
+    Return the legend of panels.
+
+    :param style: of the one observer that is drawn; None for several, and with panels that have
+        the directions over one another.
+    """
+    colour = drawing.GREY if style is None else style.colour
+    dot: dict[str, Any] = {'color': colour, 'linestyle': ''}
     hollow: dict[str, Any] = {'color': _PALE, 'linestyle': '', 'markerfacecolor': 'white'}
     used = 'window used: level, ± std within it'
+    mark = 'o' if style is None else style.marker
     handles: list[Any] = [
         drawing.key(marker='.', markersize=5, alpha=0.5, label='samples', **dot),
-        drawing.key(marker='o', markeredgecolor='white', label=used, **dot),
-        drawing.key(marker='^', label='v > 0', **dot),
-        drawing.key(marker='v', label='v < 0', **dot),
+        drawing.key(marker=mark, markeredgecolor='white', label=used, **dot),
     ]
+    if style is None:
+        handles += [
+            drawing.key(marker='^', label='v > 0', **dot),
+            drawing.key(marker='v', label='v < 0', **dot),
+        ]
     count = sum(bool(segment.rejected) for segment in view.segments)
     if count:
         longest = f' (longest {_REJECTED_SHOWN} of {count})' if count > _REJECTED_SHOWN else ''
-        handles.append(drawing.key(marker='o', label=f'window not used{longest}', **hollow))
-    line: dict[str, Any] = {'color': drawing.GREY, 'linewidth': 1.8}
+        handles.append(drawing.key(marker=mark, label=f'window not used{longest}', **hollow))
+    line: dict[str, Any] = {'color': colour, 'linewidth': 1.8}
     handles.append(drawing.key(label='fitted law', **line))
     handles.append(drawing.key(linestyle=':', label='slower than the data', **line))
-    if _any_band(view):
-        handles.append(Patch(color=drawing.GREY, alpha=0.3, linewidth=0, label='95 % band'))
+    if has_band(view):
+        handles.append(Patch(color=colour, alpha=0.3, linewidth=0, label='95 % band'))
     handles.append(Patch(color=_ZERO_BAND, linewidth=0, label='standstill, excluded'))
     if view.truth is not None:
         handles.append(drawing.key(color='black', linestyle='--', linewidth=1.1, label='truth'))
