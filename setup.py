@@ -53,6 +53,8 @@ TEST_REQUIREMENTS = [
 ]
 # What some files need to be imported: MAT 7.3, Parquet, bags in SQLite and of ROS 1.
 IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
+# Simulators that a model is exported to and read from: 3.17 has the fields, 4.0 is the last tried.
+MUJOCO_REQUIREMENTS = ['mujoco>=3.17,<5']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -108,8 +110,9 @@ setup(
     install_requires=REQUIREMENTS + ([] if distribution_is_sourced() else ROS_REQUIREMENTS),
     extras_require={
         'import': IMPORT_REQUIREMENTS,
+        'mujoco': MUJOCO_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
-        'test': TEST_REQUIREMENTS,
+        'test': TEST_REQUIREMENTS + MUJOCO_REQUIREMENTS,
     },
     entry_points={
         'console_scripts': [

@@ -50,6 +50,9 @@ OUTSIDE = {
     'beat': (0.15, 0.05), 'cross_friction': (0.2, 0.06), 'friction_step': (0.12, 0.05),
     'lagged_friction': (0.3, 0.1), 'cross_viscous': (0.1, 0.04),
 }  # fmt: skip
+#: Smallest share of a typical size: less is within what a nominal may be off by (a scale of 1 %,
+#: a payload of 10 g), and no cause; as LEAST of validation/trial.py.
+LEAST = 0.4
 GLOBAL = ('payload', 'effort_delay', 'gravity_tilt')
 
 
@@ -286,7 +289,7 @@ def _needed(arm: Arm, motion: list[np.ndarray], t: np.ndarray) -> np.ndarray:
 
 
 def scale_for(effect: str, joint: int, wanted: float, seed: int, noise: float = 1.0) -> float:
-    """Return the share of the typical size that makes an SNR on the rich motion."""
+    """Return the share of the typical size that makes an SNR on the rich motion, LEAST or more."""
     scale = 1.0
     if effect == 'joint_elasticity':
         return float(np.clip(wanted, 0.5, 2.0))
@@ -294,7 +297,7 @@ def scale_for(effect: str, joint: int, wanted: float, seed: int, noise: float = 
         arm = hide(Arm(), effect, joint, scale, np.random.default_rng(seed))
         both = signal_to_noise(arm, Arm(), 'rich', noise)
         found = float(both.max() if effect in GLOBAL else both[truth_joint(arm)])
-        scale = float(np.clip(scale * wanted / max(found, 1e-6), 0.02, 6.0))
+        scale = float(np.clip(scale * wanted / max(found, 1e-6), LEAST, 6.0))
     return scale
 
 

@@ -44,7 +44,7 @@ from sosml_friction.simulation.forward_simulation import Start, simulate
 #: Friction and body of the bench [SI]; sampling of the controller [s]; displacement over which
 #: friction of the plant builds up [rad].
 C, B, S, V_S, MASS, LENGTH = 0.8, 0.35, 0.5, 0.03, 2.6, 0.25
-PERIOD, STICK = 2e-3, 5e-7
+PERIOD, STICK = 2e-3, 2e-6
 KP, KD = 400.0, 25.0
 T1 = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)
 

@@ -123,7 +123,7 @@ class Friction:
                 self.left_out.append(f'{term.identifier} of {where}')
             elif _is_native(model, term.identifier, where):
                 continue
-            elif term.path_state(np.zeros(1), known.inner).shape[1]:
+            elif not _is_joint_wise(term, known.inner):
                 alone.append(_Part(term, known.joint, known.inner,
                                    tuple(np.array([x]) for x in known.amplitude)))  # fmt: skip
             else:
@@ -285,6 +285,21 @@ def _content(model: Any, source: RobotModelFile | str | Path | None) -> RobotMod
     first = int(model.text_adr[k])
     text = bytes(model.text_data)[first : first + int(model.text_size[k]) - 1].decode()
     return parse_model(text, f'text {TEXT} of the MJCF')
+
+
+def _is_joint_wise(term: EffortTerm, inner: Inner) -> bool:
+    """Tell whether a term can be computed in several joints at once: without states or time."""
+    rows, n = 3, 2
+    x = np.ones((rows, n))
+    motion = Motion(np.ones(rows), x, x, x, x, np.full((rows, n), np.nan))
+    if term.path_state(np.zeros(1), inner).shape[1]:
+        return False
+    arrays = cast(Inner, {name: np.full(n, value) for name, value in inner.items()})
+    try:
+        found = term.effort(motion, slice(None), arrays, np.zeros((rows, 0)))
+    except (ValueError, TypeError):
+        return False
+    return all(np.shape(part) == x.shape for part in found)
 
 
 def _together(group: Sequence[KnownTerm], n: int) -> _Part:

@@ -70,7 +70,7 @@ def model_of(m: Any, name: str) -> RobotModelFile:
     _refuse(m)
     robot = ElementTree.Element('robot', {'name': name})
     _link(robot, 'world')
-    frames = {0: ('world', _upright(m))}
+    frames = {0: ('world', upright(m))}
     remarks = []
     for body in range(1, m.nbody):
         parent, frame = frames[int(m.body_parentid[body])]
@@ -134,7 +134,7 @@ def _refuse(m: Any) -> None:
             )
 
 
-def _upright(m: Any) -> Frame:
+def upright(m: Any) -> Frame:
     """Return the world's frame, turned so that gravity is along -z."""
     down = np.asarray(m.opt.gravity) / np.linalg.norm(m.opt.gravity)
     turn, _ = Rotation.align_vectors([[0.0, 0.0, -1.0]], [down])

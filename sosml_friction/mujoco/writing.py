@@ -24,6 +24,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.mujoco.engine import compiled, engine, joint_id
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
+from sosml_friction.mujoco.reading import upright
 
 _IMPEDANCE = '0.999 0.9999 0.001'
 #: Least frictionloss [Nm or N]: a joint that is compiled without has no constraint for the module.
@@ -271,7 +272,9 @@ def _write_bodies(root: Element, m: Any, before: Robot, after: Robot) -> None:
         compiler.set('inertiafromgeom', 'auto')
     turned = after.base_rotation @ before.base_rotation.T
     if not np.allclose(turned, np.eye(3), atol=1e-12):
-        gravity = turned.T @ np.asarray(m.opt.gravity)
+        # The model's base is upright, wherever gravity of the MJCF points.
+        stand = upright(m).turn
+        gravity = stand.T @ turned.T @ stand @ np.asarray(m.opt.gravity)
         option = root.find('option')
         if option is None:
             option = Element('option')
