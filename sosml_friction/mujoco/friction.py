@@ -87,6 +87,8 @@ class Friction:
         still = np.zeros((2, n))
         self._motion = Motion(np.zeros(2), still, still.copy(), _SIGNS + still, still.copy(),
                               np.full((2, n), np.nan))  # fmt: skip
+        self._constant = np.zeros((2, n))
+        self._parts = [part for part in self._parts if not self._is_constant(part)]
         self._fresh = [part.term.path_state(np.zeros(1), part.inner) for part in self._parts]
         self._states = [np.repeat(state, 2, axis=0) for state in self._fresh]
         self._time, self._before = -np.inf, np.zeros(n)
@@ -148,24 +150,35 @@ class Friction:
             if known.term.identifier == 'viscous':
                 model.dof_damping[self._dof[known.joint]] += float(known.amplitude[0])
 
+    def _is_constant(self, part: _Part) -> bool:
+        """Tell whether a part depends on the sign of motion alone, and keep it if so."""
+        if not isinstance(part.joints, slice):
+            return False
+        rng, motion, found = np.random.default_rng(0), self._motion, []
+        for _ in range(3):
+            time, q, v, load = rng.uniform(-1.0, 1.0, 4)
+            shape = motion.v.shape
+            some = replace(motion, time=np.full(2, time), q=np.full(shape, q),
+                           v=np.full(shape, v), load=np.full(shape, load))  # fmt: skip
+            found.append(_effort(part, some, np.zeros((2, 0))))
+        if not (np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])):
+            return False
+        self._constant += found[0]
+        return True
+
     def _needs_load(self) -> bool:
-        motion = self._motion
-        motion.v[:] = 1.0
+        # At rest, where no part has faded.
         alone = self._total()
-        motion.load[:] = 1.0
+        self._motion.load[:] = 1.0
         loaded = self._total()
-        motion.v[:] = motion.load[:] = 0.0
+        self._motion.load[:] = 0.0
         return not np.array_equal(alone, loaded)
 
     def _total(self) -> tuple[FloatArray, FloatArray]:
         """Return the level that opposes motion and what acts in both directions, (n,) each."""
-        motion, total = self._motion, np.zeros_like(self._motion.v)
+        total = self._constant.copy()
         for part, state in zip(self._parts, self._states, strict=True):
-            found = part.term.effort(motion, part.joints, part.inner, state)
-            for size, column in zip(part.amplitudes, found, strict=True):
-                total[:, part.joints] += (
-                    size * column if isinstance(part.joints, slice) else size[0] * column
-                )
+            total[:, part.joints] += _effort(part, self._motion, state)
         return 0.5 * (total[0] - total[1]), 0.5 * (total[0] + total[1])
 
     def apply(self, model: Any, data: Any) -> None:
@@ -285,6 +298,12 @@ def _content(model: Any, source: RobotModelFile | str | Path | None) -> RobotMod
     first = int(model.text_adr[k])
     text = bytes(model.text_data)[first : first + int(model.text_size[k]) - 1].decode()
     return parse_model(text, f'text {TEXT} of the MJCF')
+
+
+def _effort(part: _Part, motion: Motion, state: FloatArray) -> FloatArray:
+    """Return the effort (2, n) of a part at both signs, (2,) of one in one joint."""
+    found = part.term.effort(motion, part.joints, part.inner, state)
+    return cast(FloatArray, sum(x * y for x, y in zip(part.amplitudes, found, strict=True)))
 
 
 def _is_joint_wise(term: EffortTerm, inner: Inner) -> bool:

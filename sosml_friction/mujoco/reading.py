@@ -9,6 +9,7 @@ frames and axes, so that all that works with a URDF works with it. A joint's pos
 springs of joints become armature and terms.
 """
 
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -179,8 +180,6 @@ def _find(robot: ElementTree.Element, link: str) -> ElementTree.Element:
 
 
 def _origin(element: ElementTree.Element, frame: Frame) -> None:
-    import warnings
-
     with warnings.catch_warnings():
         # Where two angles turn about one axis, any pair of the right sum is right.
         warnings.simplefilter('ignore', UserWarning)

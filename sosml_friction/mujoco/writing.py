@@ -22,6 +22,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.mujoco.engine import compiled, engine, joint_id
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
 from sosml_friction.mujoco.reading import upright
@@ -65,6 +66,7 @@ def write_mjcf(
     else:
         assert model.urdf is not None
         root = _parse(_spec(_without_meshes(model.urdf)).to_xml())
+        _add_followers(root, model.urdf)
     joints = _joint_elements(root)
     if base is not None and any(name not in joints for name in model.joints):
         # They are in a file that it includes, or do not exist.
@@ -208,7 +210,6 @@ def _without_meshes(urdf: str) -> str:
         for shape in [*link.findall('visual'), *link.findall('collision')]:
             if shape.tag == 'collision' or shape.find('.//mesh') is not None:
                 link.remove(shape)
-    # What moves by itself and is not in MuJoCo's URDF: it has no joint that mimics.
     extension = ElementTree.SubElement(root, 'mujoco')
     ElementTree.SubElement(
         extension, 'compiler',
@@ -216,6 +217,15 @@ def _without_meshes(urdf: str) -> str:
          'fusestatic': 'false'},
     )  # fmt: skip
     return ElementTree.tostring(root, encoding='unicode')
+
+
+def _add_followers(root: Element, urdf: str) -> None:
+    """Tie the joints that mimic others, which MuJoCo's reading of a URDF leaves free."""
+    for name, joint in read_joints(urdf).joints.items():
+        if joint.mimic is not None and joint.is_single:
+            line = f'{joint.mimic.offset!r} {joint.mimic.multiplier!r} 0 0 0'
+            tie = {'joint1': name, 'joint2': joint.mimic.leader, 'polycoef': line}
+            ElementTree.SubElement(_section(root, 'equality'), 'joint', tie)
 
 
 def _joint_elements(root: Element) -> dict[str, Element]:
