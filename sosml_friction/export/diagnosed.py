@@ -14,8 +14,11 @@ from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
+from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.export.common.holding import CONSTANTS
 from sosml_friction.export.common.motion import KnownMotion
 from sosml_friction.export.mjcf import MjcfTarget
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.mujoco.engine import compiled
 from sosml_friction.mujoco.friction import Friction
 from sosml_friction.mujoco.replay import Replay
@@ -54,10 +57,16 @@ def with_simulator(
         )
     extended = extended_model(nominal, diagnosis, found.provenance)
     on = bag.name if holdout is None else holdout.name
-    target = MjcfTarget(KnownMotion(f'the motion in {on}', tuple(stretches)), mjcf, nominal)
-    document = target.text(extended)
+    motion = KnownMotion(f'the motion in {on}', tuple(stretches))
+    target, unwritten = MjcfTarget(motion, mjcf, nominal), list[str]()
+    try:
+        document = target.text(extended)
+    except ConfigurationError as error:
+        # MuJoCo asks more of a body than that it has a mass.
+        target, unwritten = MjcfTarget(motion, mjcf), [f'the changed bodies ({error})']
+        document = target.text(extended)
     names = nominal.joint_names
-    before = Replay(compiled(mjcf.read_text(encoding='utf-8'), mjcf.parent), names, nominal.locked)
+    before = Replay(compiled(mjcf), names, nominal.locked)
     model = compiled(document)
     friction = Friction(model)
     after = Replay(model, names, nominal.locked, friction)
@@ -70,13 +79,28 @@ def with_simulator(
         {x: (float(a), float(b)) for x, a, b in zip(names, *inverse, strict=True)},
         {x: (float(a), float(b)) for x, a, b in zip(names, *forward, strict=True)},
         {x: stretches[0].length_unit(i) for i, x in enumerate(names)},
+        _friction(nominal, extended),
         HORIZON_S,
         target.file,
         document,
-        friction.left_out,
+        [*friction.left_out, *unwritten],
     )
     sentence = f'{diagnosis.sentence} {gain.sentence}'
     return replace(found, diagnosis=replace(diagnosis, simulator=gain, sentence=sentence))
+
+
+def _friction(
+    before: RobotModelFile, after: RobotModelFile
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """Return the constants of friction before, 0 where there was none, and after."""
+    found: dict[str, dict[str, tuple[float, float]]] = {}
+    for name, joint in after.joints.items():
+        old = before.joints[name].friction
+        for key in CONSTANTS if joint.friction is not None else ():
+            assert joint.friction is not None
+            was = old.parameters[key].value if old is not None else 0.0
+            found.setdefault(name, {})[key] = (was, joint.friction.parameters[key].value)
+    return found
 
 
 def _inverse(replay: Replay, stretches: Sequence[Signals]) -> FloatArray:

@@ -23,19 +23,27 @@ def engine() -> Any:
     return mujoco
 
 
-def compiled(text: str, folder: Path | None = None) -> Any:
+def compiled(source: str | Path) -> Any:
     """
     Return the MjModel of a document, MJCF or URDF.
 
-    :param folder: where included files and meshes are looked for, None for the current one.
-    :raises ConfigurationError: if MuJoCo refuses it, with what it says.
+    :param source: its text, or the file, beside which what it includes is looked for.
+    :raises ConfigurationError: if the file cannot be read or MuJoCo refuses it, with what it says.
     """
+    return spec_of(source)[1]
+
+
+def spec_of(source: str | Path) -> tuple[Any, Any]:
+    """Return the MjSpec and the MjModel of a document; as :func:`compiled`."""
     mujoco = engine()
+    if isinstance(source, Path) and not source.is_file():
+        raise ConfigurationError(f'MJCF {source} cannot be read: give the path of a file')
     try:
-        spec = mujoco.MjSpec.from_string(text)
-        if folder is not None:
-            spec.modelfiledir = str(folder.resolve())
-        return spec.compile()
+        if isinstance(source, Path):
+            spec = mujoco.MjSpec.from_file(str(source))
+        else:
+            spec = mujoco.MjSpec.from_string(source)
+        return spec, spec.compile()
     except (ValueError, RuntimeError) as error:
         raise ConfigurationError(
             f'MuJoCo cannot read the model: {" ".join(str(error).split())}'

@@ -58,12 +58,7 @@ def read_mjcf(path: str | Path) -> RobotModelFile:
         taken twice by a link, gravity is not that of the earth, or it has what has no place in a
         model: gravity compensation, springs or damping that are no line.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'MJCF {path} cannot be read: give the path of a file') from error
-    return model_of(compiled(text, path.parent), path.stem)
+    return model_of(compiled(Path(path)), Path(path).stem)
 
 
 def model_of(m: Any, name: str) -> RobotModelFile:

@@ -23,7 +23,7 @@ from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.urdf_joints import read_joints
-from sosml_friction.mujoco.engine import compiled, engine, joint_id
+from sosml_friction.mujoco.engine import compiled, engine, joint_id, spec_of
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
 from sosml_friction.mujoco.reading import upright
 
@@ -65,14 +65,12 @@ def write_mjcf(
         root = _read(base)
     else:
         assert model.urdf is not None
-        root = _parse(_spec(_without_meshes(model.urdf)).to_xml())
+        root = _parse(spec_of(_without_meshes(model.urdf))[0].to_xml())
         _add_followers(root, model.urdf)
     joints = _joint_elements(root)
     if base is not None and any(name not in joints for name in model.joints):
         # They are in a file that it includes, or do not exist.
-        spec = engine().MjSpec.from_file(str(base))
-        spec.compile()
-        root = _parse(spec.to_xml())
+        root = _parse(spec_of(base)[0].to_xml())
         joints = _joint_elements(root)
     missing = [name for name in model.joints if name not in joints]
     if missing:
@@ -190,17 +188,6 @@ def _read(path: Path) -> Element:
         raise ConfigurationError(f'MJCF {path} cannot be read: give the path of a file') from error
     except ElementTree.ParseError as error:
         raise ConfigurationError(f'MJCF {path} is no XML: {error}') from error
-
-
-def _spec(text: str) -> Any:
-    try:
-        spec = engine().MjSpec.from_string(text)
-        spec.compile()
-    except (ValueError, RuntimeError) as error:
-        raise ConfigurationError(
-            f'MuJoCo cannot read the URDF: {" ".join(str(error).split())}'
-        ) from error
-    return spec
 
 
 def _without_meshes(urdf: str) -> str:

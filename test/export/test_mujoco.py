@@ -245,6 +245,7 @@ def test_ones_own_mjcf_keeps_what_it_has_wherever_it_is_written(tmp_path, monkey
     )
     model = bench_model()
     model.write(tmp_path / 'fit')
+    assert read_mjcf(own / 'arm.xml').joints['joint'].friction.parameters['viscous'].value == 9.0
     monkeypatch.chdir(tmp_path)
     command = ['export', 'fit', '--to', 'mjcf', '--mjcf', 'own/arm.xml', '--out', 'new.xml']
     assert main(command) == 0

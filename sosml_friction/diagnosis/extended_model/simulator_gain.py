@@ -16,9 +16,10 @@ class SimulatorGain:
     ``inverse``: rms of measured minus simulated effort, in the band, as a share of the measured
     effort [%]; ``forward``: rms of simulated minus measured position over ``horizon_s`` from the
     measured state, driven by the measured effort [rad or m]; pairs before and after, NaN where not
-    known. ``on``: the recording; ``fitted_to``: whether the model was fitted to it. ``document``:
-    the extended model in the simulator's form, ``file`` its name, ``left_out`` what of the model
-    is not simulated, sentence parts.
+    known. ``friction``: its constants, by joint and parameter, before and after. ``on``: the
+    recording; ``fitted_to``: whether the model was fitted to it. ``document``: the extended model
+    in the simulator's form, ``file`` its name, ``left_out`` what of the model is not simulated,
+    sentence parts.
     """
 
     simulator: str
@@ -27,6 +28,7 @@ class SimulatorGain:
     inverse: Mapping[str, tuple[float, float]]
     forward: Mapping[str, tuple[float, float]]
     units: Mapping[str, str]
+    friction: Mapping[str, Mapping[str, tuple[float, float]]]
     horizon_s: float
     file: str
     document: str
@@ -34,19 +36,22 @@ class SimulatorGain:
 
     @property
     def sentence(self) -> str:
-        """Return the errors before and after."""
+        """Return friction and the errors before and after."""
+        levels = '; '.join(
+            f'{name} {", ".join(f"{key} {_both(x)}" for key, x in own.items())}'
+            for name, own in self.friction.items()
+        )
         effort = ', '.join(
-            f'{name} {before:.2g} -> {after:.2g} %'
-            for name, (before, after) in self.inverse.items()
-            if math.isfinite(before)
+            f'{name} {_both(x)} %' for name, x in self.inverse.items() if math.isfinite(x[0])
         )
         place = ', '.join(
-            f'{name} {1e3 * before:.2g} -> {1e3 * after:.2g} m{self.units[name]}'
-            for name, (before, after) in self.forward.items()
-            if math.isfinite(before)
+            f'{name} {_both((1e3 * x[0], 1e3 * x[1]))} m{self.units[name]}'
+            for name, x in self.forward.items()
+            if math.isfinite(x[0])
         )
         seen = ', to which the model was fitted (--holdout gives another)' * self.fitted_to
-        said = f'In {self.simulator}, on {self.on}{seen}: error of effort {effort}'
+        said = f'Friction: {levels}. ' if levels else ''
+        said += f'In {self.simulator}, on {self.on}{seen}: error of effort {effort}'
         if place:
             said += f', of a position simulated for {self.horizon_s:g} s {place}'
         if self.left_out:
@@ -63,6 +68,7 @@ class SimulatorGain:
             'left_out': list(self.left_out),
             'joints': {
                 name: {
+                    'friction': {k: list(x) for k, x in self.friction.get(name, {}).items()},
                     'inverse_before_percent': self.inverse[name][0],
                     'inverse_after_percent': self.inverse[name][1],
                     'forward_before': self.forward[name][0],
@@ -73,3 +79,7 @@ class SimulatorGain:
                 for name in self.inverse
             },
         }
+
+
+def _both(pair: tuple[float, float]) -> str:
+    return f'{pair[0]:.3g} -> {pair[1]:.3g}'
