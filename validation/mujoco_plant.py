@@ -50,9 +50,9 @@ OUTSIDE = {
     'beat': (0.15, 0.05), 'cross_friction': (0.2, 0.06), 'friction_step': (0.12, 0.05),
     'lagged_friction': (0.3, 0.1), 'cross_viscous': (0.1, 0.04),
 }  # fmt: skip
-#: Smallest share of a typical size: less is within what a nominal may be off by (a scale of 1 %,
-#: a payload of 10 g), and no cause; as LEAST of validation/trial.py.
-LEAST = 0.4
+#: Smallest share of a typical size, of a scale another: less is within what a nominal may be off
+#: by, and no cause; as LEAST of validation/trial.py.
+LEAST, LEAST_SCALE = 0.4, 0.5
 GLOBAL = ('payload', 'effort_delay', 'gravity_tilt')
 
 
@@ -289,15 +289,15 @@ def _needed(arm: Arm, motion: list[np.ndarray], t: np.ndarray) -> np.ndarray:
 
 
 def scale_for(effect: str, joint: int, wanted: float, seed: int, noise: float = 1.0) -> float:
-    """Return the share of the typical size that makes an SNR on the rich motion, LEAST or more."""
-    scale = 1.0
+    """Return the share of the typical size that makes an SNR on the rich motion, or the least."""
+    scale, least = 1.0, LEAST_SCALE if effect == 'effort_scale' else LEAST
     if effect == 'joint_elasticity':
         return float(np.clip(wanted, 0.5, 2.0))
     for _ in range(4):
         arm = hide(Arm(), effect, joint, scale, np.random.default_rng(seed))
         both = signal_to_noise(arm, Arm(), 'rich', noise)
         found = float(both.max() if effect in GLOBAL else both[truth_joint(arm)])
-        scale = float(np.clip(scale * wanted / max(found, 1e-6), LEAST, 6.0))
+        scale = float(np.clip(scale * wanted / max(found, 1e-6), least, 6.0))
     return scale
 
 
