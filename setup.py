@@ -57,6 +57,8 @@ IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
 DASK_REQUIREMENTS = ['distributed>=2024.5,<2027']
 # For make docs alone.
 DOCS_REQUIREMENTS = ['mkdocs-material>=9.5,<10']
+# Simulators that a model is exported to and read from: 3.17 has the fields, 4.0 is the last tried.
+MUJOCO_REQUIREMENTS = ['mujoco>=3.17,<5']
 # For make mutants alone.
 MUTANT_REQUIREMENTS = ['cosmic-ray>=8.4,<9']
 
@@ -114,8 +116,9 @@ setup(
         'dask': DASK_REQUIREMENTS,
         'docs': DOCS_REQUIREMENTS,
         'import': IMPORT_REQUIREMENTS,
+        'mujoco': MUJOCO_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
-        'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS,
+        'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS + MUJOCO_REQUIREMENTS,
     },
     entry_points={
         'console_scripts': [

@@ -46,8 +46,8 @@ PIP = {
     'typer': 'typer',
     'zstandard': 'zstandard',
 }
-# Optional extras, of setup.py's IMPORT_REQUIREMENTS: without one, a sentence says what to install.
-OPTIONAL = ('h5py', 'pyarrow', 'rosbags')
+# Optional extras of setup.py: without one, a sentence says what to install.
+OPTIONAL = ('h5py', 'mujoco', 'pyarrow', 'rosbags')
 # Import -> what brings it into a plain environment, where the name differs.
 PYPI = {
     'can': 'python-can',

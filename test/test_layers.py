@@ -19,6 +19,7 @@ LAYERS = (
     ('motion',),
     ('simulation',),
     ('regression',),
+    ('mujoco',),
     ('identification',),
     ('diagnosis', 'study'),
     ('actuators',),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml diagnose``."""
 
+from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress, remark
 from sosml_friction.cli.tables import takes_tables
+from sosml_friction.exceptions import ConfigurationError
 
 
 @app.command()
@@ -55,6 +57,14 @@ def diagnose(
     urdf: Annotated[
         Path | None, typer.Option(help='URDF file instead of that of the model.')
     ] = None,
+    mjcf: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE',
+            help="MuJoCo's model that is put to the test, in the place of --model: its friction "
+            'is taken for a guess (--trust friction=inf), and the gain is measured in MuJoCo.',
+        ),
+    ] = None,
     namespace: options.NamespaceOption = None,
     figures: options.FiguresOption = None,
     open_report: options.OpenOption = False,
@@ -72,6 +82,8 @@ def diagnose(
     diagnosis.json, report.html and, with a cause that a model can have, the extended model.
     docs/diagnosis.md has the effects and the gates.
 
+    With --mjcf the model is that of a simulation in MuJoCo; robot.xml is the extended one.
+
     Exit code 1 if the data are too bad to tell.
 
     Example: sosml diagnose recording --model config/exoskeleton --out why
@@ -79,6 +91,8 @@ def diagnose(
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.diagnosis.trust import check_trust
+    from sosml_friction.export.diagnosed import with_simulator
+    from sosml_friction.mujoco.reading import read_mjcf
     from sosml_friction.regression.settings import DiagnosisSettings
     from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
@@ -90,8 +104,15 @@ def diagnose(
     leave = options.parse_names(without or None) or ()
     told = options.parse_values('--trust', list(options.parse_names(trust or None) or ()))
     check_trust(told)
+    if mjcf is not None:
+        if model is not None or urdf is not None or armature:
+            raise ConfigurationError('--mjcf is the model: leave out --model, --urdf, --armature')
+        # In a simulator friction is a guess, and 0 is its default.
+        told.setdefault('friction', inf)
     with progress(f'reading {bags[0]}') as step:
         source = options.stated_model(bags[0], model, armature, urdf, namespace)
+        if mjcf is not None:
+            source = read_mjcf(mjcf)
         found = diagnose_bags(
             bags,
             source,
@@ -103,6 +124,9 @@ def diagnose(
             step,
             keep_all,
         )
+        if mjcf is not None:
+            step('running MuJoCo before and after')
+            found = with_simulator(found, mjcf, bags[0], holdout, namespace)
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
         write_figures(folder, 'diagnosis', view.figure_views(diagnosis), forms)

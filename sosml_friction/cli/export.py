@@ -17,38 +17,64 @@ def export(
     model: Annotated[Path, typer.Argument(metavar='MODEL', help='Model folder.')],
     to: Annotated[
         str,
-        typer.Option(metavar='csv|latex|urdf', help='Which form; docs/terms.md says what fits.'),
+        typer.Option(
+            metavar='csv|isaaclab|json|latex|mjcf|ros2-control|sdf|urdf',
+            help='Which form; docs/export.md says what fits.',
+        ),
     ],
     out: Annotated[
         Path | None,
         typer.Option(metavar='FILE', help='File to write; default: that of the target, here.'),
+    ] = None,
+    bag: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='BAG',
+            help='Recorded motion on which constants stand in for what the target cannot hold, '
+            "and the error is measured; default: the velocities of the model's fit.",
+        ),
+    ] = None,
+    mjcf: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE',
+            help="With --to mjcf: the file whose joints get the model; default: the model's URDF "
+            'as MuJoCo reads it.',
+        ),
     ] = None,
     json: Annotated[bool, options.json_option('sentences')] = False,
 ) -> None:
     """
     Write a model for another program.
 
-    What the target can hold is written; what it cannot is said. An existing file is not
+    What the target can hold is written, with its 95 % intervals in comments. What it cannot is
+    said there and here, with the error of effort that it costs on the recorded motion, where
+    Coulomb and viscous friction are refitted to stand in for it. An existing file is not
     overwritten.
 
-    Example: sosml export shoulder_fit --to urdf --out robot_with_friction.urdf
+    Example: sosml export shoulder_fit --to mjcf --bag recording --out robot.xml
     """
+    from sosml_friction.export.common.motion import assumed_motion, recorded_motion
     from sosml_friction.export.common.target import TARGETS
     from sosml_friction.model.model_folder import read_model
 
-    target = TARGETS[to]()
+    kind = TARGETS[to]
     source = read_model(model)
+    motion = assumed_motion(source, model) if bag is None else recorded_motion(source, bag)
+    target = kind(motion, mjcf)
     file = out or Path(target.file)
     if file.exists():
         raise ConfigurationError(f'{file} exists and is not overwritten: choose another --out')
-    lost, text = target.lost(source), target.text(source)
+    lost, losses, text = target.lost(source), target.losses(source), target.text(source)
     try:
         file.write_text(text, encoding='utf-8')
     except OSError as error:
         raise ConfigurationError(f'{file} cannot be written: {error.strerror}') from error
     if json:
-        print_json({'format': 'sosml_friction/export/1', 'target': to, 'lost': lost},
-                   output=str(file))  # fmt: skip
+        print_json(
+            {'format': 'sosml_friction/export/1', 'target': to, 'lost': lost, 'losses': losses},
+            output=str(file),
+        )
         return
     said = f'{to} cannot hold: {", ".join(lost)}.' if lost else 'Nothing was lost.'
-    print_blocks([f'{file} is written.', said])
+    print_blocks([f'{file} is written.', said, *(f'{one}.' for one in losses)])

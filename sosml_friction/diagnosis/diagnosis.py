@@ -37,6 +37,7 @@ from sosml_friction.diagnosis.extended_model.effort_error import (
     stages,
 )
 from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
+from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
@@ -64,6 +65,7 @@ class Diagnosis:
     ``ranking``: the first round's candidates, best first; ``rejected``: the best that failed a
     gate, and which; ``laboratory`` and ``selection`` are what the report draws from, None where
     the data were too bad. ``confusability``: which candidates look alike along this motion.
+    ``simulator``: the gain in the simulator whose model it is, where that was measured.
     """
 
     verdict: str
@@ -88,6 +90,7 @@ class Diagnosis:
     confusability: Confusability | None = None
     residual_before: FloatArray | None = None
     residual_after: FloatArray | None = None
+    simulator: SimulatorGain | None = None
 
     @property
     def terms(self) -> tuple[Cause, ...]:

@@ -6,10 +6,10 @@ import xml.etree.ElementTree as ElementTree
 from typing import ClassVar
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.export.common.target import ExportTarget, entries
+from sosml_friction.export.common.target import ExportTarget
 from sosml_friction.model.model_folder import RobotModelFile
 
-#: Attribute of ``<dynamics>`` by the parameter that it holds [Nm, Nm s/rad; N, N s/m].
+#: Attribute of ``<dynamics>`` by the constant that it holds [Nm, Nm s/rad; N, N s/m].
 _ATTRIBUTES = {'coulomb': 'friction', 'viscous': 'damping'}
 
 
@@ -19,27 +19,23 @@ class UrdfTarget(ExportTarget):
     identifier: ClassVar[str] = 'urdf'
     file: ClassVar[str] = 'robot.urdf'
 
-    def lost(self, model: RobotModelFile) -> list[str]:
-        """Return the terms and armatures that URDF has no field for."""
-        rotors = [f'armature of {n}' for n, j in model.joints.items() if j.armature.value != 0.0]
-        return [*super().lost(model), *rotors]
-
     def text(self, model: RobotModelFile) -> str:
         """Return the document; intervals and losses are in a comment at its head."""
+        root = self._document(model)
+        comment = '\n  '.join(self.notes(model)).replace('--', '- -')
+        return f'<!--\n  {comment}\n-->\n{ElementTree.tostring(root, encoding="unicode")}\n'
+
+    def _document(self, model: RobotModelFile) -> ElementTree.Element:
         if model.urdf is None:
             raise ConfigurationError(f'model {model.name} has no URDF to write friction into')
         root = ElementTree.fromstring(model.urdf)
-        joints = {joint.get('name'): joint for joint in root.iter('joint')}
-        notes = [f'Lost: {", ".join(self.lost(model)) or "nothing"}.']
-        for entry in entries(model):
-            attribute = _ATTRIBUTES.get(entry.name)
-            if attribute is None or entry.term != entry.name:
+        joints = {joint.get('name'): joint for joint in root.findall('joint')}
+        for name, own in self.held(model).items():
+            if model.joints[name].friction is None and not any(own.constants.values()):
                 continue
-            joint, p = joints[entry.joint], entry.parameter
-            dynamics = joint.find('dynamics')
+            dynamics = joints[name].find('dynamics')
             if dynamics is None:
-                dynamics = ElementTree.SubElement(joint, 'dynamics')
-            dynamics.set(attribute, repr(float(p.value)))
-            notes.append(f'{entry.joint} {attribute}: {p.value:.6g} ({p.std_error:.2g}) {p.unit}')
-        comment = '; '.join(notes).replace('--', '- -')
-        return f'<!-- {comment} -->\n{ElementTree.tostring(root, encoding="unicode")}\n'
+                dynamics = ElementTree.SubElement(joints[name], 'dynamics')
+            for key, attribute in _ATTRIBUTES.items():
+                dynamics.set(attribute, repr(own.constants[key]))
+        return root

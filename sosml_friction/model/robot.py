@@ -256,6 +256,11 @@ class Robot:
         """Return the acceleration of gravity in the base frame, (3,) [m/s2]."""
         return np.array(self._model.gravity.linear)
 
+    @property
+    def base_rotation(self) -> FloatArray:
+        """Return how the first joint is turned in the base frame at 0, (3, 3)."""
+        return np.array(self._model.jointPlacements[1].rotation)
+
     def energy(self, q: FloatArray, v: FloatArray) -> float:
         """Return kinetic (rotors included) plus potential energy [J]."""
         q, v = self._at(q), self._in(v)

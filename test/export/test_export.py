@@ -6,14 +6,22 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import sys
+import types
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import ClassVar
 
+import numpy as np
 import pytest
 
 from sosml_friction.cli.main import main
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.export.common.motion import KnownMotion
 from sosml_friction.export.common.target import TARGETS, ExportTarget, entries
 from sosml_friction.model.model_folder import parse_model, read_model
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.share import share_directory
@@ -86,10 +94,77 @@ def test_the_command_writes_and_says_what_is_lost(tmp_path, monkeypatch, capsys)
     assert main(['export', str(FOLDER), '--to', 'urdf']) == 2
     assert 'exists' in capsys.readouterr().err
     assert main(['export', str(FOLDER), '--to', 'word']) == 2
-    assert "'word' is unknown: use one of csv, latex, urdf" in capsys.readouterr().err
+    assert (
+        "'word' is unknown: use one of csv, isaaclab, json, latex, mjcf" in capsys.readouterr().err
+    )
 
 
 def test_a_model_without_urdf_is_refused(model):
     bare = parse_model(model.to_yaml(), 'text')
     with pytest.raises(ConfigurationError, match='has no URDF'):
         TARGETS['urdf']().text(bare)
+
+
+def test_ros2_control_has_every_number_of_a_joint(model):
+    root = ElementTree.fromstring(TARGETS['ros2-control']().text(model))
+    joints = {x.get('name'): x for x in root.find('ros2_control').findall('joint')}
+    values = {p.get('name'): float(p.text) for p in joints['shoulder'].findall('param')}
+    assert values['armature'] == 0.0054
+    assert values['stribeck.stribeck_velocity'] == 0.03
+    assert joints['elbow'].find('command_interface').get('name') == 'effort'
+    # Its dynamics are those of the URDF target, which Pinocchio reads.
+    assert root.find("joint[@name='shoulder']/dynamics").get('friction') == '0.8'
+
+
+def test_sdf_has_the_joints_dynamics(model):
+    root = ElementTree.fromstring(TARGETS['sdf']().text(model))
+    dynamics = root.find("model/joint[@name='elbow']/axis/dynamics")
+    assert {x.tag: float(x.text) for x in dynamics} == {'damping': 0.2, 'friction': 0.4}
+
+
+def test_isaac_lab_gets_physx_friction_and_keeps_its_gains(model, monkeypatch):
+    module = types.ModuleType('isaaclab.actuators')
+    module.ImplicitActuatorCfg = dict
+    monkeypatch.setitem(sys.modules, 'isaaclab', types.ModuleType('isaaclab'))
+    monkeypatch.setitem(sys.modules, 'isaaclab.actuators', module)
+    names = {}
+    exec(compile(TARGETS['isaaclab']().text(model), 'actuators.py', 'exec'), names)
+    shoulder = names['ACTUATORS']['shoulder']
+    assert shoulder == {
+        'joint_names_expr': ['shoulder'], 'stiffness': None, 'damping': None, 'friction': 1.3,
+        'dynamic_friction': 0.8, 'viscous_friction': 0.35, 'armature': 0.0054,
+    }  # fmt: skip
+
+
+def test_json_is_a_model_again(model):
+    document = json.loads(TARGETS['json']().text(model))
+    assert document.pop('urdf') == model.urdf
+    assert parse_model(json.dumps(document), 'text') == replace(model, urdf=None)
+
+
+def test_what_is_lost_costs_what_the_constants_leave(model):
+    # At two speeds either way two constants meet the law; at many they cannot.
+    few, many = np.array([-0.5, -0.1, 0.1, 0.5]), np.linspace(-1.0, 1.0, 100)
+    for speeds, least, most in ((few, 0.0, 1e-9), (many, 0.02, 0.1)):
+        target = TARGETS['urdf'](KnownMotion('these', speeds={'shoulder': speeds}))
+        held = target.held(model)['shoulder']
+        assert least <= held.error / held.friction <= most
+    C, B = held.constants.values()
+    law = 0.8 + 0.5 * np.exp(-np.abs(many) / 0.03) + 0.35 * np.abs(many)
+    wrong = law - C - B * np.abs(many)
+    assert held.error == pytest.approx(np.sqrt(np.mean(wrong**2)))
+    (said, silent) = (line for line in target.losses(model))
+    assert 'shoulder: without stribeck the effort is wrong by' in said
+    assert 'on these, with constants refitted there' in said
+    assert silent.startswith('elbow: what stribeck would cost is not known')
+    assert said in target.text(model)
+
+
+def test_intervals_are_in_the_file(model):
+    known = Parameter(0.8, 'Nm', 0.01)
+    joint = model.joints['shoulder']
+    parameters = {**joint.friction.parameters, 'coulomb': known}
+    joint = replace(joint, friction=replace(joint.friction, parameters=parameters))
+    model = replace(model, joints={**model.joints, 'shoulder': joint})
+    for name in ('urdf', 'sdf', 'mjcf', 'isaaclab', 'ros2-control'):
+        assert 'shoulder coulomb coulomb: 0.8 [0.7804, 0.8196] Nm' in TARGETS[name]().text(model)

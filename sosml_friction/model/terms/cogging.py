@@ -39,6 +39,7 @@ class Cogging(EffortTerm):
     refined: ClassVar[tuple[str, ...]] = ('frequency',)
     axis: ClassVar[str] = 'position'
     repeats: ClassVar[bool] = True
+    held_by: ClassVar[tuple[str, ...]] = ('mjcf',)
 
     def effort(
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray

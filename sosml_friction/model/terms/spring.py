@@ -29,6 +29,7 @@ class Spring(EffortTerm):
         'stiffness': '{effort}/{length}',
         'offset': '{effort}',
     }
+    held_by: ClassVar[tuple[str, ...]] = ('mjcf', 'sdf')
     axis: ClassVar[str] = 'position'
     free_axis: ClassVar[str] = 'position'
     worn: ClassVar[bool] = True

@@ -23,7 +23,7 @@ from sosml_friction.report.common.output import (
 from sosml_friction.report.diagnosis.html import rejection, render_diagnosis
 
 FORMAT = 'sosml_friction/diagnosis/1'
-FILES = ('robot.urdf', 'model.yaml', 'report.html', 'diagnosis.json')
+FILES = ('robot.urdf', 'robot.xml', 'model.yaml', 'report.html', 'diagnosis.json')
 PLUS_MINUS = '± is half of the 95 % interval.'
 KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
 
@@ -51,6 +51,8 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         'library_hash': diagnosis.library_hash,
         'provenance': dict(provenance),
     }
+    if diagnosis.simulator is not None:
+        document['simulator'] = diagnosis.simulator.to_dict()
     return to_plain(document)
 
 
@@ -64,10 +66,15 @@ def write_diagnosis(
     """
     Write diagnosis.json, report.html, and the extended model where a term is in it.
 
+    Of a simulator's model always, in its own form as well.
+
     :raises ConfigurationError: if the folder cannot be written.
     """
     with written_together(folder, KIND) as workshop:
-        if any(term.in_model for term in diagnosis.terms):
+        simulator = diagnosis.simulator
+        if simulator is not None:
+            (workshop / simulator.file).write_text(simulator.document, encoding='utf-8')
+        if simulator is not None or any(term.in_model for term in diagnosis.terms):
             extended_model(model, diagnosis, provenance).write(workshop)
         step('drawing the report')
         page = render_diagnosis(diagnosis, provenance)
