@@ -13,7 +13,7 @@ from scipy.stats import t as t_distribution
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot

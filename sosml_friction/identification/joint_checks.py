@@ -24,7 +24,7 @@ from sosml_friction.identification.joint_relations import (
     speed_limit,
     velocity_relation,
 )
-from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 

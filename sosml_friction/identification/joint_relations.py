@@ -18,7 +18,7 @@ from scipy.ndimage import maximum_filter1d
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.robot import Robot
 

@@ -11,7 +11,7 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
-from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 
 #: Steps longer than this many periods are holes, across which nothing is compared.

@@ -4,12 +4,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from copy import copy
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import least_squares, lsq_linear
+from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
@@ -21,17 +20,22 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
+from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
     dissipation_check,
     odd_even_check,
 )
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_problem import (
+    MOST_SOLVED,
+    NON_NEGATIVE,
+    LawProblem,
+    LawSolution,
+)
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
 
 #: What a fit says beside the parameters of the law, by name in ``LawFit.derived``.
@@ -49,15 +53,11 @@ DERIVED = {
 _NOTHING = 1e-9
 #: Share of the sum of squares that is a rounding error.
 _ROUNDING = 1e-20
-_HUBER = 1.345  # 95 % efficient on normal noise
 _LEVEL = 0.95
-#: Iterations for Huber's weights end when no weight changes by more than the first number, or
-#: after the second. Chosen, no measurement.
-_SAME_WEIGHTS, _MOST_SOLVED = 1e-6, 20
 #: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
 _LIKE_WEIGHTS = 1e-3
-#: Laws are compared at this many speeds, from this share of the least v_s on: there they are flat.
-_SPEEDS, _FLAT = 200, 1e-3
+#: Laws are compared from this share of the least v_s on: there they are flat.
+_FLAT = 1e-3
 #: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
 #: Number of points of the profile near the best fit, and of those at which the other parameters
@@ -74,7 +74,6 @@ _NO_COULOMB = (
     'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
     'tell one from the other'
 )
-_NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
 
 
 @dataclass(frozen=True)
@@ -214,7 +213,7 @@ def _search(
     mean_v = v if mean_v is None else mean_v
     keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
     _check(clusters[keep], mean_v[keep])
-    problem = _Problem(
+    problem = LawProblem(
         np.nan_to_num(v),
         y[keep],
         np.unique(clusters[keep], return_inverse=True)[1],
@@ -242,252 +241,14 @@ def _check(clusters: IndexArray, v: FloatArray) -> None:
         )
 
 
-def jackknife_errors(
-    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
-) -> FloatArray:
-    """
-    Return the delete-one-cluster jackknife standard errors of a linear least-squares fit, (P,).
-
-    :param X: columns of the regression (N, P), of like sizes.
-    :param residual: what the fit leaves (N,).
-    :param groups: cluster of each row (N,), 0 to the number of clusters - 1, each in use.
-    :param weights: of the rows (N,), all 1 if None.
-    """
-    return np.array(np.sqrt(np.diag(jackknife_covariance(X, residual, groups, weights))))
-
-
-def jackknife_covariance(
-    X: FloatArray, residual: FloatArray, groups: IndexArray, weights: FloatArray | None = None
-) -> FloatArray:
-    """Return the covariance (P, P) whose roots :func:`jackknife_errors` returns."""
-    w = np.ones(len(residual)) if weights is None else weights
-    order = np.argsort(groups, kind='stable')
-    first = np.append(0, np.flatnonzero(np.diff(groups[order])) + 1)
-    X, weighted = X[order], (w[:, None] * X)[order]
-    moments = np.add.reduceat(weighted * residual[order, None], first)
-    own = np.column_stack(
-        [np.add.reduceat(weighted * X[:, [k]], first) for k in range(X.shape[1])]
-    )
-    own = own.reshape(len(first), X.shape[1], X.shape[1])
-    rest = np.linalg.pinv(weighted.T @ X - own, rcond=1e-12, hermitian=True)
-    spread = -np.einsum('gij,gj->gi', rest, moments)
-    spread = spread - spread.mean(0)
-    count = len(first)
-    return np.array((count - 1) / count * spread.T @ spread)
-
-
-@dataclass(frozen=True)
-class _Solution:
-    theta: FloatArray  # linear parameters, in the order of the problem's names
-    v_s: float | None  # None without Stribeck term
-    v0: float
-    weights: FloatArray
-    residual: FloatArray
-    cost: float
-
-
-class _Problem:
-    """The regression for any v_s and v0."""
-
-    def __init__(
-        self,
-        v: FloatArray,
-        y: FloatArray,
-        groups: IndexArray,
-        lag: Callable[[FloatArray], FloatArray],
-        keep: BoolArray,
-        form: LawForm,
-        extra: FloatArray,
-    ) -> None:
-        self.v, self.y, self.groups, self.form = v, y, groups, form
-        self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
-        self.speed, self.count = np.abs(v), int(groups.max()) + 1
-        self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
-        self._spanned: tuple[_Problem, FloatArray, FloatArray] | None = None
-        self.base = (
-            'coulomb',
-            'viscous',
-            'bias',
-            *(() if form.symmetric else ('viscous_asymmetry',)),
-            *self.extra,
-        )
-        self.knee = ('stribeck',) if form.symmetric else ('stribeck', 'stribeck_asymmetry')
-        constant = [v, np.ones_like(v)] + ([] if form.symmetric else [self.speed])
-        self._constant = np.column_stack(
-            [self.made(column) for column in constant] + [extra[keep]]
-        )
-        self._signs: tuple[float, FloatArray, FloatArray] | None = None
-
-    def span(self, laws: Sequence[tuple[float, float]], slowest: float) -> None:
-        """
-        Find a few columns that those of ``laws``, each v_s and v0, are combinations of.
-
-        Laws are smooth over the logarithm of speed: combinations are the same at all velocities
-        as at some speeds from ``slowest`` on.
-        """
-        speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
-        at = copy(self)
-        at.v = speeds if self.form.symmetric else np.concatenate([-speeds[::-1], [0.0], speeds])
-        at.speed, at.made, at._signs = np.abs(at.v), lambda column: column, None
-        at._constant = np.empty((len(at.v), 0))
-        if len(self.y) <= len(at.v):
-            # Its rows are few as they are.
-            return
-        columns = np.column_stack([at.columns(*law) for law in laws])
-        picked, of_law = spanning(columns), columns.shape[1] // len(laws)
-        # The first column of a law is the sign, the last ones are those of the knee.
-        own = [self.columns(*laws[k // of_law])[:, -(-k % of_law)] for k in picked.tolist()]
-        combination = np.asarray(np.linalg.pinv(columns[:, picked]))
-        self._spanned = (at, combination, np.column_stack(own))
-
-    def reduced(self, weights: FloatArray) -> _Problem:
-        """
-        Return a regression of few rows with the same solutions and costs, at these weights.
-
-        With the rows sqrt(w) [columns that span the laws, columns that do not change, y] = Q R, it
-        has the rows of R.
-        """
-        root, few = np.sqrt(weights)[:, None], copy(self)
-        few._signs = None
-        if self._spanned is None:
-            few.y, few._constant = self.y * root[:, 0], self._constant * root
-            few.made = lambda column: self.made(column) * root[:, 0]
-            return few
-        at, combination, own = self._spanned
-        R = triangle(*(columns * root for columns in (own, self._constant, self.y[:, None])))
-        rows = R[:, : own.shape[1]] @ combination
-        few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)
-        few.y, few._constant = R[:, -1], R[:, own.shape[1] : -1]
-        return few
-
-    def names(self, v_s: float | None) -> tuple[str, ...]:
-        """Return the linear parameters, in the order of the columns."""
-        return self.base if v_s is None else (*self.base, *self.knee)
-
-    def _sign(self, v0: float) -> tuple[FloatArray, FloatArray]:
-        if self._signs is None or self._signs[0] != v0:
-            sign = smooth_sign(self.v, v0)
-            self._signs = (v0, sign, np.column_stack([self.made(sign), self._constant]))
-        return self._signs[1:]
-
-    def columns(self, v_s: float | None, v0: float) -> FloatArray:
-        sign, fixed = self._sign(v0)
-        if v_s is None:
-            return fixed
-        peak = sign * fade(self.speed, v_s, self.form.alpha)
-        peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
-        return np.column_stack([fixed, *(self.made(column) for column in peaks)])
-
-    def solve(self, v_s: float | None, v0: float, weights: FloatArray | None = None) -> _Solution:
-        """Solve for the linear parameters: Huber weights of its own where none are given."""
-        X = self.columns(v_s, v0)
-        names = self.names(v_s)
-        lower = np.array([0.0 if name in _NON_NEGATIVE else -np.inf for name in names])
-        scale = np.linalg.norm(X, axis=0)
-        scale[scale == 0.0] = 1.0
-        # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
-        left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
-        w = np.ones(len(self.y)) if weights is None else weights
-        for _ in range(_MOST_SOLVED):
-            root = np.sqrt(w)
-            # The bounds need only the triangle: a long recording is reduced to it first.
-            Q, R = np.linalg.qr(X / scale * root[:, None])
-            moment = Q.T @ (self.y * root)
-            if self.form.ridge > 0.0:
-                drawn = [float(name == 'bias') for name in names]
-                R = np.vstack([R, np.sqrt(self.form.ridge) * np.diag(drawn)])
-                moment = np.append(moment, np.zeros(len(names)))
-            theta = np.linalg.lstsq(R, moment, rcond=1e-12)[0]
-            if (theta < lower).any():
-                theta = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
-            theta = theta / scale
-            residual = self.y - X @ theta
-            if weights is not None:
-                break
-            spread = 1.4826 * float(np.median(np.abs(residual))) / left
-            if spread == 0.0:
-                break
-            last, w = w, np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(residual), 1e-300))
-            if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
-                break
-        return _Solution(theta, v_s, v0, w, residual, float(np.sum(w * residual**2)))
-
-    def jacobian(self, solution: _Solution, with_v0: bool) -> tuple[tuple[str, ...], FloatArray]:
-        """Return the derivatives of the law (K, P) and what by."""
-        v_s, v0, names = solution.v_s, solution.v0, self.names(solution.v_s)
-        X = self.columns(v_s, v0)
-        p = dict(zip(names, solution.theta, strict=True))
-        size: FloatArray | float = p['coulomb']
-        way = np.sign(self.v)
-        if v_s is not None:
-            x = (self.speed / v_s) ** self.form.alpha
-            amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
-            sign = self._sign(v0)[0]
-            faded = fade(self.speed, v_s, self.form.alpha)
-            slope = sign * amount * faded * self.form.alpha * x / v_s
-            X = np.column_stack([X, self.made(slope)])
-            names = (*names, 'stribeck_velocity')
-            size = size + amount * faded
-        if with_v0:
-            u = self.v / v0
-            slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
-            X = np.column_stack([X, self.made(slope)])
-            names = (*names, 'smoothing_velocity')
-        return names, X
-
-    def covariance(
-        self, solution: _Solution, with_v0: bool, without: tuple[str, ...] = ()
-    ) -> dict[tuple[str, str], float]:
-        """Return the jackknife covariance of all parameters but those in ``without``."""
-        names, X = self.jacobian(solution, with_v0)
-        used = [k for k, name in enumerate(names) if name not in without]
-        norms = np.linalg.norm(X[:, used], axis=0)
-        norms[norms == 0.0] = 1.0
-        w = solution.weights
-        # The slope of Huber's psi is 0 where a residual is clipped, not w.
-        clipping = np.mean(w) / np.mean(w >= 1.0)
-        C = jackknife_covariance(X[:, used] / norms, solution.residual, self.groups, w)
-        C = C * clipping**2 / np.outer(norms, norms)
-        kept = [names[k] for k in used]
-        return {
-            (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)
-        }
-
-    def curvature(
-        self, solution: _Solution, with_v0: bool, without: tuple[str, ...], name: str
-    ) -> float:
-        """Return the variance of a parameter where the cost is one above its least."""
-        names, X = self.jacobian(solution, with_v0)
-        used = [k for k, each in enumerate(names) if each not in without]
-        X = X[:, used] * np.sqrt(solution.weights)[:, None]
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
-        k = [names[u] for u in used].index(name)
-        X = X / norms
-        return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
-
-    def free_step(self, solution: _Solution, with_v0: bool, name: str) -> float:
-        """Return how far a parameter would move if no bound held it."""
-        names, X = self.jacobian(solution, with_v0)
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
-        root = np.sqrt(solution.weights)
-        step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]
-        k = names.index(name)
-        return float(step[k] / norms[k])
-
-    def stribeck_at(self, solution: _Solution) -> float:
-        return float(solution.theta[self.names(solution.v_s).index('stribeck')])
-
-
-def _cost(solution: _Solution) -> float:
+def _cost(solution: LawSolution) -> float:
     return solution.cost
 
 
 class _Search:
     """Find v_s and v0, decide what the data show, and say how sure it is."""
 
-    def __init__(self, problem: _Problem, speeds: FloatArray, v0: float | None) -> None:
+    def __init__(self, problem: LawProblem, speeds: FloatArray, v0: float | None) -> None:
         self.problem, self.form = problem, problem.form
         self.slowest = float(np.quantile(speeds, 0.02))
         self.fastest = float(speeds.max())
@@ -515,7 +276,7 @@ class _Search:
             for first in (min(some, key=_cost) for some in starts if some)
         ]
         best = min(refined, key=_cost)
-        for _ in range(_MOST_SOLVED):
+        for _ in range(MOST_SOLVED):
             # Without S any v_s is as good, and rounding would choose.
             bare = problem.stribeck_at(best) <= _NOTHING * self.level
             last = self.weights
@@ -540,15 +301,15 @@ class _Search:
         """Take the weights of the rows in what is searched from here on."""
         self.weights, self.few = weights, self.problem.reduced(weights)
 
-    def _solve(self, v_s: float | None, v0: float) -> _Solution:
+    def _solve(self, v_s: float | None, v0: float) -> LawSolution:
         """Return the best law of the reduced rows."""
         return self.few.solve(v_s, v0, np.ones(len(self.few.y)))
 
-    def _whole(self, fit: _Solution) -> _Solution:
+    def _whole(self, fit: LawSolution) -> LawSolution:
         """Return a law with what it leaves of every row."""
         return self.problem.solve(fit.v_s, fit.v0, self.weights)
 
-    def _refined(self, v_s: float | None, v0: float) -> _Solution:
+    def _refined(self, v_s: float | None, v0: float) -> LawSolution:
         """Return the best fit near a start; v0 moves only if it is to be found and not zero."""
         ends = []
         if v_s is not None:
@@ -558,7 +319,7 @@ class _Search:
         start, low, high = np.log(np.array(ends)).T
         size = max(float(np.linalg.norm(self.problem.y)), 1e-300)
 
-        def at(u: FloatArray) -> _Solution:
+        def at(u: FloatArray) -> LawSolution:
             e = np.exp(u)
             return self._solve(
                 float(e[0]) if v_s is not None else None,
@@ -585,7 +346,7 @@ class _Search:
         )
         return at(found.x)
 
-    def _plain(self) -> _Solution:
+    def _plain(self) -> LawSolution:
         if not self.finds_v0:
             return self._solve(None, self.full.v0)
         tried = [self._solve(None, v0) for v0 in self._signs()]
@@ -611,7 +372,7 @@ class _Search:
         freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
         return parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
 
-    def _scale(self, solution: _Solution, name: str, without: tuple[str, ...]) -> float:
+    def _scale(self, solution: LawSolution, name: str, without: tuple[str, ...]) -> float:
         """Return the rise of the cost that one jackknife standard error of ``name`` makes."""
         with_v0 = self.finds_v0 and solution.v0 > 0.0
         curvature = self.problem.curvature(solution, with_v0, without, name)
@@ -708,7 +469,7 @@ class _Search:
             best['stribeck_velocity'] = float(solution.v_s or np.nan)
         # What one that sits on its bound could be is not known either: the others are as unsure as
         # if it were free.
-        still = tuple(n for n in names if n in _NON_NEGATIVE and best[n] <= 0.0)
+        still = tuple(n for n in names if n in NON_NEGATIVE and best[n] <= 0.0)
         C = problem.covariance(solution, with_v0)
         freedom = max(problem.count - len(names) - with_v0, 1)
         quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom))
@@ -802,7 +563,7 @@ class _Search:
         variance: float | None,
         quantile: float,
         reach: DataReach,
-        solution: _Solution,
+        solution: LawSolution,
         with_v0: bool,
     ) -> Parameter:
         unit = '1' if name in self.problem.extra else unit_of(name, reach.effort_unit)
@@ -828,7 +589,7 @@ class _Search:
         interval = (value - quantile * error, value + quantile * error)
         reason = '' if name in self.problem.extra else reason_for(name, reach, interval)
         if reason:
-            low = max(interval[0], 0.0) if name in _NON_NEGATIVE else interval[0]
+            low = max(interval[0], 0.0) if name in NON_NEGATIVE else interval[0]
             return Parameter(
                 np.nan,
                 unit,
@@ -997,7 +758,7 @@ class _Search:
                 )
         return result
 
-    def _odd_even(self, solution: _Solution, with_v0: bool, effort_unit: str) -> LawCheck:
+    def _odd_even(self, solution: LawSolution, with_v0: bool, effort_unit: str) -> LawCheck:
         """Ask whether the even part of friction changes with speed."""
         problem, form = self.problem, self.form
         p = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))

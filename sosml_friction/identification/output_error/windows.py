@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law.law_fit import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.output_error.output_error_fit import (
     OutputErrorFit,
     estimated,

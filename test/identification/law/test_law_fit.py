@@ -9,7 +9,8 @@ import pytest
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law.law_fit import fit_law, jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors
+from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE

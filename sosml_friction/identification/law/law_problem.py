@@ -1,0 +1,248 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The regression of a friction law: linear for any v_s of its knee and v0 of its sign."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.identification.law.jackknife import jackknife_covariance
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.reduction import spanning, triangle
+from sosml_friction.model.smooth_sign import smooth_sign
+from sosml_friction.model.terms.stribeck import fade
+
+#: Parameters that friction has not below zero.
+NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
+#: Iterations for Huber's weights end when no weight changes by more than the first number, or
+#: after the second. Chosen, no measurement.
+_SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20
+_HUBER = 1.345  # 95 % efficient on normal noise
+#: Laws are compared at this many speeds.
+_SPEEDS = 200
+
+
+@dataclass(frozen=True)
+class LawSolution:
+    """
+    Hold the best law for a v_s, None without Stribeck term, and a v0 of the sign, 0 for itself.
+
+    ``theta`` (P,): linear parameters, in the order of the problem's names; ``weights`` and
+    ``residual`` (K,) of the rows; ``cost``: sum of w r^2.
+    """
+
+    theta: FloatArray
+    v_s: float | None
+    v0: float
+    weights: FloatArray
+    residual: FloatArray
+    cost: float
+
+
+class LawProblem:
+    """
+    Pose y = L [s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias] for any v_s and v0 of s.
+
+    The arguments are those of :func:`~sosml_friction.identification.law.law_fit.fit_law`, y and
+    ``extra`` those of the rows that take part; ``made`` is L, and of its result these rows.
+    """
+
+    def __init__(
+        self,
+        v: FloatArray,
+        y: FloatArray,
+        groups: IndexArray,
+        lag: Callable[[FloatArray], FloatArray],
+        keep: BoolArray,
+        form: LawForm,
+        extra: FloatArray,
+    ) -> None:
+        self.v, self.y, self.groups, self.form = v, y, groups, form
+        self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
+        self.speed, self.count = np.abs(v), int(groups.max()) + 1
+        self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
+        self._spanned: tuple[LawProblem, FloatArray, FloatArray] | None = None
+        self.base = (
+            'coulomb',
+            'viscous',
+            'bias',
+            *(() if form.symmetric else ('viscous_asymmetry',)),
+            *self.extra,
+        )
+        self.knee = ('stribeck',) if form.symmetric else ('stribeck', 'stribeck_asymmetry')
+        constant = [v, np.ones_like(v)] + ([] if form.symmetric else [self.speed])
+        self._constant = np.column_stack(
+            [self.made(column) for column in constant] + [extra[keep]]
+        )
+        self._signs: tuple[float, FloatArray, FloatArray] | None = None
+
+    def span(self, laws: Sequence[tuple[float, float]], slowest: float) -> None:
+        """
+        Find a few columns that those of ``laws``, each v_s and v0, are combinations of.
+
+        Laws are smooth over the logarithm of speed: combinations are the same at all velocities
+        as at some speeds from ``slowest`` on.
+        """
+        speeds = np.geomspace(slowest, self.speed.max(), _SPEEDS)
+        at = copy(self)
+        at.v = speeds if self.form.symmetric else np.concatenate([-speeds[::-1], [0.0], speeds])
+        at.speed, at.made, at._signs = np.abs(at.v), lambda column: column, None
+        at._constant = np.empty((len(at.v), 0))
+        if len(self.y) <= len(at.v):
+            # Its rows are few as they are.
+            return
+        columns = np.column_stack([at.columns(*law) for law in laws])
+        picked, of_law = spanning(columns), columns.shape[1] // len(laws)
+        # The first column of a law is the sign, the last ones are those of the knee.
+        own = [self.columns(*laws[k // of_law])[:, -(-k % of_law)] for k in picked.tolist()]
+        combination = np.asarray(np.linalg.pinv(columns[:, picked]))
+        self._spanned = (at, combination, np.column_stack(own))
+
+    def reduced(self, weights: FloatArray) -> LawProblem:
+        """
+        Return a regression of few rows with the same solutions and costs, at these weights.
+
+        With the rows sqrt(w) [columns that span the laws, columns that do not change, y] = Q R, it
+        has the rows of R.
+        """
+        root, few = np.sqrt(weights)[:, None], copy(self)
+        few._signs = None
+        if self._spanned is None:
+            few.y, few._constant = self.y * root[:, 0], self._constant * root
+            few.made = lambda column: self.made(column) * root[:, 0]
+            return few
+        at, combination, own = self._spanned
+        R = triangle(*(columns * root for columns in (own, self._constant, self.y[:, None])))
+        rows = R[:, : own.shape[1]] @ combination
+        few.v, few.speed, few.made = at.v, at.speed, lambda column: np.array(rows @ column)
+        few.y, few._constant = R[:, -1], R[:, own.shape[1] : -1]
+        return few
+
+    def names(self, v_s: float | None) -> tuple[str, ...]:
+        """Return the linear parameters, in the order of the columns."""
+        return self.base if v_s is None else (*self.base, *self.knee)
+
+    def _sign(self, v0: float) -> tuple[FloatArray, FloatArray]:
+        if self._signs is None or self._signs[0] != v0:
+            sign = smooth_sign(self.v, v0)
+            self._signs = (v0, sign, np.column_stack([self.made(sign), self._constant]))
+        return self._signs[1:]
+
+    def columns(self, v_s: float | None, v0: float) -> FloatArray:
+        """Return the columns of the linear parameters (K, P)."""
+        sign, fixed = self._sign(v0)
+        if v_s is None:
+            return fixed
+        peak = sign * fade(self.speed, v_s, self.form.alpha)
+        peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
+        return np.column_stack([fixed, *(self.made(column) for column in peaks)])
+
+    def solve(
+        self, v_s: float | None, v0: float, weights: FloatArray | None = None
+    ) -> LawSolution:
+        """Solve for the linear parameters: Huber weights of its own where none are given."""
+        X = self.columns(v_s, v0)
+        names = self.names(v_s)
+        lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
+        scale = np.linalg.norm(X, axis=0)
+        scale[scale == 0.0] = 1.0
+        # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
+        left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
+        w = np.ones(len(self.y)) if weights is None else weights
+        for _ in range(MOST_SOLVED):
+            root = np.sqrt(w)
+            # The bounds need only the triangle: a long recording is reduced to it first.
+            Q, R = np.linalg.qr(X / scale * root[:, None])
+            moment = Q.T @ (self.y * root)
+            if self.form.ridge > 0.0:
+                drawn = [float(name == 'bias') for name in names]
+                R = np.vstack([R, np.sqrt(self.form.ridge) * np.diag(drawn)])
+                moment = np.append(moment, np.zeros(len(names)))
+            theta = np.linalg.lstsq(R, moment, rcond=1e-12)[0]
+            if (theta < lower).any():
+                theta = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
+            theta = theta / scale
+            residual = self.y - X @ theta
+            if weights is not None:
+                break
+            spread = 1.4826 * float(np.median(np.abs(residual))) / left
+            if spread == 0.0:
+                break
+            last, w = w, np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(residual), 1e-300))
+            if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
+                break
+        return LawSolution(theta, v_s, v0, w, residual, float(np.sum(w * residual**2)))
+
+    def jacobian(self, solution: LawSolution, with_v0: bool) -> tuple[tuple[str, ...], FloatArray]:
+        """Return the derivatives of the law (K, P) and what by."""
+        v_s, v0, names = solution.v_s, solution.v0, self.names(solution.v_s)
+        X = self.columns(v_s, v0)
+        p = dict(zip(names, solution.theta, strict=True))
+        size: FloatArray | float = p['coulomb']
+        way = np.sign(self.v)
+        if v_s is not None:
+            x = (self.speed / v_s) ** self.form.alpha
+            amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
+            sign = self._sign(v0)[0]
+            faded = fade(self.speed, v_s, self.form.alpha)
+            slope = sign * amount * faded * self.form.alpha * x / v_s
+            X = np.column_stack([X, self.made(slope)])
+            names = (*names, 'stribeck_velocity')
+            size = size + amount * faded
+        if with_v0:
+            u = self.v / v0
+            slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
+            X = np.column_stack([X, self.made(slope)])
+            names = (*names, 'smoothing_velocity')
+        return names, X
+
+    def covariance(
+        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...] = ()
+    ) -> dict[tuple[str, str], float]:
+        """Return the jackknife covariance of all parameters but those in ``without``."""
+        names, X = self.jacobian(solution, with_v0)
+        used = [k for k, name in enumerate(names) if name not in without]
+        norms = np.linalg.norm(X[:, used], axis=0)
+        norms[norms == 0.0] = 1.0
+        w = solution.weights
+        # The slope of Huber's psi is 0 where a residual is clipped, not w.
+        clipping = np.mean(w) / np.mean(w >= 1.0)
+        C = jackknife_covariance(X[:, used] / norms, solution.residual, self.groups, w)
+        C = C * clipping**2 / np.outer(norms, norms)
+        kept = [names[k] for k in used]
+        return {
+            (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)
+        }
+
+    def curvature(
+        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...], name: str
+    ) -> float:
+        """Return the variance of a parameter where the cost is one above its least."""
+        names, X = self.jacobian(solution, with_v0)
+        used = [k for k, each in enumerate(names) if each not in without]
+        X = X[:, used] * np.sqrt(solution.weights)[:, None]
+        norms = np.linalg.norm(X, axis=0)
+        norms[norms == 0.0] = 1.0
+        k = [names[u] for u in used].index(name)
+        X = X / norms
+        return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
+
+    def free_step(self, solution: LawSolution, with_v0: bool, name: str) -> float:
+        """Return how far a parameter would move if no bound held it."""
+        names, X = self.jacobian(solution, with_v0)
+        norms = np.linalg.norm(X, axis=0)
+        norms[norms == 0.0] = 1.0
+        root = np.sqrt(solution.weights)
+        step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]
+        k = names.index(name)
+        return float(step[k] / norms[k])
+
+    def stribeck_at(self, solution: LawSolution) -> float:
+        """Return S of a law with a Stribeck term."""
+        return float(solution.theta[self.names(solution.v_s).index('stribeck')])
