@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.identification.several.drift import Drift, drift_of
 from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.table import Column
-from sosml_friction.report.fleet.drift import Drift, drift_of
 
 FORMAT = 'sosml_friction/fleet/1'
 COLUMNS = (

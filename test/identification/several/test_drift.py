@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import linregress
 from scipy.stats import t as t_distribution
 
-from sosml_friction.report.fleet.drift import drift_of
+from sosml_friction.identification.several.drift import drift_of
 
 DAY = 86400e9
 
