@@ -102,7 +102,8 @@ def diagnose(
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
     leave = options.parse_names(without or None) or ()
-    told = options.parse_values('--trust', list(options.parse_names(trust or None) or ()))
+    said = options.parse_names(trust or None) or ()
+    told = options.parse_values('--trust', list(said), 'GROUP=SHARE')
     check_trust(told)
     if mjcf is not None:
         if model is not None or urdf is not None or armature:

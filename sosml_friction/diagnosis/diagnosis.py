@@ -305,6 +305,7 @@ def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str
                 'energy': float(x.energy),
                 'floor': float(x.floor),
                 'share': float(x.share),
+                'hertz': x.hertz or None,
                 'unknown': x.significant,
             }
             for x in left.found

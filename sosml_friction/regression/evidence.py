@@ -269,8 +269,8 @@ class Score:
     ``best``: index into its grid on all data; ``gain``: fall of the cost; ``amplitude``, ``error``
     (k,); ``x`` (p,) the nominal deviations beside it. ``cv_gain``: share of the held-out residual
     energy of its joints that it removes, inner parameters chosen without the fold; ``cv_se`` its
-    standard error over the folds; ``improved``: share of folds with a gain; ``energy``: held-out
-    energy removed in all. ``gains`` (g,) over the grid.
+    standard error over the folds; ``energy``: held-out energy removed in all. ``gains`` (g,) over
+    the grid.
     """
 
     best: int
@@ -280,7 +280,6 @@ class Score:
     x: FloatArray
     cv_gain: float
     cv_se: float
-    improved: float
     energy: float
     gains: FloatArray
 
@@ -331,7 +330,6 @@ class Fit:
             x=solutions[best, :p],
             cv_gain=float(removed.sum()) / energy,
             cv_se=float(np.std(removed, ddof=1)) * np.sqrt(len(removed)) / energy,
-            improved=float(np.mean(removed > 0.0)),
             energy=float(removed.sum()),
             gains=gains - base,
         )

@@ -17,9 +17,9 @@ class Cause:
     """
     Hold one cause.
 
-    ``joint``: its name, or '*' for all; ``evidence``: delta_bic, p_adjusted, cv_gain, cv_gain_se,
-    folds_improved, floor; None where a data check and not the model shows it. ``rivals``: causes
-    that the data cannot tell from it. ``terms``: inner parameters and amplitudes of each harmonic;
+    ``joint``: its name, or '*' for all; ``evidence``: delta_bic, cv_gain, cv_gain_se, floor; None
+    where a data check and not the model shows it. ``rivals``: causes that the data cannot tell
+    from it. ``terms``: inner parameters and amplitudes of each harmonic;
     none where the extended model does not have it. ``tolerated``: it is a nominal parameter that
     is off within its tolerance: it is refitted like all of them, and no cause of what is wrong.
     ``gain``: what it removes by itself on data left out; None where the model does not show it.

@@ -22,9 +22,7 @@ FAULTS = ('velocity_lag', 'dropped_samples')
 _CONTACT = 0.02
 #: Contacts of a joint whose begin and end are reported.
 _MOST_EPISODES = 20
-_NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(
-    ('delta_bic', 'p_adjusted', 'cv_gain', 'cv_gain_se', 'folds_improved')
-)
+_NO_EVIDENCE: dict[str, float | None] = dict.fromkeys(('delta_bic', 'cv_gain', 'cv_gain_se'))
 
 
 def data_causes(

@@ -24,9 +24,8 @@ class Finding:
     """
     Hold one candidate with its evidence.
 
-    ``delta_bic``: fall of the cost less the price of its parameters and of its grid;
-    ``p_adjusted``: of the F test, times the number of all candidates tried; ``floor``: what
-    ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
+    ``delta_bic``: fall of the cost less the price of its parameters and of its grid; ``floor``:
+    what ``score.cv_gain`` has to exceed; ``objection``: why it is physically impossible, or '';
     ``reduced``: the cause that it is where its own part is not seen, or ''. ``rivals``: what
     explains as much; ``failed``: the gates that it did not pass.
     """
@@ -37,7 +36,6 @@ class Finding:
     score: Score
     columns: CandidateColumns
     delta_bic: float
-    p_adjusted: float
     floor: float = np.nan
     objection: str = ''
     reduced: str = ''

@@ -86,10 +86,8 @@ def estimated(laboratory: WhitenedRegression, selection: Selection) -> Estimate:
 def _evidence(finding: Finding) -> dict[str, float | None]:
     return {
         'delta_bic': finding.delta_bic,
-        'p_adjusted': finding.p_adjusted,
         'cv_gain': finding.score.cv_gain,
         'cv_gain_se': finding.score.cv_se,
-        'folds_improved': finding.score.improved,
         'floor': finding.floor,
     }
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import f as f_distribution
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.model.terms.kinds.fitted import Fitted
@@ -28,7 +27,6 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._trials = sum(len(c.grid) for c in laboratory.candidates)
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
@@ -54,20 +52,16 @@ class Scorer:
         grid: int,
     ) -> Finding:
         """
-        Return a candidate with BIC and F test.
+        Return a candidate with its BIC.
 
-        Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points), and
-        F = (G / k) / ((N - G) / N) with k and N degrees of freedom.
+        Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points).
         """
         rows = float(self.laboratory.known[columns.rows].sum())
         k = max(int((s.amplitude != 0.0).sum()) + len(effect.refined), 1)
         bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
-        residual = max(rows - s.gain, 1.0)
-        statistic = max(s.gain, 0.0) / k / (residual / rows)
-        p = float(f_distribution.sf(statistic, k, rows)) * self._trials
         fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         return Finding(
-            effect, joint, inner, s, columns, float(bic), min(p, 1.0),
+            effect, joint, inner, s, columns, float(bic),
             objection=effect.implausible(fit) or self.refused.get((effect.identifier, joint), ''),
             reduced=effect.reduces_to(fit),
         )  # fmt: skip

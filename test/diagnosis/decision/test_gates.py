@@ -80,7 +80,6 @@ def test_the_gain_of_a_fold_is_what_the_mean_of_the_others_removes_of_it(levels)
     assert s.cv_gain == pytest.approx(removed.sum() / energy, rel=1e-6)
     spread = np.std(removed, ddof=1) * np.sqrt(FOLDS) / energy
     assert s.cv_se == pytest.approx(spread, rel=1e-6)
-    assert s.improved == pytest.approx(np.mean(removed > 0.0))
 
 
 def test_a_fold_is_predicted_at_the_grid_point_that_the_others_choose():
@@ -92,7 +91,6 @@ def test_a_fold_is_predicted_at_the_grid_point_that_the_others_choose():
     assert s.best == 1
     # Fold 3 is predicted by the constant 0.5 of the others; these by a bump that is zero there.
     assert s.energy == pytest.approx(2 * ROWS * (2.0 * 6.5 * 0.5 - 0.5**2), rel=1e-6)
-    assert s.improved == pytest.approx(1.0 / FOLDS)
 
 
 def test_a_nominal_parameter_takes_what_its_bound_allows_before_a_candidate():
@@ -109,8 +107,8 @@ def test_a_nominal_parameter_takes_what_its_bound_allows_before_a_candidate():
 
 EMPTY = np.zeros((1, 1, 1, 1))
 COLUMNS = CandidateColumns(np.array([0]), EMPTY, EMPTY, EMPTY)
-SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 1.0, 50.0, np.ones(1))
-PASSING = Finding(Spring(), 0, {}, SCORE, COLUMNS, 50.0, 1e-6, floor=0.1)
+SCORE = Score(0, 90.0, np.ones(1), np.ones(1), np.zeros(1), 0.2, 0.1, 50.0, np.ones(1))
+PASSING = Finding(Spring(), 0, {}, SCORE, COLUMNS, 50.0, floor=0.1)
 
 
 def scored(**changes):
@@ -136,7 +134,7 @@ def test_a_gate_passes_just_above_its_limit_and_fails_just_below(above, below, s
 
 
 def test_another_harmonic_of_a_named_cause_may_be_missing_in_some_folds():
-    some = scored(improved=1 / 7, cv_se=0.5)
+    some = scored(cv_se=0.5)
     assert len(failed_gates(some)) == 1
     assert failed_gates(some, known=True) == ()
     assert len(failed_gates(replace(some, floor=0.3), known=True)) == 1
