@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -80,6 +80,32 @@ class JointFriction:
             parts[kind.identifier] = _Part(kind(), {}, {name: change})
         result._parts = tuple(parts.values())
         return result
+
+    @classmethod
+    def of_windows(cls, frictions: Sequence[JointFriction], of: IndexArray) -> JointFriction:
+        """
+        Return the friction of W windows, of which window w has ``frictions[of[w]]``.
+
+        For :meth:`torque` alone. What is not an amplitude is the same in all.
+        """
+        result = cls([None] * frictions[0].n)
+        parts: dict[str, _Part] = {}
+        for friction in frictions:
+            parts |= {part.term.identifier: part for part in friction._parts}
+        for identifier, part in parts.items():
+            amplitudes = {}
+            for name, array in part.amplitudes.items():
+                own = [friction._amplitude(identifier, name, array) for friction in frictions]
+                amplitudes[name] = np.array(own)[of]
+            parts[identifier] = _Part(part.term, part.inner, amplitudes)
+        result._parts = tuple(parts.values())
+        return result
+
+    def _amplitude(self, identifier: str, name: str, like: FloatArray) -> FloatArray:
+        for part in self._parts:
+            if part.term.identifier == identifier:
+                return part.amplitudes[name]
+        return np.zeros_like(like)
 
     def torque(self, v: FloatArray, sign: FloatArray) -> FloatArray:
         """Return tau_f (N, n) [Nm or N] at velocities and signs (N, n)."""

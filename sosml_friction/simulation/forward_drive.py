@@ -4,9 +4,7 @@
 
 from abc import ABC, abstractmethod
 
-import numpy as np
-
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import FloatArray
 
 
 class Drive(ABC):
@@ -29,21 +27,18 @@ class RecordedDrive(Drive):
     """
     Drive by effort that was reported, on lines between its samples.
 
-    :param torque: (N, n) at the samples of the recording: already the torque, delays undone.
-    :param at: first sample of each window (W,).
+    :param torque: (W, S, n) at the samples of each window: already the torque, delays undone.
     """
 
-    def __init__(self, torque: FloatArray, at: IndexArray) -> None:
+    def __init__(self, torque: FloatArray) -> None:
         self._torque = torque
-        self._at = at
-        self._now = torque[at]
-        self._next = torque[at]
+        self._now = self._next = torque[:, 0]
 
     def begin(self, k: int, q: FloatArray) -> None:
         """Look up the sample and the next one."""
-        last = len(self._torque) - 1
-        self._now = self._torque[np.minimum(self._at + k, last)]
-        self._next = self._torque[np.minimum(self._at + k + 1, last)]
+        last = self._torque.shape[1] - 1
+        self._now = self._torque[:, min(k, last)]
+        self._next = self._torque[:, min(k + 1, last)]
 
     def torque(self, begin: float, end: float) -> tuple[FloatArray, FloatArray]:
         """Return the torque between the two samples."""

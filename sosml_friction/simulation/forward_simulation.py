@@ -8,20 +8,24 @@ of second order in the sample. The states of friction and of terms follow the di
 the step began, however far it is.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import repeat
 from typing import NamedTuple
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.dahl import dahl_step
+from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
+from sosml_friction.simulation.window_models import WindowModels, as_window_models
 
 #: Position beyond which a simulation has diverged [rad or m]: no joint of a robot gets there.
 _AWAY = 1e3
@@ -57,7 +61,7 @@ class Start:
 
 
 def simulate(
-    model: ForwardModel,
+    model: ForwardModel | WindowModels,
     start: Start,
     drive: Drive,
     period: float,
@@ -69,6 +73,7 @@ def simulate(
     """
     Simulate ``samples`` samples of every window; what runs away is infinite from there on.
 
+    :param model: of all windows, or the models and which of them each window has.
     :param period: time between samples [s].
     :param effort: largest effort of each joint (n,) [Nm or N], which friction by load scales with.
     :param step: called with the number of each sample.
@@ -76,19 +81,25 @@ def simulate(
     :raises ConfigurationError: if the model cannot be simulated at this rate.
     """
     windows, n = start.q.shape
-    state = _Windows(model, start, period, effort, followed)
+    models = as_window_models(model, windows)
+    # How many samples of each window did not run away.
+    sane = np.full(windows, samples)
+    state = _Windows(models, start, period, effort, followed)
     out_q, out_v = np.empty((windows, samples, n)), np.empty((windows, samples, n))
     for k in range(samples):
         state.lead(k)
         # What the encoders say of the velocity differs by the slope of their map, of order 1e-3.
-        out_q[:, k], out_v[:, k] = model.measured_position(state.q), state.v
+        out_q[:, k], out_v[:, k] = models.measured_position(state.q), state.v
         if k == samples - 1:
             break
         step(k)
         drive.begin(k, out_q[:, k])
-        if not state.advance(k, drive):
-            out_q[:, k:], out_v[:, k:] = np.inf, np.inf
+        lost = state.advance(k, drive)
+        sane[lost] = np.minimum(sane[lost], k)
+        if not (sane == samples).any():
             break
+    gone = np.arange(samples) >= sane[:, None]
+    out_q[gone], out_v[gone] = np.inf, np.inf
     return Simulated(out_q, out_v)
 
 
@@ -112,7 +123,7 @@ class _Windows:
 
     def __init__(
         self,
-        model: ForwardModel,
+        model: WindowModels,
         start: Start,
         period: float,
         effort: FloatArray,
@@ -129,26 +140,25 @@ class _Windows:
         ) / (2.0 * _TINY)
         v = np.where(start.v == 0.0, 0.0, v)
         self.sign, self.warm = np.array(start.sign), start.warm
-        path = model.true_position(start.path)
-        self.states = [term.start(path, start.at) for term in model.terms]
-        self.rigid = np.diag(model.rigid_rotors())
-        self.motors = model.motors(posture)
-        self.bent = [gear.joint for gear in model.gears]
-        self.stiffness = np.array([gear.stiffness for gear in model.gears])
-        self.half_gap = np.array([0.5 * gear.gap for gear in model.gears])
+        self.states = [
+            model.each(partial(_started, number=k, start=start)) for k in range(len(model.terms))
+        ]
+        self.motors = model.numbers(lambda own: own.motors(posture))
+        self.bent, self.stiffness, self.half_gap = model.bent, model.stiffness, model.half_gap
         twist, rate = np.zeros((2, len(q), 0))
         if self.bent:
-            twist, rate = _settled(model, path, start.at, period, self.count)
+            twist, rate = np.moveaxis(model.each(self._settle), 1, 0)
         self.place = np.hstack([q, q[:, self.bent] - twist])
         self.speed = np.hstack([v, v[:, self.bent] - rate])
         self.body_a = np.array(start.acceleration)
         # What the gears pass on: the rotor stands before them.
-        self.load = _carried(model, q, v, self.body_a)
+        self.load = _carried(model.robots, q, v, self.body_a)
         self.led = list(followed)
         self.led_a = np.zeros((len(q), len(self.led)))
-        led_v = np.gradient(path, period, axis=0) if self.led else path
-        led_a = np.gradient(led_v, period, axis=0) if self.led else path
-        self.led_path = (path, led_v, led_a)
+        if self.led:
+            # Of each model position, velocity and acceleration, (models, 3, N, n).
+            self.led_paths = np.array([_derived(own, start.path, period) for own in model.models])
+        self.begin = self.place.copy()
 
     @property
     def q(self) -> FloatArray:
@@ -164,20 +174,31 @@ class _Windows:
         """Return the samples of the recording that sample ``k`` of the windows is, (W,)."""
         return np.asarray(np.minimum(self.start.at + k, len(self.start.time) - 1))
 
+    def _settle(self, model: ForwardModel, windows: IndexArray) -> FloatArray:
+        path, at = model.true_position(self.start.path), self.start.at[windows]
+        return np.stack(_settled(model, path, at, self.period, self.count), axis=1)
+
     def lead(self, k: int) -> None:
         """Put the joints that follow the path where it is at sample ``k``."""
         if self.led:
-            q, v, a = (path[self._row(k)][:, self.led] for path in self.led_path)
+            # Indices on both sides of a slice: windows come first, (W, 3, n).
+            led = self.led_paths[self.model.of, :, self._row(k)][:, :, self.led]
+            q, v, a = np.moveaxis(led, 1, 0)
             self.q[:, self.led], self.v[:, self.led] = q, v
             self.body_a[:, self.led], self.led_a = a, a
 
-    def advance(self, k: int, drive: Drive) -> bool:
-        """Go from sample ``k`` to the next one; return whether the state is still a sane one."""
-        bodies, speed = self._bodies(self.place), self._bodies(self.speed)
-        middle = bodies + 0.5 * self.period * speed + 0.125 * self.period**2 * self.body_a
-        if not np.abs(middle).max() < _AWAY:
-            return False
-        dynamics = self._dynamics(middle, speed + 0.5 * self.period * self.body_a)
+    def advance(self, k: int, drive: Drive) -> IndexArray:
+        """Go from sample ``k`` to the next one; return the windows whose state runs away."""
+        middle, speed = self._middle()
+        # Not a comparison that NaN passes.
+        lost = np.flatnonzero(~(np.abs(middle) < _AWAY).all(axis=1))
+        if len(lost):
+            # They begin anew, so that the others go on beside numbers.
+            self.place[lost] = self.begin[lost]
+            for state in (self.speed, self.body_a, self.load, self.sign, *self.states):
+                state[lost] = 0.0
+            middle, speed = self._middle()
+        dynamics = self._dynamics(middle, speed)
         at = self._row(k)
         self.time, self.warm = self.start.time[at] + 0.5 * self.period, self.start.warm[at]
         h = self.period / self.count
@@ -189,7 +210,13 @@ class _Windows:
                 self._acceleration, known, self.place, self.speed, h
             )
             self.sign, self.states = self._remembered(self.q - self.before)
-        return True
+        return lost
+
+    def _middle(self) -> tuple[FloatArray, FloatArray]:
+        """Return where the bodies are in the middle of a sample, and how fast, (W, n) each."""
+        h, speed = self.period, self._bodies(self.speed)
+        q = self._bodies(self.place) + 0.5 * h * speed + 0.125 * h**2 * self.body_a
+        return q, speed + 0.5 * h * self.body_a
 
     def _bodies(self, x: FloatArray) -> FloatArray:
         """Return what of ``x`` (W, n + g) is of the bodies, (W, n)."""
@@ -201,15 +228,16 @@ class _Windows:
         self, middle: FloatArray, speed: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return M^-1, C q' + g and the dampers of the gears in the middle of a sample."""
-        robot, still = self.model.robot, np.zeros(self.n)
-        masses = np.array([robot.inertia(row) for row in middle]) + self.rigid
-        bias = np.array(
-            [robot.inverse_dynamics(row, s, still) for row, s in zip(middle, speed, strict=True)]
-        )
+        model, still = self.model, np.zeros(self.n)
+        pairs = zip(model.robots, middle, strict=True)
+        masses = np.array([robot.inertia(row) for robot, row in pairs]) + model.rigid
+        rows = zip(model.robots, middle, speed, strict=True)
+        bias = np.array([robot.inverse_dynamics(row, s, still) for robot, row, s in rows])
         if self.led:
             masses[:, self.led] = np.eye(self.n)[self.led]
-        carried = masses[:, self.bent, self.bent].mean(axis=0)
-        return np.asarray(np.linalg.inv(masses)), bias, _damping(self.model.gears, carried)
+        carried = masses[:, self.bent, self.bent]
+        damping = 2.0 * model.damping * np.sqrt(self.stiffness * carried)
+        return np.asarray(np.linalg.inv(masses)), bias, damping
 
     def _remembered(self, dq: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
         """Return the states of friction and of the terms after the motors moved by ``dq``."""
@@ -254,9 +282,22 @@ def _damping(gears: Sequence[Gear], carried: FloatArray) -> FloatArray:
     return np.array([gear_damping(gear, float(mass)) for gear, mass in pairs])
 
 
-def _carried(model: ForwardModel, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+def _derived(model: ForwardModel, path: FloatArray, period: float) -> FloatArray:
+    """Return the path of the motors and its first two derivatives, (3, N, n)."""
+    q = model.true_position(path)
+    v = np.gradient(q, period, axis=0)
+    return np.array([q, v, np.gradient(v, period, axis=0)])
+
+
+def _started(model: ForwardModel, windows: IndexArray, number: int, start: Start) -> FloatArray:
+    """Return the states of a term at the begin of windows."""
+    return model.terms[number].start(model.true_position(start.path), start.at[windows])
+
+
+def _carried(robots: Iterable[Robot], q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
     """Return M q'' + C q' + g without rotors, (W, n)."""
-    return np.array([model.robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
+    rows = zip(robots, q, v, a, strict=True)
+    return np.array([robot.inverse_dynamics(*row) for robot, *row in rows])
 
 
 def _settled(
@@ -287,7 +328,7 @@ def _settled(
     before = round(_SETTLE_S / period)
     for k in range(-before, 0):
         rows = np.maximum(at + k, 0)
-        load = _carried(model, path[rows], v[rows], a[rows])[:, bent]
+        load = _carried(repeat(robot, len(rows)), path[rows], v[rows], a[rows])[:, bent]
         if k == -before:
             d = load / K + np.sign(load) * half
         for _ in range(count):

@@ -56,7 +56,7 @@ def run(model, torque, q=None, v=None, a=None, period=2e-3, sign=0.0, path=None,
         *state, zero + sign, path, np.zeros(1, dtype=np.int64), np.arange(count) * period,
         np.full((count, n), np.nan),
     )  # fmt: skip
-    drive = RecordedDrive(torque, start.at)
+    drive = RecordedDrive(torque[None])
     effort = np.abs(torque).max(axis=0)
     found = simulate(model, start, drive, period, count, effort, followed=followed)
     return found.q[0], found.v[0]
@@ -173,7 +173,7 @@ def test_a_body_behind_a_gear_starts_as_fast_as_its_motor_whatever_the_noise_of_
     start = Start(
         path[at], still + speed, still, still, path, at, time, np.full(path.shape, np.nan)
     )
-    drive = RecordedDrive(np.zeros(path.shape), at)
+    drive = RecordedDrive(np.zeros((len(at), samples, 1)))
     found = simulate(model, start, drive, period, samples, np.ones(1))
     mean = (found.q[:, -1, 0] - found.q[:, 0, 0]) / ((samples - 1) * period)
     assert np.sqrt(np.mean((mean - speed) ** 2)) < 5e-3
@@ -196,7 +196,8 @@ def test_a_gear_with_a_gap_is_found_on_the_side_where_it_was():
     a = np.gradient(v, period, axis=0)
     at = np.linspace(1000, 3800, 40).astype(np.int64)
     start = Start(q[at], v[at], a[at], 0.0 * q[at], q, at, time, np.full(q.shape, np.nan))
-    found = simulate(model, start, RecordedDrive(torque, at), period, samples, np.ones(1))
+    drive = RecordedDrive(torque[at[:, None] + np.arange(samples)])
+    found = simulate(model, start, drive, period, samples, np.ones(1))
     error = found.q - q[at[:, None] + np.arange(samples)]
     assert np.sqrt(np.mean(error**2)) < 0.5e-3
 

@@ -26,7 +26,8 @@ from sosml_friction.regression.nominal import LATE, TURNS
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.recorded.stretch import simulate_windows
+from sosml_friction.simulation.recorded.stretch import require_steps, simulate_windows
+from sosml_friction.simulation.window_models import WindowModels
 
 #: Length of a simulated window [s], from the measured state. Chosen, no measurement.
 HORIZON_S = 0.3
@@ -77,22 +78,43 @@ class ForwardGain:
         :param x: deviations of the nominal, then the amplitudes of the findings (p + k,).
         :param fold_x: the same without each fold (folds, p + k).
         """
-        n = self._laboratory.robot.n
-        result = [np.zeros((0, n))]
-        for windows in self._windows:
-            own = x if windows.fold is None else fold_x[windows.fold]
+        result = [np.zeros((0, self._laboratory.robot.n))]
+        # The windows of a stretch are simulated together, each by the model of its fold.
+        for _, group in itertools.groupby(self._windows, key=lambda own: id(own.signals)):
+            sets = list(group)
+            numbers = [x if own.fold is None else fold_x[own.fold] for own in sets]
+            result.append(self._together(sets, findings, numbers))
+        return np.concatenate(result)
+
+    def _together(
+        self,
+        sets: Sequence[WindowSet],
+        findings: Sequence[Finding],
+        numbers: Sequence[FloatArray],
+    ) -> FloatArray:
+        """Return the mean squares in the windows of one stretch, set after set."""
+        signals, samples = sets[0].signals, sets[0].samples
+        at = np.concatenate([own.at for own in sets])
+        models: list[ForwardModel] = []
+        of = np.full(len(at), -1)
+        ends = np.cumsum([0, *(len(own.at) for own in sets)])
+        for own, x, (first, last) in zip(sets, numbers, itertools.pairwise(ends), strict=True):
             try:
-                model = self._model(windows.signals, findings, own)
-                with np.errstate(all='ignore'):
-                    run = simulate_windows(model, windows.signals, windows.at, windows.samples)
+                model = self._model(signals, findings, x)
+                require_steps(model, signals, own.at)
             except ConfigurationError:
                 # No inertia left, or too stiff for any step: it is no model of anything.
-                result.append(np.full((len(windows.at), n), np.inf))
                 continue
-            rows = windows.at[:, None] + np.arange(windows.samples)
-            error = run.q - windows.signals.q[rows]
-            result.append(np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf))
-        return np.concatenate(result)
+            of[first:last] = len(models)
+            models.append(model)
+        found = np.full((len(at), self._laboratory.robot.n), np.inf)
+        able = np.flatnonzero(of >= 0)
+        if len(able):
+            with np.errstate(all='ignore'):
+                run = simulate_windows(WindowModels(models, of[able]), signals, at[able], samples)
+            error = run.q - signals.q[at[able, None] + np.arange(samples)]
+            found[able] = np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf)
+        return found
 
     def _model(self, signals: Signals, findings: Sequence[Finding], x: FloatArray) -> ForwardModel:
         """Return the nominal with deviations and causes."""
@@ -175,7 +197,7 @@ def _of_folds(laboratory: WhitenedRegression) -> list[WindowSet]:
             found.setdefault((s, int(blocks.fold[b])), []).extend(at.tolist())
     return [
         WindowSet(laboratory.signals[s], np.array(at), samples, fold)
-        for (s, fold), at in found.items()
+        for (s, fold), at in sorted(found.items())
     ]
 
 

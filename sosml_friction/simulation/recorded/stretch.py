@@ -14,6 +14,7 @@ from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import Start, simulate
 from sosml_friction.simulation.simulated import Simulated
+from sosml_friction.simulation.window_models import WindowModels, as_window_models
 
 
 class LowPass(Protocol):
@@ -91,8 +92,23 @@ def recorded_torque(model: ForwardModel, stretch: Stretch) -> FloatArray:
     return model.torque(np.column_stack([np.interp(shifted, samples, x) for x in tau.T]))
 
 
+def largest_effort(stretch: Stretch) -> FloatArray:
+    """Return the effort of each joint that friction by load scales with, (n,)."""
+    return np.asarray(np.quantile(np.abs(stretch.tau), 0.99, axis=0))
+
+
+def require_steps(model: ForwardModel, stretch: Stretch, at: IndexArray) -> None:
+    """
+    Refuse a model that cannot be simulated in windows at the samples ``at``.
+
+    :raises ConfigurationError: if it has no inertia left, or is too stiff.
+    """
+    posture = np.median(stretch.q[at], axis=0)
+    model.steps(posture, largest_effort(stretch), stretch.band.step)
+
+
 def simulate_windows(
-    model: ForwardModel,
+    model: ForwardModel | WindowModels,
     stretch: Stretch,
     at: IndexArray,
     samples: int,
@@ -103,15 +119,19 @@ def simulate_windows(
 
     A joint whose effort was not measured follows its recording.
 
+    :param model: of all windows, or the models and which of them each window has.
     :raises ConfigurationError: if the model cannot be simulated.
     """
+    models = as_window_models(model, len(at))
+    rows = np.minimum(at[:, None] + np.arange(samples + 1), len(stretch.q) - 1)
+    torque = models.each(lambda own, windows: recorded_torque(own, stretch)[rows[windows]])
     return simulate(
-        model,
+        models,
         measured_start(stretch, at),
-        RecordedDrive(recorded_torque(model, stretch), at),
+        RecordedDrive(torque),
         stretch.band.step,
         samples,
-        np.quantile(np.abs(stretch.tau), 0.99, axis=0),
+        largest_effort(stretch),
         step,
         undriven(stretch),
     )

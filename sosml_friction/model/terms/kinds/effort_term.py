@@ -3,6 +3,8 @@
 """Terms that are an effort of one joint: a function of its motion, linear in the amplitudes."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
@@ -57,7 +59,7 @@ class EffortTerm(Term):
 class _SimulatedEffort(SimulatedTerm):
     def __init__(self, term: EffortTerm, joint: int, inner: Inner, amplitude: FloatArray) -> None:
         self._term, self._joint, self._inner = term, joint, dict(inner)
-        self._amplitude = [float(x) for x in amplitude]
+        self._amplitude: Sequence[FloatArray | float] = [float(x) for x in amplitude]
 
     def start(self, path: FloatArray, at: IndexArray) -> FloatArray:
         own = np.ascontiguousarray(path[:, self._joint])
@@ -65,6 +67,20 @@ class _SimulatedEffort(SimulatedTerm):
 
     def advance(self, state: FloatArray, dq: FloatArray) -> FloatArray:
         return self._term.next_state(state, dq[:, self._joint], self._inner)
+
+    @property
+    def _kind(self) -> tuple[type, int, Inner]:
+        return type(self._term), self._joint, self._inner
+
+    def of_windows(self, terms: Sequence[SimulatedTerm], of: IndexArray) -> SimulatedTerm:
+        """Return the term with an amplitude of each window, where all else is the same."""
+        own = [term for term in terms if isinstance(term, _SimulatedEffort)]
+        if len(own) < len(terms) or any(term._kind != self._kind for term in own):
+            return super().of_windows(terms, of)
+        amplitudes = [term._amplitude for term in own]
+        result = copy(self)
+        result._amplitude = [np.array(each)[of] for each in zip(*amplitudes, strict=True)]
+        return result
 
     def load(self, motion: Motion, state: FloatArray) -> FloatArray:
         result = np.zeros_like(motion.q)

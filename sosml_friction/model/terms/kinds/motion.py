@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, IndexArray
 
 
 @dataclass
@@ -28,6 +28,11 @@ class Motion:
     sign: FloatArray
     load: FloatArray
     warm: FloatArray
+
+    def of(self, rows: IndexArray) -> Motion:
+        """Return the motion of some samples or windows."""
+        parts = (self.time, self.q, self.v, self.sign, self.load, self.warm)
+        return Motion(*(part[rows] for part in parts))
 
     @classmethod
     def steady(cls, v: FloatArray, sign: FloatArray) -> Motion:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,6 +101,18 @@ class SimulatedTerm(ABC):  # noqa: B024 - a kind of term overrides what it has, 
         """Return where the motors are that the encoders say are at ``measured``, (..., n)."""
         return measured
 
+    def of_windows(self, terms: Sequence[SimulatedTerm], of: IndexArray) -> SimulatedTerm:
+        """
+        Return one term for W windows, of which window w has ``terms[of[w]]``.
+
+        For :meth:`load` and :meth:`advance` alone, which a simulation calls at every step.
+
+        :param terms: the same term with other numbers; this one is the first.
+        """
+        if type(self).load is SimulatedTerm.load:
+            return self
+        return _OfWindows(terms, of)
+
     def friction_level(self, effort: FloatArray) -> FloatArray | float:
         """Return the most it adds to what the sign of motion is multiplied with, (n,)."""
         return 0.0
@@ -107,3 +120,24 @@ class SimulatedTerm(ABC):  # noqa: B024 - a kind of term overrides what it has, 
     def stiffness(self) -> FloatArray | float:
         """Return the steepest slope of its load over position, (n,)."""
         return 0.0
+
+
+class _OfWindows(SimulatedTerm):
+    """A term with other numbers in each group of windows, one group after the other."""
+
+    def __init__(self, terms: Sequence[SimulatedTerm], of: IndexArray) -> None:
+        self._groups = [(term, np.flatnonzero(of == k)) for k, term in enumerate(terms)]
+
+    def advance(self, state: FloatArray, dq: FloatArray) -> FloatArray:
+        result = state.copy()
+        for term, own in self._groups:
+            result[own] = term.advance(state[own], dq[own])
+        return result
+
+    def load(self, motion: Motion, state: FloatArray) -> FloatArray:
+        result = np.zeros_like(motion.q)
+        for term, own in self._groups:
+            part = term.load(motion.of(own), state[own])
+            if part is not None:
+                result[own] = part
+        return result
