@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import pinocchio
@@ -79,6 +79,7 @@ class Robot:
         self._identity = bool(np.array_equal(self._order, np.arange(model.nv)))
         self._spread, self._offset = self._following()
         self._constants: FloatArray | None = None
+        self._compiled: tuple[Callable[..., None], FloatArray, FloatArray] | None = None
         self.effort_units = tuple(
             'N' if stated.joints[n].kind == 'prismatic' else 'Nm' for n in joints
         )
@@ -163,13 +164,16 @@ class Robot:
         :param q: position (n,) [rad or m].
         :param v: velocity (n,) [rad/s or m/s].
         """
-        # Numba is for those alone who come here.
-        from sosml_friction.model.rigid_terms import rigid_terms, work_space
+        if self._compiled is None:
+            # Numba is for those alone who come here.
+            from sosml_friction.model.rigid_terms import rigid_terms, work_space
 
-        tree = self.constants
+            tree = self.constants
+            self._compiled = rigid_terms, tree, work_space(tree)
+        terms, tree, work = self._compiled
         p, drift, M = np.empty(self.n), np.empty(self.n), np.empty((self.n, self.n))
         q, v = np.array(q, dtype=float), np.array(v, dtype=float)
-        rigid_terms(tree, q, v, work_space(tree), p, drift, M)
+        terms(tree, q, v, work, p, drift, M)
         return p, drift, M
 
     def acceleration(self, q: FloatArray, v: FloatArray, tau: FloatArray) -> FloatArray:
@@ -248,7 +252,7 @@ class Robot:
         model.gravity.linear = np.asarray(gravity, dtype=float)
         other.armature = tuple(float(a) for a in armature)
         other._model, other._data = model, model.createData()
-        other._constants = None
+        other._constants = other._compiled = None
         return other
 
     @property

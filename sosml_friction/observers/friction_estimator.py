@@ -55,9 +55,7 @@ class FrictionEstimator(MomentumSampler):
         self.observers = {observer.identifier: observer for observer in observers}
         # Compile now: at the first sample it would stall the node.
         zero = np.zeros(robot.n)
-        self._take(0, zero, zero, zero)
-        self._kept[:] = 0
-        self.reset()
+        self._begin_to_take()
         row = np.zeros((1, robot.n))
         still = MomentumSamples(np.full(1, 1e-3), row, row, row, np.eye(robot.n)[np.newaxis])
         for observer in observers:
@@ -77,17 +75,18 @@ class FrictionEstimator(MomentumSampler):
         :return: None for a repeated stamp; NaN where there is no estimate yet.
         :raises ConfigurationError: if an observer is a smoother.
         """
+        outcome, interval = self._take(t_ns, q, v, tau)
+        if outcome == INTERVAL:
+            found = {}
+            for name, observer in self.observers.items():
+                found[name] = -observer.run(interval)[0]
+            return found
+        # An interval follows a start.
         for observer in self.observers.values():
             if not observer.causal:
                 raise ConfigurationError(
                     f'observer {observer.identifier} needs the whole recording: use batch'
                 )
-        outcome, interval = self._take(t_ns, q, v, tau)
-        if outcome == INTERVAL:
-            return {
-                name: np.negative(observer.run(interval)[0])
-                for name, observer in self.observers.items()
-            }
         if outcome == REPEATED:
             return None
         if outcome == START:
@@ -111,4 +110,6 @@ class FrictionEstimator(MomentumSampler):
                 observer.start(stretch.p_start)
                 tau_f[stretch.rows] = -observer.run(stretch.samples)
             result[name] = tau_f
+        # What comes next on line is no continuation.
+        self.reset()
         return result

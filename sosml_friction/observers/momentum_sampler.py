@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to the momentum and the forcing that drive observers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numba
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
@@ -99,6 +101,8 @@ class MomentumSampler:
         self._stamps = np.zeros((2, 1), dtype=np.int64)
         self._motion = np.empty((3, 1, robot.n))
         self._rows = tuple(self._motion[:, 0])
+        self._state = self._stamps, self._motion, self._kept, self._memory
+        self._advance: Callable[..., int] = advance
         self._shapes = self._motion.shape, (1, robot.n, robot.n)
         self.reset()
 
@@ -178,6 +182,18 @@ class MomentumSampler:
                 found.append(Stretch(rows, driven[0, first].copy(), samples))
         return found
 
+    def _begin_to_take(self) -> None:
+        """Compile what takes one sample at a time, which would stall the first."""
+        zero = np.zeros(self.robot.n)
+        _, samples = self._take(0, zero, zero, zero)
+        # Numba looks at the types of arguments in each call, and these are always of this class.
+        if isinstance(advance, Dispatcher):
+            own = *self._fixed, self.maximum_gap_s, self._differentiated, *self._state
+            given = *own, samples.h, self._motion, samples.inertia
+            self._advance = advance.get_overload(tuple(map(numba.typeof, given)))
+        self._kept[:] = 0
+        self.reset()
+
     def _take(
         self, t_ns: int, q: FloatArray, v: FloatArray, tau: FloatArray
     ) -> tuple[int, MomentumSamples]:
@@ -195,14 +211,11 @@ class MomentumSampler:
         # New arrays: an observer may keep them.
         shape, square = self._shapes
         h, driven, inertia = np.empty(1), np.empty(shape), np.empty(square)
-        status = advance(
+        status = self._advance(
             *self._fixed,
             self.maximum_gap_s,
             self._differentiated,
-            self._stamps,
-            self._motion,
-            self._kept,
-            self._memory,
+            *self._state,
             h,
             driven,
             inertia,
