@@ -86,7 +86,7 @@ validate: $(STAMP)
 	export SOSML_FRICTION_BLIND_TRIALS=60
 	$(BIN)/pytest -s test/identification/test_emulated_t1.py test/identification/test_weak_form.py \
 	  test/identification/test_identifiability.py test/study/test_targets.py \
-	  test/identification/test_emulated_quantisation.py \
+	  test/identification/test_emulated_quantisation.py test/identification/test_busy_machine.py \
 	  test/identification/test_emulated_trajectories.py test/identification/test_rippling_loop.py \
 	  test/diagnosis/test_sizes.py test/validation/test_campaign.py
 

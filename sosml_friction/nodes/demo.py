@@ -46,6 +46,11 @@ _PATIENT_DRIVER = (
 )
 
 
+# The gap that an idle machine has: where it followed the rate of a busy one, the observers would
+# have another configuration in the middle of a run.
+_STATED_GAP = ('maximum_gap:=0.05',)
+
+
 def run_demo(output: Path, seed: int = 0, json: bool = False) -> int:
     """
     Identify the emulated exoskeleton, print the table and write the report.
@@ -117,7 +122,7 @@ def run_chain(
     nodes = {
         'emulator_node': [f'can_channel:=127.0.0.1:{port}', f'seed:={seed}', *_PATIENT_HARDWARE],
         'driver_node': [f'can_channel:=socket://127.0.0.1:{port}', *_PATIENT_DRIVER],
-        'observer_node': [],
+        'observer_node': [*_STATED_GAP],
         'identifier_node': identifier,
     }
     file = share_directory() / 'config' / 'exoskeleton.yaml'

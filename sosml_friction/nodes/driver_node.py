@@ -456,7 +456,6 @@ class DriverNode(LifecycleNode):
 
         :raises SosmlFrictionError: why it is refused; the diagnostics say it as well.
         """
-        self._refused_trajectory = ''
         try:
             if self._driver is None or self._thread is None:
                 raise TrajectoryError('the driver is not active: activate it first')
@@ -464,8 +463,11 @@ class DriverNode(LifecycleNode):
                 raise TrajectoryError(refusal)
             self._driver.follow(trajectory_from_message(message))
         except SosmlFrictionError as error:
-            self._refused_trajectory = str(error)
+            # Of another commander "refused commander" tells, for as long as the hold lasts.
+            if str(error) not in self._refused_commands:
+                self._refused_trajectory = str(error)
             raise
+        self._refused_trajectory = ''
         self.commands += 1
         self._commander.take(senders, time.monotonic())
 

@@ -12,6 +12,7 @@ another publisher is not heard. The numbers are those of two processes.
 import sys
 import threading
 from collections.abc import Sequence
+from copy import deepcopy
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -77,7 +78,8 @@ class DirectObserverNode(ObserverNode):
 
     def _on_joint_states(self, message: JointState) -> None:
         with self._turn:
-            super()._on_joint_states(message)
+            # Kept until it is known which joints there are, while the driver fills it anew.
+            super()._on_joint_states(deepcopy(message) if self._watch is None else message)
 
     def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         with self._turn:

@@ -225,7 +225,11 @@ class IdentifierNode(ProgramNode):
         self._subscribed |= topics
         self._stamped = {'joint_states', 'friction_estimate'} | topics
         if self._phase in ('starting', 'moving'):
-            self._fail('the observers were started anew during the run: start it again')
+            self._fail(
+                'the observers have another configuration since the run began (started anew, or '
+                'their gap followed the rate of joint_states): start it again; set parameter '
+                'maximum_gap of the observers if it is the gap'
+            )
 
     def _make_robot(self) -> None:
         """Make the robot once all that it needs is known."""

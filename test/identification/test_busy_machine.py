@@ -3,12 +3,14 @@
 """
 T1 on a machine that is busy, in emulated time: numbers stay true, and it is told.
 
-One time in fifty the program stands still for 5 ms on average: before a cycle, between its
+The fit takes all of T1 and is for ``make validate``; the suite drives a short one. One time in
+fifty the program stands still for 5 ms on average: before a cycle, between its
 questions, and again before it sees an answer.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -25,6 +27,7 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
 
+FULL = int(os.environ.get('SOSML_FRICTION_SEEDS', '3')) > 10
 JOINTS = ('shoulder', 'elbow')
 SHARE, MEAN_S, LONGEST_S = 0.02, 5e-3, 0.04
 
@@ -65,8 +68,8 @@ def lockstep() -> Iterator[Lockstep]:
     trajectory = speed_ladder(
         {'shoulder': -0.5 * np.pi, 'elbow': 0.0},
         dict(zip(JOINTS, plan['centre'], strict=True)),
-        plan['speeds'],
-        plan['plateau'],
+        plan['speeds'] if FULL else plan['speeds'][::2],
+        plan['plateau'] if FULL else 0.1,
         plan['ramp'],
     )
     with Lockstep(emulator, configuration) as lockstep:
@@ -83,6 +86,7 @@ def lockstep() -> Iterator[Lockstep]:
         yield lockstep
 
 
+@pytest.mark.skipif(not FULL, reason='15 s: make validate')
 def test_what_is_identified_is_within_the_bounds_of_an_idle_machine(lockstep):
     robot, log = nominal_robot(), lockstep.log()
     estimator = shipped_estimator(robot, ['sosml'])
@@ -102,6 +106,6 @@ def test_answers_of_an_unknown_time_are_counted_and_no_samples(lockstep):
     # Two of three halts lie where they leave an answer without its time, two of five last long.
     assert 0.005 < report.late_cycles / report.cycles < 0.04
     _, checks = check_data(lockstep.log(), nominal_robot())
-    assert checks.gaps > 100
+    assert checks.gaps > report.late_cycles / 2
     # What was stamped too late was left out: the stamps that are there are not accused.
     assert not [finding for finding in checks.findings if finding.check == 'late_stamps']
