@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml watch``."""
 
+import sys
 from typing import Annotated
 
 import typer
 
-from sosml_friction.cli.app import app, remark
+from sosml_friction.cli.app import app, print_blocks, print_json, remark
+from sosml_friction.cli.options import JsonOption
 from sosml_friction.exceptions import ConfigurationError
 
 
@@ -16,6 +18,7 @@ def watch(
     seconds: Annotated[
         float | None, typer.Option(metavar='S', help='For how long; default: until Ctrl-C.')
     ] = None,
+    json: JsonOption = False,
 ) -> None:
     """
     Show friction, its error, validity and the phase of the nodes while they run.
@@ -37,6 +40,11 @@ def watch(
         )
     from sosml_friction.nodes.watch import run_watch
 
-    if not run_watch(namespace, seconds):
+    heard = run_watch(namespace, seconds, live=False if json else None)
+    if json:
+        print_json(heard.document())
+    elif not sys.stdout.isatty():
+        print_blocks([heard.table()])
+    if not heard.anything:
         remark('no node was heard: is the same ROS_DOMAIN_ID set, and does one run?')
         raise typer.Exit(1)

@@ -6,6 +6,8 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -20,8 +22,10 @@ from sensor_msgs.msg import JointState
 
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN
 from sosml_friction.report.common.number_text import format_number
-from sosml_friction.report.common.table import print_table, terminal_table
+from sosml_friction.report.common.output import to_plain
+from sosml_friction.report.common.table import terminal_table
 
+FORMAT = 'sosml_friction/watch/1'
 #: How often the table is drawn anew [1/s].
 _REFRESH = 5.0
 #: What has not been heard for this time [s] is said to be silent.
@@ -95,6 +99,23 @@ class Heard:
             return ''
         return f'silent for {self._clock() - came:.0f} s'
 
+    def document(self) -> dict[str, Any]:
+        """Return the object of ``sosml watch --json``: docs/schema/watch.schema.json."""
+        joints = {}
+        for joint, *_, estimate in self.rows():
+            joints[joint] = {
+                'velocity': _of(self._states, joint, 'velocity'),
+                'effort': _of(self._states, joint, 'effort'),
+                'friction': _of(self._friction, joint, 'effort'),
+                'std_error': _of(self._error, joint, 'effort'),
+                'estimate': estimate,
+            }
+        nodes = {
+            name: {'state': state, 'message': told}
+            for name, (state, told) in self._statuses.items()
+        }
+        return to_plain({'format': FORMAT, 'joints': joints, 'nodes': nodes})
+
     def table(self) -> RenderableType:
         """Return joints and nodes as tables, or what is waited for."""
         if not self.anything:
@@ -120,14 +141,16 @@ def _of(message: JointState | None, joint: str, what: str) -> float:
     return float(values[k]) if k < len(values) else math.nan
 
 
-def run_watch(namespace: str = '', seconds: float | None = None) -> bool:
+def run_watch(
+    namespace: str = '', seconds: float | None = None, live: bool | None = None
+) -> Heard:
     """
-    Show what the nodes say until Ctrl-C or for some seconds, and tell whether any was heard.
-
-    Where stdout is no terminal, one table is printed at the end.
+    Listen to the nodes until Ctrl-C or for some seconds, and return what they said last.
 
     :param namespace: of the robot.
+    :param live: whether it is shown meanwhile; None: where stdout is a terminal.
     """
+    live = sys.stdout.isatty() if live is None else live
     heard = Heard()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     node = Node('sosml_watch', namespace=namespace)
@@ -142,22 +165,17 @@ def run_watch(namespace: str = '', seconds: float | None = None) -> bool:
         node.create_subscription(kind, topic, take, _NEWEST)
     end = math.inf if seconds is None else time.monotonic() + seconds
     try:
-        if sys.stdout.isatty():
-            with Live(heard.table(), refresh_per_second=_REFRESH) as live:
-                while time.monotonic() < end:
-                    _listen(executor)
-                    live.update(heard.table())
-        else:
+        with Live(heard.table(), refresh_per_second=_REFRESH) if live else nullcontext() as shown:
             while time.monotonic() < end:
                 _listen(executor)
-            print_table(heard.table())
+                if shown is not None:
+                    shown.update(heard.table())
     except KeyboardInterrupt:
-        if not sys.stdout.isatty():
-            print_table(heard.table())
+        pass
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    return heard.anything
+    return heard
 
 
 def _listen(executor: SingleThreadedExecutor) -> None:

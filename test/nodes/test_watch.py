@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is watched is what the nodes said last, and what is not known is no number."""
 
+import json
 import math
 import threading
 import time
+from pathlib import Path
 
+import jsonschema
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
@@ -50,6 +53,14 @@ def test_what_has_not_come_for_long_is_silent_and_not_valid():
     assert 'joint_states silent for 7 s' in printed(heard)
 
 
+def test_json_has_what_the_table_has_and_nothing_that_is_not_known():
+    document = heard_at([0.0]).document()
+    schema = Path(__file__).resolve().parents[2] / 'docs' / 'schema' / 'watch.schema.json'
+    jsonschema.validate(document, json.loads(schema.read_text()))
+    assert document['joints']['shoulder']['friction'] == 0.9
+    assert document['joints']['elbow']['friction'] is None
+
+
 def test_nodes_are_told_with_their_phase():
     heard = Heard()
     assert not heard.anything
@@ -67,7 +78,7 @@ def test_without_an_observer_there_is_motion_and_no_friction():
     assert next(heard.rows()) == ('shoulder', '0.5000', '-', '-', '-', 'no observer')
 
 
-def test_a_node_that_publishes_is_heard_over_the_wire(capsys):
+def test_a_node_that_publishes_is_heard_over_the_wire():
     context = Context()
     rclpy.init(context=context)
     node = Node('speaks', context=context, namespace='left')
@@ -84,13 +95,14 @@ def test_a_node_that_publishes_is_heard_over_the_wire(capsys):
     thread = threading.Thread(target=speak)
     thread.start()
     try:
-        assert run_watch('left', 3.0)
+        heard = run_watch('left', 3.0)
     finally:
         done.set()
         thread.join()
         node.destroy_node()
         rclpy.shutdown(context=context)
-    assert '0.7500' in capsys.readouterr().out
+    assert heard.anything
+    assert '0.7500' in printed(heard)
 
 
 def test_where_nothing_runs_it_says_so(sosml):
