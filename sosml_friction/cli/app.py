@@ -28,8 +28,8 @@ app = typer.Typer(
     context_settings={'help_option_names': ['-h', '--help']},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help='Friction of robot joints without a torque sensor: plan a trajectory, fit friction to a '
-    'recording, import data, look into a bag, or see a demonstration.',
+    help='Friction of robot joints without a torque sensor, and what a model of the robot gets '
+    'wrong. Begin with demo, or with fit and a recording or a table; then diagnose.',
 )
 
 

@@ -59,7 +59,24 @@ addEventListener('load', () => {
         over.push([a, b].map(k => texts[k].textContent.trim()).join(' / '));
     }
   }
-  parent.postMessage({name: NAME, width: innerWidth, wide, over}, '*');
+  const svg = document.querySelector('svg'), entry = svg.querySelector('.legend .entry');
+  const click = () => entry.dispatchEvent(new MouseEvent('click', {bubbles: true}));
+  const hidden = () => svg.querySelectorAll('.hidden').length;
+  let acts = 0;
+  if (entry) {
+    click();
+    acts += hidden() > 0;
+    click();
+    acts += hidden() === 0;
+  }
+  const mark = [...svg.querySelectorAll('g.axes use')].find(x => !x.closest('.axis, defs'));
+  if (mark) {
+    const box = mark.getBoundingClientRect();
+    const [clientX, clientY] = [box.x + box.width / 2, box.y + box.height / 2];
+    svg.dispatchEvent(new PointerEvent('pointermove', {clientX, clientY, bubbles: true}));
+    acts += document.getElementById('tip').textContent.includes('velocity ');
+  }
+  parent.postMessage({name: NAME, width: innerWidth, wide, over, acts}, '*');
 });
 </script></body>"""
 FRAME = """<!DOCTYPE html><body><pre id="said"></pre><script>
@@ -193,3 +210,6 @@ def test_no_page_is_wider_than_a_phone_or_a_screen_and_no_text_overlaps(pages, t
     for said in found:
         assert said['wide'] == [], said['name']
         assert said['over'] == [], said['name']
+        # Curves hide and come back, and a mark says its values.
+        if said['name'] == 'fit':
+            assert said['acts'] == 3

@@ -7,7 +7,9 @@ Matplotlib's object interface on the Agg canvas: no global state, no display. Co
 Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from io import BytesIO
 from typing import Any, Literal, NamedTuple
 
@@ -29,6 +31,11 @@ BEFORE, AFTER = '#D55E00', '#0072B2'
 _DENSE = 30.0
 #: Points of one line that a figure shows.
 _LINE_POINTS = 2000
+#: Joints whose figures have all their points; of more each has fewer, and a page stays small.
+_DENSE_JOINTS = 2
+#: Below this share of their points a page leaves out the figures of methods: above 3 joints.
+_CROWDED = 0.6
+_share: ContextVar[float] = ContextVar('share', default=1.0)
 
 
 class Style(NamedTuple):
@@ -195,6 +202,26 @@ def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
         legend.remove()
 
 
+@contextmanager
+def page_of(joints: int) -> Iterator[None]:
+    """Draw figures within of a page with so many joints."""
+    token = _share.set(min(1.0, _DENSE_JOINTS / max(joints, 1)))
+    try:
+        yield
+    finally:
+        _share.reset(token)
+
+
+def is_crowded() -> bool:
+    """Tell whether the page has so many joints that it leaves out figures of methods."""
+    return _share.get() < _CROWDED
+
+
+def points(most: int) -> int:
+    """Return how many points a figure shows of at most so many, on the page that it is for."""
+    return max(1, round(most * _share.get()))
+
+
 def draw_line(axes: Axes, time: FloatArray, values: FloatArray, **style: Any) -> None:
     """Draw a line of any number of samples, a long one as its :func:`envelope`."""
     axes.plot(*envelope(time, values), **style)
@@ -202,7 +229,7 @@ def draw_line(axes: Axes, time: FloatArray, values: FloatArray, **style: Any) ->
 
 def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the smallest and largest value of each of many short spans, in order of time."""
-    count = _LINE_POINTS // 2
+    count = points(_LINE_POINTS) // 2
     if len(values) <= 2 * count:
         return time, values
     size = -(-len(values) // count)

@@ -23,6 +23,12 @@ from matplotlib.figure import Figure
 _CLOUD = 40
 #: Colours whose channels differ by less than this are greys.
 _GREY = 32
+#: Many marks of one shape and style in a row.
+_PLACE = r'x="[^"]+" y="[^"]+"'
+_MARKS = (
+    rf'(<use xlink:href="#(\w+)" {_PLACE} style="([^"]*)"/>'
+    rf'(?:\s*<use xlink:href="#\2" {_PLACE} style="\3"/>){{{_CLOUD},}})'
+)
 _SETTINGS: dict[Any, Any] = {'svg.fonttype': 'none', 'svg.hashsalt': 'sosml_friction'}
 
 
@@ -42,11 +48,7 @@ def to_svg(figure: Figure, caption: str = '', themed: bool = True) -> str:
     text = text[text.index('<svg') :]
     text = re.sub(r' *<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
     text = re.sub(r'<g id="([A-Za-z]+)[\w.]*">', _group, text)
-    text = re.sub(
-        rf'((?:<use xlink:href="#(\w+)" x="[^"]+" y="[^"]+" style="([^"]*)"/>\s*){{{_CLOUD},}})',
-        lambda match: _cloud(match, text),
-        text,
-    )
+    text = re.sub(_MARKS, lambda match: _cloud(match, text), text)
     text = re.sub(r'(-?\d+\.\d\d)\d+', r'\1', text)
     text = re.sub(r'(?<= d=")[^"]+', _line, text)
     text = re.sub(r'; font-family: [^;"]*', '', text)

@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import describe
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.report.common.drawing import page_of
 from sosml_friction.report.common.figure import DETAIL, METHOD, SUMMARY, figures_of, pictures
 from sosml_friction.report.common.html_page import (
     box,
@@ -145,8 +146,9 @@ def render_diagnosis(diagnosis: Diagnosis, provenance: Mapping[str, Any] | None 
     ]
     if laboratory is not None:
         parts.append(experiments(diagnosis))
-        for joint in joint_residuals(diagnosis):
-            parts += [heading(f'Joint {joint.name}'), pictures('diagnosis', joint)]
+        with page_of(len(diagnosis.names)):
+            for joint in joint_residuals(diagnosis):
+                parts += [heading(f'Joint {joint.name}'), pictures('diagnosis', joint)]
         whole = [x for x in figures_of('diagnosis', diagnosis) if x.part == DETAIL]
         for title, some in groupby(whole, key=lambda figure: figure.title):
             parts += [heading(title), *(figure.html(diagnosis) for figure in some)]

@@ -10,6 +10,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.report.common.drawing import page_of
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import (
     box,
@@ -91,10 +92,12 @@ def render_report(
     :raises ConfigurationError: if ``truth`` has the friction of none of the joints.
     """
     views = joint_views(analysis, truth)
-    sections = []
-    for view in views:
-        progress(view.name)
-        sections.append(joint_section(view))
+    summaries, sections = [], []
+    with page_of(len(views)):
+        for view in views:
+            progress(view.name)
+            summaries.append(joint_card(view))
+            sections.append(joint_section(view))
     if analysis.inverse is not None:
         sections.append(inverse_section(analysis, analysis.inverse))
     rows = recording_rows(analysis) | method_rows(analysis)
@@ -102,7 +105,7 @@ def render_report(
     parts = [
         facts(recording_facts(analysis)),
         verdict(*fit_verdict(views), map(joint_sentence, views)),
-        cards([joint_card(view) for view in views]),
+        cards(summaries),
         box('Before you use the numbers', notes(views, beside=False)),
         box('The recording', [f'{sampling_text(analysis.log)}.', *data_remarks(analysis)]),
         box('What to do next', next_steps(views, bag), 'next'),
@@ -158,9 +161,10 @@ def render_bags_report(
         known = {} if view.truth is None else view.truth.parameters
         summaries.append(heading(joint, 3) + plain_table(entry.parameters, known))
         sections.append(_joint_section(view))
-    for bag, one in analysis.bags.items():
-        progress(bag)
-        sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
+    with page_of(len(analysis.bags) * len(analysis.model.joint_names)):
+        for bag, one in analysis.bags.items():
+            progress(bag)
+            sections.append(_bag_section(bag_name(consolidation, bag), one, truth))
     first = next(iter(analysis.bags.values()))
     provenance = ''.join(
         heading(bag, 3) + provenance_table(recording_rows(one), None, {})

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from html import escape
 
 from sosml_friction.identification.friction_fit import JointFit
+from sosml_friction.report.common.drawing import is_crowded
 from sosml_friction.report.common.figure import METHOD, pictures
 from sosml_friction.report.common.html_page import folded, heading, items, paragraph
 from sosml_friction.report.common.labels import fit_label, observer_label, symbols_of
@@ -27,6 +28,8 @@ from sosml_friction.report.fit.findings import (
 from sosml_friction.report.fit.joint_view import JointView
 from sosml_friction.report.fit.segment_rows import segment_table
 
+#: In the place of figures of a page that would be too large with them.
+_ELSEWHERE = 'The figures of observers side by side are written by sosml fit --figures png.'
 #: What a method calls the pairs it fits to.
 _PAIRS = {
     'segments': 'levels',
@@ -52,7 +55,7 @@ def joint_section(view: JointView) -> str:
             items(notes([view], beside=True)),
             parameter_table(view.fits, view),
             open_section(view),
-            pictures('fit', view, METHOD),
+            paragraph(_ELSEWHERE) if is_crowded() else pictures('fit', view, METHOD),
             heading('The other method', 3),
             _alternatives(view),
         )

@@ -75,6 +75,15 @@ def test_a_figure_of_a_page_has_greys_of_the_page_and_its_limits(figure):
     assert to_svg(figure, themed=False).count('var(--') == 0
 
 
+def test_a_page_of_many_joints_shows_fewer_points_of_each():
+    assert drawing.points(900) == 900
+    with drawing.page_of(2):
+        assert (drawing.points(900), drawing.is_crowded()) == (900, False)
+    with drawing.page_of(6):
+        assert (drawing.points(900), drawing.is_crowded()) == (300, True)
+    assert not drawing.is_crowded()
+
+
 def test_a_cloud_of_points_is_one_path_of_as_many_dots():
     made = drawing.new_figure(6.0, 4.0)
     points = np.random.default_rng(0).normal(size=(2, 500))

@@ -25,7 +25,7 @@ from sosml_friction.report.fit.joint_view import JointView, shown_estimates
 
 #: Direction of motion: colours of samples and of means, words.
 _WAYS = ((1.0, '#56B4E9', '#0072B2', 'v > 0'), (-1.0, '#E69F00', '#A84800', 'v < 0'))
-_POINTS = 2500
+_POINTS = 1200
 
 
 class LawResidual(Figure[JointView]):
@@ -101,7 +101,7 @@ def _scatter(axes: Axes, view: JointView, residual: Residual, x: FloatArray) -> 
     place, way = x[residual.samples], np.sign(view.speed[residual.samples])
     for sign, pale, colour, _ in _WAYS:
         mine = np.flatnonzero((way == sign) & np.isfinite(place))
-        kept = mine[:: max(1, len(mine) // _POINTS)]
+        kept = mine[:: max(1, len(mine) // drawing.points(_POINTS))]
         axes.plot(place[kept], residual.value[kept], linestyle='', marker='.', markersize=3.5,
                   color=pale, alpha=0.35, markeredgewidth=0, zorder=1.5)  # fmt: skip
         if x is view.q and len(mine):

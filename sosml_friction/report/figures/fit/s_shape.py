@@ -178,7 +178,7 @@ def draw_panel(
         else:
             inside = np.abs(np.nan_to_num(view.speed, nan=np.inf)) <= fastest
         kept = np.flatnonzero(np.isfinite(tau_f) & inside)
-        kept = kept[:: max(1, len(kept) // _SCATTER_POINTS)]
+        kept = kept[:: max(1, len(kept) // drawing.points(_SCATTER_POINTS))]
         axes.plot(*_fold(view.speed[kept], tau_f[kept], bias, folded), linestyle='', marker='.',
                   markersize=3.0, color=style.colour, alpha=0.22, markeredgewidth=0.0,
                   zorder=1.5)  # fmt: skip
@@ -186,7 +186,7 @@ def draw_panel(
             mine = some & (way * levels.velocity > 0.0) if folded else some
             points = _fold(levels.velocity[mine], levels.level[mine], bias, folded)
             _points(axes, points, levels.spread[mine], marker, style, rejected)
-    v = np.geomspace(slowest, fastest, 300)
+    v = np.geomspace(slowest, fastest, 160)
     # Two branches: a law with sgn(v) has no line across zero. Folded a symmetric law is one line.
     for branch in (v, -v):
         again = folded and branch is not v
