@@ -197,12 +197,9 @@ def _without_meshes(urdf: str) -> str:
         for shape in [*link.findall('visual'), *link.findall('collision')]:
             if shape.tag == 'collision' or shape.find('.//mesh') is not None:
                 link.remove(shape)
-    extension = ElementTree.SubElement(root, 'mujoco')
-    ElementTree.SubElement(
-        extension, 'compiler',
-        {'discardvisual': 'false', 'inertiafromgeom': 'false', 'balanceinertia': 'true',
-         'fusestatic': 'false'},
-    )  # fmt: skip
+    _section(_section(root, 'mujoco'), 'compiler').attrib.update(
+        discardvisual='false', inertiafromgeom='false', balanceinertia='true', fusestatic='false'
+    )
     return ElementTree.tostring(root, encoding='unicode')
 
 

@@ -11,8 +11,10 @@ import sys
 import types
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from pathlib import Path
 from typing import ClassVar
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -27,6 +29,7 @@ from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.share import share_directory
 
 FOLDER = share_directory() / 'config/emulated_exoskeleton'
+SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/export.schema.json'
 
 
 @pytest.fixture
@@ -168,3 +171,13 @@ def test_intervals_are_in_the_file(model):
     model = replace(model, joints={**model.joints, 'shoulder': joint})
     for name in ('urdf', 'sdf', 'mjcf', 'isaaclab', 'ros2-control'):
         assert 'shoulder coulomb coulomb: 0.8 [0.7804, 0.8196] Nm' in TARGETS[name]().text(model)
+
+
+def test_the_json_of_the_command_obeys_its_schema(tmp_path, capsys):
+    out = tmp_path / 'robot.urdf'
+    assert main(['export', str(FOLDER), '--to', 'urdf', '--out', str(out), '--json']) == 0
+    document = json.loads(capsys.readouterr().out)
+    jsonschema.validate(document, json.loads(SCHEMA.read_text()))
+    assert document['lost'][0] == 'stribeck of shoulder'
+    # No motion is known: the limits of the URDF say how fast it may be.
+    assert "on all velocities up to the URDF's limits" in document['losses'][0]

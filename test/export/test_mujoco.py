@@ -4,17 +4,22 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.export.common.motion import recorded_motion
 from sosml_friction.export.mjcf import MjcfTarget
+from sosml_friction.export.urdf import UrdfTarget
 from sosml_friction.model.known_terms import read_term
-from sosml_friction.model.model_folder import EffectTerm
+from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -24,6 +29,7 @@ from sosml_friction.mujoco import Friction, apply_friction
 from sosml_friction.mujoco.engine import compiled
 from sosml_friction.mujoco.reading import model_of, read_mjcf
 from sosml_friction.mujoco.writing import write_mjcf
+from sosml_friction.share import share_directory
 from validation.mujoco_round_trip import bench_model, round_trip
 
 DOWN = (9.81 * np.array([1.0, 2.0, -9.0]) / np.sqrt(86.0)).tolist()
@@ -273,3 +279,30 @@ def test_a_model_without_urdf_is_a_snippet_to_be_included(tmp_path):
     d = mujoco.MjData(m)
     apply_friction(m, d)
     assert m.dof_frictionloss[0] == pytest.approx(1.3)
+
+
+def test_what_is_no_friction_costs_what_its_columns_say(tmp_path):
+    scale = EffectTerm('effort_scale', 'joint', {'error': Parameter(0.1, '1')})
+    model = bench_model((scale,))
+    t = np.arange(0.0, 8.0, 2e-3)
+    q, v, a = 0.5 * np.sin(2.0 * t), np.cos(2.0 * t), -2.0 * np.sin(2.0 * t)
+    robot = model.make_robot()
+    tau = np.array([robot.inverse_dynamics(*np.array(x)[:, None])[0]
+                    for x in zip(q, v, a, strict=True)])  # fmt: skip
+    tau += model.friction_laws()[0].torque(v)
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    log = JointLog(('joint',), stamps, q[:, None], v[:, None], tau[:, None])
+    write_joint_log(log, tmp_path / 'bag', model.urdf)
+    motion = recorded_motion(model, tmp_path / 'bag')
+    said = UrdfTarget(motion).losses(model)
+    assert said[0].startswith('joint: without stribeck the effort is wrong by')
+    size, rotor = (float(re.search(r'wrong by \D*([\d.]+) Nm', x)[1]) for x in said[1:])
+    assert size == pytest.approx(0.1 * np.sqrt(np.mean(tau**2)), rel=0.05)
+    assert rotor == pytest.approx(0.005 * np.sqrt(np.mean(a**2)), rel=0.05)
+    # What a target holds is not lost: MJCF has a field for the rotor.
+    assert len(MjcfTarget(motion).losses(model)) == 2
+    shipped = read_model(share_directory() / 'config/emulated_exoskeleton')
+    partly = replace(shipped, provenance={'not_known': {'elbow': 'not yet'}})
+    write_joint_log(replace(log, names=('shoulder',)), tmp_path / 'other')
+    with pytest.raises(ConfigurationError, match='has not all joints of model'):
+        recorded_motion(partly, tmp_path / 'other')

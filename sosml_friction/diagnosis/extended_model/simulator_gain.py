@@ -56,7 +56,7 @@ class SimulatorGain:
             said += f', of a position simulated for {self.horizon_s:g} s {place}'
         if self.left_out:
             said += f'; not simulated: {", ".join(self.left_out)}'
-        return f'{said}.'
+        return f'{said}; {self.file} is that model.'
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry ``simulator`` of diagnosis.json."""

@@ -3,7 +3,7 @@
 """The best constants that a target has in the place of terms it cannot hold, and their error."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize, nnls
@@ -39,7 +39,7 @@ class HeldJoint:
     refitted: bool = False
     error: float | None = None
     friction: float | None = None
-    lost: tuple[str, ...] = field(default=())
+    lost: tuple[str, ...] = ()
 
     def sentence(self, joint: str, on: str) -> str:
         """Return what the loss costs, '' where nothing is lost."""
@@ -101,7 +101,8 @@ def hold(
         if not lost or not motion.knows(name):
             continue
         units = [KnownTerm(TERMS[key](), i, {}, np.ones(1)) for key in CONSTANTS]
-        kept = [t for t in terms if t not in lost and t.term.identifier not in own]
+        gone = {id(t) for t in lost}
+        kept = [t for t in terms if id(t) not in gone and t.term.identifier not in own]
         found = (_along if motion.stretches else _steady)(motion, i, name, terms, kept, units, own)
         if found is not None:
             constants, error, friction = found

@@ -13,6 +13,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.controllers import PD, read_controllers
 from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.tracking import Law
 from sosml_friction.export.common.tracking import Path as Moved
 from sosml_friction.model.known_terms import KnownTerm
@@ -77,6 +78,23 @@ class KnownMotion:
         """Return the friction of some terms of a joint, along each stretch."""
         return [_law(s, joint, terms) for s in self.stretches]
 
+    def other_sentence(self, model: RobotModelFile, known: KnownTerm) -> str:
+        """Return what the loss of a term costs that is no friction: of bodies, report, gear."""
+        name = known.term.identifier
+        if not self.stretches:
+            return f'what {name} would cost is not known, as it takes the motion: give a recording'
+        parts = [
+            known.term.columns(s, known.joint, known.inner) @ known.amplitude
+            for s in self.stretches
+        ]
+        sizes = np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
+        told = ', '.join(
+            f'{joint} {size:.3g} {"Nm" if own.armature.unit == "kg m2" else "N"}'
+            for (joint, own), size in zip(model.joints.items(), sizes, strict=True)
+            if size > 0.0
+        )
+        return f'without {name} the effort is wrong by {told} rms on {self.on}'
+
     def rotor_sentence(self, model: RobotModelFile, name: str) -> str:
         """Return what the loss of a joint's armature costs, '' where that is not known or none."""
         rotor = model.joints[name].armature
@@ -114,13 +132,18 @@ def recorded_motion(model: RobotModelFile, bag: Path) -> KnownMotion:
     Return the motion in a bag.
 
     :raises BagError: if it cannot be read.
-    :raises ConfigurationError: if the model has no URDF and neither has the bag, or an armature
-        is not known.
+    :raises ConfigurationError: if the model has no URDF and neither has the bag, an armature is
+        not known, or a joint was not recorded.
     :raises DataError: if no stretch is long enough.
     """
     recorded = read_recorded_robot(bag, model, own_urdf=model.urdf is not None)
     nominal = replace(recorded.nominal, effects=())
     robot = recorded.robot
+    if robot.names != model.joint_names:
+        raise ConfigurationError(
+            f'{bag} has not all joints of model {model.name}, which are '
+            f'{", ".join(model.joint_names)}: give another recording'
+        )
     found = prepare([recorded.log.select(robot.names)], nominal, robot, DiagnosisSettings())
     gains = {
         name: (float(entry['kp']), float(entry['kd']))

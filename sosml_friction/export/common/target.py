@@ -11,8 +11,10 @@ from typing import Any, ClassVar, NamedTuple
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.holding import HeldJoint, hold
 from sosml_friction.export.common.motion import KnownMotion
+from sosml_friction.model.known_terms import read_term
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Z_95, Parameter
+from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 from sosml_friction.registry import Registry
 
@@ -95,6 +97,12 @@ class ExportTarget(ABC):
         if self.holds_all:
             return []
         said = [own.sentence(name, self.motion.on) for name, own in self.held(model).items()]
+        said += [
+            self.motion.other_sentence(model, known)
+            for entry in model.effects
+            for known in read_term(entry, model)
+            if not isinstance(known.term, EffortTerm)
+        ]
         if not self.holds_armature:
             said += [self.motion.rotor_sentence(model, name) for name in model.joints]
         return [one for one in said if one]
