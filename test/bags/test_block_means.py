@@ -1,5 +1,7 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Long recordings as means: what is averaged, and over what time."""
+
 import numpy as np
 import pytest
 

@@ -1,5 +1,7 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""Few rows and columns stand for many, to rounding."""
+
 import numpy as np
 
 from sosml_friction.identification.law.reduction import spanning, triangle

@@ -1,5 +1,7 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""The change of a parameter per day against closed forms and in repetition."""
+
 import numpy as np
 import pytest
 from scipy.stats import linregress

@@ -1,5 +1,7 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
+"""The table of a fleet, from the documents of its recordings."""
+
 import csv
 import io
 
