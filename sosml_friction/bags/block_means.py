@@ -10,9 +10,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 
-#: Samples from which on means are taken: ten minutes of 1 kHz. Chosen by what an hour costs:
+#: Samples from which on means are taken: five minutes of 1 kHz. Chosen by what an hour costs:
 #: benchmarks/long_recordings.py.
-MOST_SAMPLES = 600_000
+MOST_SAMPLES = 300_000
 #: A step of more than this many median ones is a hole, as for even_stretches.
 _HOLE = 5.0
 

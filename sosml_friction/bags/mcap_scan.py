@@ -314,7 +314,9 @@ class _Scanner:
         head = heads[listed - start]
         length = head['length'].astype(np.int64)
         ends = listed + _FRAME.size + length
-        good = (head['opcode'] == Opcode.MESSAGE) & (length >= _MESSAGE.size) & (ends <= stop)
+        # Not by the end, which a length without measure makes negative.
+        fits = (length >= _MESSAGE.size) & (length <= stop - listed - _FRAME.size)
+        good = (head['opcode'] == Opcode.MESSAGE) & fits
         good[1:] &= listed[1:] == ends[:-1]
         channel = head['channel']
         for channel_id in set(channel.tolist()) - set(self.found.messages):

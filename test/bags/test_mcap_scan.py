@@ -140,6 +140,18 @@ def test_bytes_that_are_wrong_never_raise_anything_but_a_bag_error(whole, place,
         assert bag.recovery == plain.recovery
 
 
+@pytest.mark.parametrize('length', [0, 21, 2**40, 2**62, 2**63 - 32, 2**63 - 1, 2**64 - 1])
+def test_a_message_of_a_length_without_measure_is_where_reading_ends(place, foreign_mcap, length):
+    """In a file without checksums, and in each of its first two chunks' messages."""
+    whole = foreign_mcap(place.with_name('plain.mcap'), ENTRIES, **LAYOUTS['no checksums'])
+    content = whole.read_bytes()
+    for k in range(60):
+        start = content.find(ENTRIES[k][2]) - 30
+        place.write_bytes(content[:start] + struct.pack('<Q', length) + content[start + 8 :])
+        bag, _ = opened(place)
+        assert (0 if bag is None else bag.messages_read) == k
+
+
 def test_zeros_after_a_power_loss_end_the_recording(whole, place):
     content, plain = whole
     half = len(content) // 2

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import pytest
 
-from sosml_friction.report.common.tables import print_table
+from sosml_friction.report.common.table import print_table
 from sosml_friction.report.study.tables import study_tables
 from sosml_friction.study import run
 from sosml_friction.study.outcome import is_causal
