@@ -90,7 +90,7 @@ def _band_path(axes, v):
     for collection in axes.collections:
         for path in collection.get_paths():
             box = path.get_extents()
-            if len(path.vertices) > 400 and box.x0 <= v <= box.x1:
+            if len(path.vertices) > 300 and box.x0 <= v <= box.x1:
                 return path
     raise AssertionError('no band')
 
