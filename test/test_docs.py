@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import typer
 
+import sosml_friction
 from sosml_friction.cli.main import app
 from sosml_friction.model.laws import TERM_LISTS
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
@@ -117,6 +118,11 @@ def test_jobs_that_need_no_recording_are_done_as_the_page_says(sosml, tmp_path):
     assert ran >= 5
     assert (tmp_path / 'ladder.png').read_bytes().startswith(b'\x89PNG')
     assert (tmp_path / 'robot_model' / 'model.yaml').is_file()
+
+
+def test_the_citation_has_the_version_of_the_package():
+    text = (ROOT / 'CITATION.cff').read_text()
+    assert f'version: {sosml_friction.__version__}\n' in text
 
 
 def test_every_page_is_on_the_site():

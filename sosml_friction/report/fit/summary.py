@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
+from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
@@ -75,14 +77,27 @@ def fit_verdict(views: Sequence[JointView]) -> tuple[str, str]:
     return 'good', 'Friction fitted'
 
 
-def plain_table(parameters: Mapping[str, Parameter], known: Mapping[str, Parameter]) -> str:
-    """Return a model in plain words: what, how much with half of its 95 % interval, unit."""
+def plain_table(
+    parameters: Mapping[str, Parameter],
+    known: Mapping[str, Parameter],
+    load: Parameter | None = None,
+) -> str:
+    """
+    Return a model in plain words: what, how much with half of its 95 % interval, unit.
+
+    :param load: share of the load that is friction besides, where the model has it.
+    """
     columns = {'': '', 'value ± 95 %': 'n', 'unit': 'w'} | ({'truth': 'n'} if known else {})
     rows = []
     for name in symbols_of(parameters):
         if (p := parameters.get(name)) is not None:
             row = [PLAIN[name], number_text(name, p), p.unit]
             rows.append(row + ([truth_text(known, name)] if known else []))
+    if load is not None:
+        low, high = load.interval or (load.value - half_width(load), load.value + half_width(load))
+        share = Parameter(100.0 * load.value, '%', 100.0 * load.std_error, (1e2 * low, 1e2 * high))
+        row = ['share of the load besides', number_text('load_coefficient', share), '%']
+        rows.append(row + ([''] if known else []))
     return html_table(columns, rows)
 
 
@@ -91,6 +106,7 @@ def joint_card(view: JointView) -> str:
     if view.model is None or view.preferred is None:
         return heading(view.name, 3) + paragraph(f'Not available: {view.unavailable}.')
     fit = view.model
+    load = view.load if view.preferred == REGRESSION else None
     told = PAIRS.get(fit.method, '{} samples in motion').format(fit.fit.pairs)
     left = (
         f'Fitted to {told} ({observer_label(view.preferred)}); the law leaves '
@@ -99,7 +115,7 @@ def joint_card(view: JointView) -> str:
     )
     return (
         heading(view.name, 3)
-        + plain_table(fit.fit.parameters, view.known)
+        + plain_table(fit.fit.parameters, view.known, load)
         + pictures('fit', view, SUMMARY)
         + paragraph(left)
     )

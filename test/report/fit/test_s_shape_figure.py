@@ -90,7 +90,7 @@ def _band_path(axes, v):
     for collection in axes.collections:
         for path in collection.get_paths():
             box = path.get_extents()
-            if len(path.vertices) > 400 and box.x0 <= v <= box.x1:
+            if len(path.vertices) > 300 and box.x0 <= v <= box.x1:
                 return path
     raise AssertionError('no band')
 
@@ -100,7 +100,7 @@ def test_the_law_is_dotted_below_the_slowest_speed_of_the_data(view, figure):
     lines = {
         line.get_linestyle(): np.asarray(line.get_xdata())[np.isfinite(line.get_ydata())]
         for line in figure.axes[3].lines
-        if line.get_linestyle() in ('-', ':') and len(line.get_xdata()) == 300
+        if line.get_linestyle() in ('-', ':') and len(line.get_xdata()) > 100
     }
     assert lines['-'].min() >= slowest
     assert lines[':'].max() < slowest

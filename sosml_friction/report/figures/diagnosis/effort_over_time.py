@@ -2,11 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effort over time, and what is unexplained of it."""
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.residual.joint_residual import JointResidual
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
+
+#: A step longer than so many usual ones was left out: nothing is drawn across it.
+_HOLE = 20.0
 
 
 class EffortOverTime(Figure[JointResidual]):
@@ -22,9 +28,16 @@ class EffortOverTime(Figure[JointResidual]):
         figure = drawing.new_figure(10.0, 4.6)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.0, 1.2])
         time = view.axes['time']
-        drawing.draw_line(top, time, view.effort, color=drawing.GREY, linewidth=1.0)
-        drawing.draw_line(bottom, time, view.before, color=drawing.BEFORE, linewidth=0.9)
-        drawing.draw_line(bottom, time, view.after, color=drawing.AFTER, linewidth=0.9)
+        steps = np.diff(time, append=time[-1:])
+        hole = steps > _HOLE * np.median(steps)
+
+        def draw(axes: Axes, values: FloatArray, colour: str) -> None:
+            parted = np.where(hole, np.nan, values)
+            drawing.draw_line(axes, time, parted, color=colour, linewidth=0.9)
+
+        draw(top, view.effort, drawing.GREY)
+        draw(bottom, view.before, drawing.BEFORE)
+        draw(bottom, view.after, drawing.AFTER)
         drawing.label_axes(top, '', f'measured effort [{view.unit}]')
         drawing.label_axes(bottom, 'time [s]', f'unexplained [{view.unit}]')
         drawing.legend_below(figure, drawing.before_and_after())
