@@ -105,7 +105,8 @@ def table(rows: list[dict[str, Any]]) -> str:
     lines = ['| kind | effect | n | outcomes | spurious |', '|---|---|---|---|---|']
     keys = dict.fromkeys((row['kind'], row['effect']) for row in rows)
     for kind in dict.fromkeys(kind for kind, _ in keys):
-        for key in [key for key in keys if key[0] == kind] + [(kind, None)]:
+        effects = [key for key in keys if key[0] == kind and key[1]]
+        for key in [*effects, (kind, None)]:
             own = [r for r in rows if r['kind'] == kind and key[1] in (None, r['effect'])]
             counts: dict[str, int] = {}
             for row in own:
