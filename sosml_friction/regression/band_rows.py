@@ -35,7 +35,8 @@ class BandRows:
 
     ``residual`` (K, n): measured effort minus that of the nominal model. ``nominal_columns``
     (K, n, p): effort per unit of each nominal parameter. ``columns``: those of the candidates, at
-    all points of their grids; ``structure_columns``: those of the free curves of each joint.
+    all points of their grids; ``structure_columns``: those of the free curves of each joint. Both
+    are empty once they are whitened.
     """
 
     signals: tuple[Signals, ...]

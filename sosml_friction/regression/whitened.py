@@ -13,7 +13,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.band_rows import BandRows, columns_in_band
+from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_in_band
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.contacts import Contacts
 from sosml_friction.regression.evidence import Blocks, CandidateColumns, System, make_blocks
@@ -87,10 +87,7 @@ class WhitenedRegression:
             whitening.apply(rows.nominal_columns), nominal.bound, nominal.prior, blocks
         )
         columns, structure = (
-            tuple(
-                CandidateColumns.make(system, joints, whitening.apply(parts, joints))
-                for joints, parts in entries
-            )
+            _whitened(system, whitening, entries)
             for entries in (rows.columns, rows.structure_columns)
         )
         standstill = whitening.standstill
@@ -202,6 +199,17 @@ class WhitenedRegression:
         """Return the causes looked for that joint sensors cannot tell from an effect at all."""
         sought = {candidate.effect.identifier for candidate in self.candidates}
         return tuple(name for name in effect.inseparable if name in sought)
+
+
+def _whitened(
+    system: System, whitening: Whitening, entries: list[JointColumns]
+) -> tuple[CandidateColumns, ...]:
+    """Return columns whitened, and take them out of ``entries``: two of all are too large."""
+    result = []
+    while entries:
+        joints, parts = entries.pop(0)
+        result.append(CandidateColumns.make(system, joints, whitening.apply(parts, joints)))
+    return tuple(result)
 
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
