@@ -101,7 +101,8 @@ class ForwardGain:
         for own, x, (first, last) in zip(sets, numbers, itertools.pairwise(ends), strict=True):
             try:
                 model = self._model(signals, findings, x)
-                require_steps(model, signals, own.at)
+                # In the posture of all windows, in which they are simulated together.
+                require_steps(model, signals, at)
             except ConfigurationError:
                 # No inertia left, or too stiff for any step: it is no model of anything.
                 continue
