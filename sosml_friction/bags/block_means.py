@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
 
 #: Samples from which on means are taken: five minutes of 1 kHz. Chosen by what an hour costs:
 #: benchmarks/long_recordings.py.
@@ -30,6 +31,7 @@ def block_means(
 
     :param effort_hold: where in an interval the effort of each joint holds, ``mean`` if empty. A
         mean is then of the effort that acts from half an interval before a sample to half after.
+    :raises DataError: if there are no two blocks.
     """
     count = -(-len(log) // most)
     if count == 1:
@@ -40,7 +42,12 @@ def block_means(
             tau[1:, i] = 0.5 * (log.tau[1:, i] + log.tau[:-1, i])
         elif hold == 'end':
             tau[:-1, i] = 0.5 * (log.tau[1:, i] + log.tau[:-1, i])
-    rows = np.flatnonzero(np.isfinite(log.q).all(axis=1) & np.append(True, np.diff(log.t_ns) != 0))
+    rows = np.flatnonzero(np.isfinite(log.q).all(axis=1))
+    rows = rows[np.append(True, np.diff(log.t_ns[rows]) != 0)] if len(rows) else rows
+    if len(rows) < 2:
+        raise DataError(
+            'no two samples have a position of every joint: record all joints in one message'
+        )
     steps = np.diff(log.t_ns[rows])
     hole = (steps < 0) | (steps > _HOLE * np.median(steps))
     blocks = [
@@ -48,6 +55,11 @@ def block_means(
         for run in np.split(rows, np.flatnonzero(hole) + 1)
     ]
     block = np.concatenate(blocks)
+    if len(block) < 2:
+        raise DataError(
+            f'there are nowhere {2 * count} samples in a row, of which two means could be made: '
+            'record stamps that go forwards, without holes'
+        )
 
     def means(column: FloatArray) -> FloatArray:
         values = column[block]

@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -17,13 +19,15 @@ import typer
 
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
 from sosml_friction.cli.options import JsonOption, is_table
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:
     from sosml_friction.report.fleet.rows import FleetRow
 
 #: The result of a command, in the folder of each recording.
 _RESULTS = {'fit': 'fit.json', 'diagnose': 'diagnosis.json'}
+#: The one table of all.
+_TABLE = 'fleet.csv'
 #: How often Dask begins a recording again whose worker died.
 _RETRIES = 3
 
@@ -116,44 +120,111 @@ def _run(
     from sosml_friction.report.common.output import require_writable
     from sosml_friction.report.fleet.rows import failed_row, rows_csv
 
+    folder, options = split_words(command, [str(folder), *context.args])
     out = (out or Path(f'{folder.resolve().name}_fleet')).resolve()
     recordings = find_recordings(folder, out)
     require_writable(out)
-    options = [*context.args]
-    for given in options:
-        if given.split('=')[0] in ('--out', '--json'):
-            raise ConfigurationError(
-                f'{given} is an option of the fleet: put it behind the folder'
-            )
     places = {name: out / name for name in recordings}
+    for other, result in _RESULTS.items():
+        if other != command and any((place / result).is_file() for place in places.values()):
+            raise ConfigurationError(
+                f'{out} holds the results of sosml fleet {other}: choose another place with --out'
+            )
+    out.mkdir(parents=True, exist_ok=True)
     waiting = [name for name in recordings if not (places[name] / _RESULTS[command]).is_file()]
     failed: dict[str, str] = {}
     count, ready = len(recordings), len(recordings) - len(waiting)
+    if ready:
+        remark(
+            f'{ready} of {count} recordings have a result in {out}, which stays as it is, '
+            'whatever the options: remove it to begin anew'
+        )
+    here = str(Path.cwd())
     with progress(f'{ready} of {count} recordings') as step, _executor(scheduler, jobs) as pool:
         # By its arguments alone, so that Dask may begin it again elsewhere.
         futures = {
-            pool.submit(run_one, command, str(recordings[name]), str(places[name]), options): name
+            pool.submit(
+                run_one,
+                command,
+                str(recordings[name].absolute()),
+                str(places[name]),
+                options,
+                here,
+            ): name
             for name in waiting
         }
         for number, future in enumerate(as_completed(futures), ready + 1):
             name = futures[future]
-            done = future.result()
+            why = why_not(command, future)
             if not (places[name] / _RESULTS[command]).is_file():
-                failed[name] = done.said or f'sosml {command} ended with {done.code}'
-                remark(f'{name}: {failed[name]}')
+                failed[name] = why
+                remark(f'{name}: {why}')
             step(f'{number} of {count} recordings')
     rows: list[FleetRow] = []
     for name, place in places.items():
-        rows += [failed_row(name, failed[name])] if name in failed else read_rows(command, place)
-    (out / 'fleet.csv').write_text(rows_csv(rows), encoding='utf-8')
+        if name not in failed:
+            try:
+                rows += read_rows(command, place)
+                continue
+            except (OSError, ValueError, KeyError, SosmlFrictionError):
+                failed[name] = f'its result cannot be read: remove {place} to begin anew'
+                remark(f'{name}: {failed[name]}')
+        rows.append(failed_row(name, failed[name]))
+    (out / _TABLE).write_text(rows_csv(rows), encoding='utf-8')
     _show(command, rows, out, json)
     bad = any(row.told.startswith('bad_data') for row in rows)
     if failed or bad:
         raise typer.Exit(1)
 
 
-def run_one(command: str, recording: str, out: str, options: Sequence[str]) -> Done:
-    """Run one command in a process of its own, so that what breaks it breaks nothing else."""
+def split_words(command: str, words: Sequence[str]) -> tuple[Path, list[str]]:
+    """
+    Return the folder among the words after a command of the fleet, and what is handed on.
+
+    :raises ConfigurationError: if there is not one folder, or an option is the fleet's.
+    """
+    known: Any = typer.main.get_command(app)
+    known = known.commands[command]
+    # A misspelt option ends it here, and not every recording by itself.
+    parser = known.make_parser(known.context_class(known, info_name=f'sosml {command}'))
+    values = parser.parse_args(args=list(words))[0]
+    for name in ('out', 'json'):
+        if name in values:
+            raise ConfigurationError(
+                f'--{name} is an option of the fleet: put it behind the folder'
+            )
+    (argument,) = (each.name for each in known.params if each.param_type_name == 'argument')
+    folders = list(values.get(argument) or ())
+    if len(folders) != 1:
+        raise ConfigurationError(
+            f'give one folder of recordings: {" and ".join(folders)} are {len(folders)}'
+            if folders
+            else 'give the folder of the recordings'
+        )
+    options = list(words)
+    # Behind options its name may be the value of one, too: it is the last.
+    first = not words[0].startswith('-')
+    del options[0 if first else len(words) - 1 - options[::-1].index(folders[0])]
+    return Path(folders[0]), options
+
+
+def why_not(command: str, future: Future[Done]) -> str:
+    """Return why a command has left no result."""
+    try:
+        done = future.result()
+    except Exception as error:  # of the cluster: whatever it is, it ends one recording alone
+        return f'{type(error).__name__}: {error}'
+    if done.code < 0:
+        return f'sosml {command} was ended by signal {-done.code}'
+    return done.said or f'sosml {command} ended with {done.code}'
+
+
+def run_one(command: str, recording: str, out: str, options: Sequence[str], folder: str) -> Done:
+    """
+    Run one command in a process of its own, so that what breaks it breaks nothing else.
+
+    :param folder: where paths among the options begin, if it is there.
+    """
     asked = [sys.executable, '-m', 'sosml_friction.cli.main', command, recording, '--out', out]
     Path(out).parent.mkdir(parents=True, exist_ok=True)
     ended = subprocess.run(
@@ -161,6 +232,7 @@ def run_one(command: str, recording: str, out: str, options: Sequence[str]) -> D
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
+        cwd=folder if Path(folder).is_dir() else None,
         # One thread of BLAS each: the recordings are what is done at a time.
         env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'},
         check=False,
@@ -196,7 +268,12 @@ def _executor(scheduler: str | None, jobs: int | None) -> Iterator[Executor]:
             'workers with dask worker'
         ) from error
     with client, client.get_executor(retries=_RETRIES, pure=False) as executor:
-        yield executor
+        try:
+            yield executor
+        except BaseException:
+            # Its own end would wait for every recording.
+            executor.shutdown(wait=False)
+            raise
 
 
 def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
@@ -213,42 +290,72 @@ def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
     found: list[Path] = []
 
     def look(place: Path) -> None:
+        result = any((place / name).is_file() for name in _RESULTS.values())
         for path in sorted(place.iterdir()):
             if path.name.startswith('.') or path.resolve() == out:
                 continue
             if path.is_dir():
-                if any(path.glob('*.mcap')) or is_other_bag(path):
+                if is_bag_folder(path):
                     found.append(path)
-                else:
+                elif not (result and path.name == 'figures'):
                     look(path)
-            elif path.suffix == '.mcap' or is_table(path) or is_other_bag(path):
-                found.append(path)
+            else:
+                table = is_table(path) and not result and path.name != _TABLE
+                if table or path.suffix == '.mcap' or is_other_bag(path):
+                    found.append(path)
 
-    look(folder)
+    if (folder / 'metadata.yaml').is_file() and is_bag_folder(folder):
+        found.append(folder)
+    else:
+        look(folder)
     if not found:
         raise ConfigurationError(
             f'there is no bag and no table in {folder}: give a folder of them'
         )
-    stems = ['_'.join(path.relative_to(folder).with_suffix('').parts) for path in found]
-    names = [
-        stem if stems.count(stem) == 1 else '_'.join(path.relative_to(folder).parts)
-        for stem, path in zip(stems, found, strict=True)
+    root = folder.parent if found == [folder] else folder
+    paths = [path.relative_to(root) for path in found]
+    # The last way tells a/b from a_b.
+    ways: list[Callable[[Path], str]] = [
+        lambda path: '_'.join(path.with_suffix('').parts),
+        lambda path: '_'.join(path.parts),
+        lambda path: '_'.join(part.replace('_', '__') for part in path.parts),
     ]
+    taken = [Counter(map(way, paths)) for way in ways[:-1]]
+    names = []
+    for path in paths:
+        one = (k for k, way in enumerate(ways[:-1]) if taken[k][way(path)] == 1)
+        names.append(ways[next(one, -1)](path))
+    if len(set(names)) < len(names):
+        double = next(name for name in names if names.count(name) > 1)
+        raise ConfigurationError(f'two recordings would both be called {double}: rename one')
     return dict(zip(names, found, strict=True))
+
+
+def is_bag_folder(folder: Path) -> bool:
+    """Tell whether a folder is one bag, and not a folder of several."""
+    from sosml_friction.bags.other_bag import is_other_bag
+
+    names = [path.name for path in folder.iterdir()]
+    files = [name for name in names if name.endswith(('.mcap', '.mcap.zstd'))]
+    own = re.compile(re.escape(folder.resolve().name) + r'_\d+\.mcap(\.zstd)?')
+    of_one = len(files) == 1 or 'metadata.yaml' in names or all(map(own.fullmatch, files))
+    return bool(files and of_one) or is_other_bag(folder)
 
 
 def read_rows(command: str, place: Path) -> list[FleetRow]:
     """Return the rows of one result."""
     import json
 
-    from sosml_friction.report.fleet.rows import diagnosis_rows, fit_rows
+    from sosml_friction.report.fleet.rows import diagnosis_rows, fit_rows, term_rows
 
     document = json.loads((place / _RESULTS[command]).read_text(encoding='utf-8'))
     if command == 'diagnose':
         return diagnosis_rows(place.name, document['provenance']['model'], document)
     from sosml_friction.model.model_folder import read_model
+    from sosml_friction.report.terms.document import FORMAT
 
-    return fit_rows(place.name, read_model(place).name, document)
+    rows = term_rows if document['format'] == FORMAT else fit_rows
+    return rows(place.name, read_model(place).name, document)
 
 
 def _show(command: str, rows: Sequence[FleetRow], out: Path, json: bool) -> None:

@@ -129,12 +129,12 @@ def diagnose(
     by_log = [check_log(log) + check_joints(log, robot) for log in logs]
     checks = [check for own in by_log for check in own]
     logs = [without_bad(log, own) for log, own in zip(logs, by_log, strict=True)]
-    for k, log in enumerate(logs):
-        logs[k], together = block_means(log)
-        if together > 1:
-            checks.append(Check('means', 'note', '*', block_sentence(logs[k], together)))
     try:
         _refuse_bad(checks, logs)
+        for k, log in enumerate(logs):
+            logs[k], together = block_means(log)
+            if together > 1:
+                checks.append(Check('means', 'note', '*', block_sentence(logs[k], together)))
         signals = with_known(prepare(logs, model, robot, settings), model)
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         lags = [velocity_lag(logs[0], signals[0], i) for i in told]
@@ -268,8 +268,9 @@ def _prepared(
     band = replace(settings, band=first.band.cutoff)
     try:
         checks = check_log(log) + check_joints(log, first.robot)
-        log = block_means(without_bad(log, checks))[0]
+        log = without_bad(log, checks)
         _refuse_bad(checks, [log])
+        log = block_means(log)[0]
         return with_known(prepare([log], model, first.robot, band, first.scales), model)
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None

@@ -62,7 +62,14 @@ def fit_log_terms(
             *(f'{n} reports no effort and is not fitted' for n in silent),
         ]
         reasons |= dict.fromkeys(silent, '')
-        bags.append({'bag': source.name, 'sha256': source.sha256, 'remarks': remarks})
+        bags.append(
+            {
+                'bag': source.name,
+                'sha256': source.sha256,
+                'start_ns': int(log.t_ns[0]),
+                'remarks': remarks,
+            }
+        )
         reasons |= checks.not_fitted
     fit = fit_terms(logs, nominal, terms, None, step, body_tolerance)
     left = {term: reasons.get(term.partition('@')[2], why) for term, why in fit.left.items()}

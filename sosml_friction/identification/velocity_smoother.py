@@ -80,7 +80,8 @@ class VelocitySmoother:
         half: int,
     ) -> None:
         self.samples, self.q, self.v, self.laws, self.noise = samples, q, v.copy(), laws, noise
-        self.variance = np.square([x.velocity for x in noise]) * np.ones_like(v)
+        self._before = np.square([x.velocity for x in noise])
+        self.variance = self._before * np.ones_like(v)
         self._mobility = samples.mobility / inertia_factor
         # A torque that is not known is any that the recording has, for as long as one lasts.
         known = np.isfinite(samples.forcing)
@@ -122,7 +123,9 @@ class VelocitySmoother:
                 # Half way: a step that goes too far would come back and never settle.
                 self._moved[kept] = 0.5 * (v[own] - self._about[kept])
                 self._about[kept] += self._moved[kept]
-                self.v[kept], self.variance[kept] = v[own], variance[own]
+                # Of nearly exact positions rounding leaves none: no less sure than to begin with.
+                known = np.where(variance[own] > 0.0, variance[own], self._before)
+                self.v[kept], self.variance[kept] = v[own], known
         for i, noise in enumerate(self.noise):
             # Two estimates of no bias differ by the errors of both: what is left is the first's.
             sure = self._counted[:, i] if self._counted[:, i].any() else ~self.free[:, i]

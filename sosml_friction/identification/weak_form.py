@@ -172,7 +172,9 @@ class WeakForm:
 
         :param fits: of each joint, for its law; None where it has none.
         """
-        if not all(noise > 0.0 for noise in self._q_noise):
+        # Less than the rounding of a number is no noise: most third differences were 0.
+        rounding = np.spacing(np.max(np.abs(np.nan_to_num(self._log.q)), axis=0))
+        if not (np.array(self._q_noise) > rounding).all():
             return self
         noise, factor = [], np.ones(self.robot.n)
         for i, fit in enumerate(fits):

@@ -7,6 +7,7 @@ import pytest
 
 from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
 
 
 def recording(count=12, step_ns=1_000_000):
@@ -55,3 +56,29 @@ def test_what_is_not_known_is_left_out_of_a_mean():
     np.testing.assert_allclose(log.q[:, 0], [1.0, 4.0, 7.0])
     np.testing.assert_allclose(log.tau[:, 0], [10.0, 40.0, 70.0])
     assert np.isnan(log.tau[:, 1]).all()
+
+
+@pytest.mark.parametrize(
+    ('spoil', 'told'),
+    [
+        (
+            lambda t, q: np.copyto(q, np.nan, where=np.indices(q.shape).sum(0) % 2 > 0),
+            'every joint',
+        ),
+        (lambda t, q: t.fill(0), 'every joint'),
+        (lambda t, q: t.__imul__(-1), 'forwards'),
+    ],
+)
+def test_a_recording_without_two_blocks_is_refused_in_a_sentence(spoil, told):
+    log = recording()
+    spoil(log.t_ns, log.q)
+    with pytest.raises(DataError, match=told):
+        block_means(log, most=4)
+
+
+def test_of_two_samples_of_one_stamp_the_one_with_positions_is_kept():
+    whole = recording()
+    stamps = np.repeat(whole.t_ns[:6], 2)
+    whole.q[::2] = np.nan
+    log, _ = block_means(JointLog(whole.names, stamps, whole.q, whole.v, whole.tau), most=6)
+    np.testing.assert_allclose(log.q[:, 0], [2.0, 6.0, 10.0])

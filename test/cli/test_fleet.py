@@ -4,16 +4,19 @@
 
 import csv
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+from concurrent.futures import Future
+from pathlib import Path
 
 import numpy as np
 import pytest
 from slider_bags import checked
 
-from sosml_friction.cli.fleet import find_recordings
+from sosml_friction.cli.fleet import Done, find_recordings, run_one, split_words, why_not
 from sosml_friction.exceptions import ConfigurationError
 
 ROBOT = ('--free', '0.2', '--position', 'q', '--effort', 'tau')
@@ -136,10 +139,116 @@ def test_options_of_the_fleet_are_not_handed_on(sosml, recordings, tmp_path):
 
 
 def test_recordings_of_one_name_are_told_apart_and_results_are_none(tmp_path):
-    for name in ('a.npz', 'a.csv', 'out/b.npz', '.hidden/c.npz', 'deep/down/d.npz'):
+    names = (
+        'a.npz',
+        'a.csv',
+        'out/b.npz',
+        '.hidden/c.npz',
+        'deep/down/d.npz',
+        'fleet.csv',
+        'e/f.npz',
+        'e_f.npz',
+        'old/fit.json',
+        'old/segments.csv',
+        'old/figures/x.csv',
+    )
+    for name in names:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     found = find_recordings(tmp_path, (tmp_path / 'out').resolve())
-    assert sorted(found) == ['a.csv', 'a.npz', 'deep_down_d']
+    assert sorted(found) == ['a.csv', 'a.npz', 'deep_down_d', 'e__f.npz', 'e_f.npz']
+    assert found['e__f.npz'] == tmp_path / 'e_f.npz'
     with pytest.raises(ConfigurationError, match='is no folder'):
         find_recordings(tmp_path / 'a.npz', tmp_path)
+
+
+@pytest.mark.parametrize(
+    ('files', 'names'),
+    [
+        (('metadata.yaml', 'x_0.mcap', 'x_1.mcap'), {'run'}),
+        (('day/day_0.mcap', 'day/day_1.mcap'), {'day'}),
+        (('day/left.mcap', 'day/right.mcap'), {'day_left', 'day_right'}),
+        (('day/x_0.mcap.zstd',), {'day'}),
+    ],
+)
+def test_a_folder_is_one_bag_where_it_says_so_or_its_files_are_numbered(tmp_path, files, names):
+    for name in files:
+        (tmp_path / 'run' / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / 'run' / name).touch()
+    assert set(find_recordings(tmp_path / 'run', tmp_path / 'out')) == names
+
+
+@pytest.mark.parametrize(
+    ('words', 'handed'),
+    [
+        (('arm', '--model', 'arm', '--effort-hold=end'), ['--model', 'arm', '--effort-hold=end']),
+        (('--model', 'arm', 'arm'), ['--model', 'arm']),
+        (('--model=x=y', 'arm', '--asymmetric'), ['--model=x=y', '--asymmetric']),
+    ],
+)
+def test_the_folder_may_stand_before_and_behind_the_options(words, handed):
+    assert split_words('fit', words) == (Path('arm'), handed)
+
+
+@pytest.mark.parametrize(
+    ('words', 'told'),
+    [
+        (('--modle', 'arm'), 'no such option: --modle'),
+        (('one', 'two'), 'one and two are 2'),
+        (('--model', 'arm'), 'give the folder'),
+    ],
+)
+def test_words_that_mean_nothing_end_it_before_any_recording(sosml, words, told):
+    code, _, said = sosml('fleet', 'fit', *words)
+    assert code == 2
+    assert told in said
+
+
+def test_results_of_another_command_are_not_mixed_with_its_own(sosml, recordings, tmp_path):
+    (tmp_path / 'monday').mkdir()
+    (tmp_path / 'monday' / 'diagnosis.json').write_text('{}')
+    code, _, said = sosml('fleet', 'fit', recordings, '--out', tmp_path, *ROBOT)
+    assert code == 2
+    assert 'results of sosml fleet diagnose' in said
+    assert not (tmp_path / 'fleet.csv').exists()
+
+
+def test_fitted_terms_make_a_table_and_a_result_that_is_broken_is_told(
+    sosml, recordings, tmp_path, monkeypatch
+):
+    broken = tmp_path / 'out' / 'tuesday'
+    broken.mkdir(parents=True)
+    (broken / 'fit.json').write_text('{')
+    (tmp_path / 'recs').mkdir()
+    for name in ('monday', 'tuesday'):
+        shutil.copy(recordings / f'{name}.npz', tmp_path / 'recs')
+    monkeypatch.chdir(tmp_path)
+    code, text, said = sosml(
+        'fleet', 'fit', '--terms', 'coulomb,viscous', *ROBOT, 'recs', '--out', 'out', '--json'
+    )
+    assert code == 1
+    assert '1 of 2 recordings have a result' in said
+    rows = {(r['recording'], r['quantity']): r for r in checked(text, 'fleet')['rows']}
+    found = rows['monday', 'coulomb']
+    assert found['low'] < 0.4 < found['high']
+    assert found['date'] == '2023-11-14T22:13:20+00:00'
+    assert 'cannot be read' in rows['tuesday', 'failed']['told']
+
+
+def test_paths_among_options_begin_where_the_fleet_was_called(tmp_path):
+    asked = ('fit', str(tmp_path / 'x.csv'), str(tmp_path / 'out'), ['--urdf', 'own.urdf'])
+    (tmp_path / 'x.csv').write_text('t,q\n0,1\n')
+    (tmp_path / 'own.urdf').write_text('<robot')
+    here = run_one(*asked, str(tmp_path))
+    elsewhere = run_one(*asked, str(tmp_path / 'gone'))
+    assert here.code == elsewhere.code == 2
+    assert here.said != elsewhere.said
+
+
+def test_a_command_that_is_killed_says_the_signal_and_not_its_last_remark():
+    future = Future()
+    future.set_result(Done(-9, 'the recording is long'))
+    assert why_not('fit', future) == 'sosml fit was ended by signal 9'
+    lost = Future()
+    lost.set_exception(RuntimeError('no worker'))
+    assert why_not('fit', lost) == 'RuntimeError: no worker'

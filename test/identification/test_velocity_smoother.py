@@ -190,3 +190,14 @@ def test_where_a_mean_of_velocity_may_hide_a_stop_the_law_says_nothing():
     # What friction may be there is as large as the torque: far above its noise.
     assert (white[140:170, 0] > 100.0 * EFFORT**2).all()
     np.testing.assert_allclose(white[:100, 0], EFFORT**2)
+
+
+def test_no_variance_of_a_nearly_exact_position_is_zero_or_below():
+    torque, v, q = driven(3)
+    noise = JointNoise(1e-12, EFFORT, FRICTION, 1e-10, 1e-3, LASTING)
+    factor = np.ones(2)
+    smooth = VelocitySmoother(stretch(torque, q), q, v, VISCOUS, [noise] * 2, factor, 0)
+    variance = smooth.run()[1]
+    known = np.isfinite(variance)
+    assert (smooth.variance[known] > 0.0).all()
+    assert np.isfinite(smooth.v).all()

@@ -387,3 +387,24 @@ def test_what_cannot_be_fitted_is_one_sentence():
         assert '\n' not in str(caught.value)
     with pytest.raises(ConfigurationError, match='support_s is 0'):
         WeakSettings(support_s=0.0)
+
+
+def test_speeds_of_whole_quanta_a_sample_do_not_cost_the_fit():
+    # The third difference of most positions is 0, and what is left of the others is rounding.
+    step, quantum = 0.01, 1e-3
+    robot = study_robot()
+    speeds = np.repeat([0.2, -0.2, 0.6, -0.6, 1.2, -1.2], 400)
+    rng = np.random.default_rng(2)
+    count, n = len(speeds), robot.n
+    v = np.repeat(np.convolve(speeds, np.full(31, 1 / 31), mode='same')[:, None], n, axis=1)
+    q = np.round(np.cumsum(v, axis=0) * step / quantum) * quantum
+    a = np.gradient(v, step, axis=0)
+    tau = np.array([robot.inverse_dynamics(*row) for row in zip(q, v, a, strict=True)])
+    tau += 0.4 * np.sign(v) + 0.1 * v + 0.01 * rng.standard_normal(v.shape)
+    stamps = (np.arange(count) * step * 1e9).astype(np.int64)
+    log = JointLog(robot.names, stamps, q, np.full_like(q, np.nan), tau)
+    rough = WeakForm(log, robot)
+    fits = [rough.fit(i) for i in range(n)]
+    smoothed = rough.with_laws(fits).fit(0).fit.parameters
+    for name in ('coulomb', 'viscous'):
+        assert smoothed[name].value == pytest.approx(fits[0].fit.parameters[name].value, rel=0.01)

@@ -98,10 +98,11 @@ class ForwardGain:
         models: list[ForwardModel] = []
         of = np.full(len(at), -1)
         ends = np.cumsum([0, *(len(own.at) for own in sets)])
-        for own, x, (first, last) in zip(sets, numbers, itertools.pairwise(ends), strict=True):
+        for x, (first, last) in zip(numbers, itertools.pairwise(ends), strict=True):
             try:
                 model = self._model(signals, findings, x)
-                require_steps(model, signals, own.at)
+                # In the posture of all windows, in which they are simulated together.
+                require_steps(model, signals, at)
             except ConfigurationError:
                 # No inertia left, or too stiff for any step: it is no model of anything.
                 continue

@@ -250,7 +250,8 @@ class _Search:
 
     def __init__(self, problem: LawProblem, speeds: FloatArray, v0: float | None) -> None:
         self.problem, self.form = problem, problem.form
-        self.slowest = float(np.quantile(speeds, 0.02))
+        # Rows at rest are no speed of the law.
+        self.slowest = float(np.quantile(speeds, 0.02) or np.quantile(speeds[speeds > 0.0], 0.02))
         self.fastest = float(speeds.max())
         self.level = float(np.median(np.abs(problem.y)))
         # Outside these ends exp(-|v| / v_s) is 0 or straight.
@@ -505,7 +506,10 @@ class _Search:
         if profile is not None and not identified:
             low, high = profile.stribeck_interval(self.slowest, self.form.alpha)
             value = np.nan
-            if shown:
+            if not shown:
+                # No S at all is what the test did not refuse.
+                low = 0.0
+            else:
                 left = fade(np.asarray(self.slowest), best['stribeck_velocity'], self.form.alpha)
                 value = best['stribeck'] * float(left)
             derived[STRIBECK_AT_SLOWEST] = Parameter(

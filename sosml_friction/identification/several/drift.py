@@ -14,6 +14,9 @@ from sosml_friction.arrays import FloatArray
 _DAY = 86400e9
 #: Fewest recordings that a line and the scatter about it can be told from.
 _FEWEST = 3
+#: Least standard error as a share of the largest: weights are then 1e12 apart, and sums of them
+#: exact to 1e-4.
+_SURER = 1e-6
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,10 @@ def drift_of(dates_ns: FloatArray, values: FloatArray, errors: FloatArray) -> Dr
     y, s = values[known], errors[known]
     if len(y) < _FEWEST or not np.ptp(days) > 0.0:
         return None
+    # Surer than that, one recording would leave nothing of the others but rounding errors.
+    s = np.maximum(s, max(_SURER * float(s.max()), float(np.spacing(np.abs(y).max()))))
+    unit = float(s.max())
+    y, s = y / unit, s / unit
     X = np.column_stack([np.ones_like(days), days])
 
     def solved(w: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -65,4 +72,4 @@ def drift_of(dates_ns: FloatArray, values: FloatArray, errors: FloatArray) -> Dr
     theta, covariance = solved(1.0 / (s**2 + scatter**2))
     quantile = float(t_distribution.ppf(0.975, len(y) - 2))
     half = quantile * float(np.sqrt(covariance[1, 1]))
-    return Drift(float(theta[1]), half, float(scatter), len(y))
+    return Drift(unit * float(theta[1]), unit * half, unit * float(scatter), len(y))

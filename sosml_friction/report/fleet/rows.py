@@ -82,6 +82,20 @@ def fit_rows(recording: str, robot: str, document: Mapping[str, Any]) -> list[Fl
     return rows
 
 
+def term_rows(recording: str, robot: str, document: Mapping[str, Any]) -> list[FleetRow]:
+    """Return a row for each parameter of fitted terms, of the object of ``fit.json``."""
+    start = document['provenance']['bags'][0].get('start_ns')
+    rows = []
+    for term in document['terms']:
+        for name, parameter in term['parameters'].items():
+            quantity = _quantity(term['term'], name)
+            rows.append(_row(robot, term['joint'], recording, start, quantity, parameter))
+    for place, why in document['left_out'].items():
+        term, _, joint = place.partition('@')
+        rows.append(FleetRow(robot, joint, recording, start, term, told=why))
+    return rows
+
+
 def diagnosis_rows(recording: str, robot: str, document: Mapping[str, Any]) -> list[FleetRow]:
     """Return a row for the verdict and each cause, of the object of ``diagnosis.json``."""
     start = document['provenance']['bags'][0]['start_ns']
@@ -89,14 +103,17 @@ def diagnosis_rows(recording: str, robot: str, document: Mapping[str, Any]) -> l
     rows = [FleetRow(robot, '', recording, start, 'verdict', told=told)]
     for cause in document['causes']:
         for name, parameter in cause['parameters'].items():
-            effect = cause['effect']
-            quantity = name if name.startswith(effect) else f'{effect} {name}'
+            quantity = _quantity(cause['effect'], name)
             rows.append(_row(robot, cause['joint'], recording, start, quantity, parameter))
     return rows
 
 
+def _quantity(effect: str, parameter: str) -> str:
+    return parameter if parameter.startswith(effect) else f'{effect} {parameter}'
+
+
 def _row(
-    robot: str, joint: str, recording: str, start: int, name: str, p: Mapping[str, Any]
+    robot: str, joint: str, recording: str, start: int | None, name: str, p: Mapping[str, Any]
 ) -> FleetRow:
     low, high = p.get('interval') or (None, None)
     told = ', '.join(p.get('flags', ())).replace('_', ' ')

@@ -153,7 +153,7 @@ def test_what_is_said_of_absent_stribeck_is_that_it_is_not_identifiable(null_fit
     for fit in null_fits:
         s, v_s = fit.parameters['stribeck'], fit.parameters['stribeck_velocity']
         assert NOT_IDENTIFIABLE in s.flags or fit.law == 'stribeck'
-        if fit.law == 'coulomb_viscous':
+        if fit.drawn_law == 'coulomb_viscous':
             assert np.isnan(s.value)
             assert np.isnan(v_s.value)
             assert s.interval[0] == 0.0
@@ -408,3 +408,24 @@ def test_a_profile_that_is_closed_by_little_is_open_at_more():
     profile = LawProfile(np.exp(u), excess, np.ones(61), np.ones(61))
     assert profile.velocity_interval() == pytest.approx((np.exp(-1.0), np.exp(1.0)), rel=1e-9)
     assert profile.velocity_interval(2.25) == pytest.approx((0.0, np.exp(1.5)), rel=1e-9)
+
+
+@pytest.mark.parametrize('find', [False, True])
+def test_rows_at_rest_do_not_stop_the_search_and_are_no_slowest_speed(find):
+    v, y, clusters = next(data_sets(LOW, TRUTH, normal, 30, 1))
+    v[::9] = 0.0
+    with np.errstate(divide='raise', invalid='raise'):
+        fit = fit_law(v, y, clusters, 'Nm', find_smoothing=find)
+    assert 0.005 < fit.slowest < 0.02
+
+
+def test_a_term_that_the_test_refused_may_be_nothing_at_the_slowest_speed():
+    # A sign that is smoothed and a large S are as one at the slowest speeds.
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        v = np.repeat(plateaus(LOW), 30)
+        y = np.sign(v) + 0.5 * v + 0.02 * rng.standard_normal(len(v))
+        fit = fit_law(v, y, np.arange(len(v)) // 30, 'Nm', find_smoothing=True)
+        if fit.drawn_law == 'coulomb_viscous':
+            assert fit.derived['stribeck_at_slowest'].interval[0] == 0.0
+            assert fit.derived['stribeck_at_slowest'].flags == (NOT_IDENTIFIABLE,)

@@ -54,3 +54,13 @@ def test_a_line_is_fitted_in_95_of_100_cases_to_within_its_interval():
 def test_too_few_recordings_or_one_time_say_nothing(days, errors):
     values = np.ones(len(days))
     assert drift_of(np.array(days) * DAY, values, np.array(errors, dtype=float)) is None
+
+
+@pytest.mark.parametrize(
+    'errors', [[1e-16, 1.0, 1.0, 1.0], [1e-300] * 4, [1e-12, 1e-3, 1e-3, 1e-3]]
+)
+def test_errors_of_any_sizes_leave_finite_numbers(errors):
+    with np.errstate(all='raise'):
+        drift = drift_of(np.arange(4) * DAY, np.array([0.4, 0.41, 0.39, 0.4]), np.array(errors))
+    assert np.isfinite([drift.slope, drift.half_width, drift.scatter]).all()
+    assert not drift.is_shown
