@@ -90,7 +90,10 @@ def test_every_console_script_imports_from_this_environment(environment, tmp_pat
         'answer = {s.name: sys.modules[s.load().__module__].__file__ for s in scripts}',
         tmp_path,
     )
-    nodes = {f'{name}_node' for name in ('driver', 'emulator', 'identifier', 'observer', 'replay')}
+    nodes = {
+        f'{name}_node'
+        for name in ('driver', 'emulator', 'exoskeleton', 'identifier', 'observer', 'replay')
+    }
     assert set(modules) == nodes | {'sosml'}
     for name, module in modules.items():
         assert (environment / 'bin' / name).is_file()

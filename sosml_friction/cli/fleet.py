@@ -31,8 +31,9 @@ _TABLE = 'fleet.csv'
 #: How often Dask begins a recording again whose worker died.
 _RETRIES = 3
 
-fleet = typer.Typer(invoke_without_command=True, callback=show_help)
-app.add_typer(fleet, name='fleet', help='Fit or diagnose every recording of a folder.')
+fleet = typer.Typer(name='fleet', help='Fit or diagnose every recording of a folder.')
+fleet.callback(invoke_without_command=True)(show_help)
+app.add_typer(fleet)
 
 FolderArgument = Annotated[
     Path, typer.Argument(metavar='FOLDER', help='Folder of bags or tables, at any depth.')

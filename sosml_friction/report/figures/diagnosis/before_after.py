@@ -51,13 +51,17 @@ class BeforeAfter(Figure[Diagnosis]):
 
 
 def _bars(axes: Axes, before: FloatArray, after: FloatArray) -> None:
+    both = np.array([before, after])
+    top = float(np.max(both, initial=0.0, where=np.isfinite(both))) or 1.0
     for shift, values, colour in ((-0.2, before, drawing.BEFORE), (0.2, after, drawing.AFTER)):
         place = np.arange(len(values)) + shift
-        axes.barh(place, np.nan_to_num(values), height=0.36, color=colour)
-        for y, value in zip(place, values, strict=True):
+        # A simulation that is impossible or runs away has no length: it fills the axis.
+        lengths = np.nan_to_num(values, posinf=top)
+        axes.barh(place, lengths, height=0.36, color=colour)
+        for y, value, length in zip(place, values, lengths, strict=True):
+            text = 'runs away' if np.isposinf(value) else format_number(value, 0.1 * abs(value))
             axes.annotate(
-                format_number(value, 0.1 * abs(value)), (np.nan_to_num(value), y), xytext=(4, 0),
+                text, (length, y), xytext=(4, 0),
                 textcoords='offset points', va='center', fontsize=drawing.FONT,
             )  # fmt: skip
-    top = float(np.nanmax([before, after], initial=0.0)) or 1.0
     axes.set_xlim(0.0, 1.18 * top)
