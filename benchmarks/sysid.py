@@ -36,7 +36,7 @@ MASS, ARM, BODY = 1.0, 0.122324, 0.1585  # kg, m, kg m2 about the axis
 GRAVITY = 9.81
 KP, KD = 60.0, 4.0  # Nm/rad, Nm s/rad
 STEP, FINE, LENGTH = 2e-3, 40, 79.0  # s; steps of the pendulum per sample; s
-MUJOCO_STEP = 5e-4  # s; 2 ms put the armature off by a fifth, with k_d h / 2
+MUJOCO_STEP = 5e-4  # s; at 2 ms it fits an armature of .0046 without Stribeck friction
 NOISE = (1e-5, 1e-3, 0.02)  # rad, rad/s, Nm
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 
@@ -174,8 +174,8 @@ def by_mujoco(record: Record, window: int | None = None) -> Answer:
     Fit with mujoco.sysid: the whole record in closed loop, or open windows of so many samples.
 
     MuJoCo computes sensors before a step and mujoco.sysid stamps them after it, so that the
-    measured ones are stamped as much later here: armature and C are nearer to the truth. Windows
-    begin where the measurement is, smoothed over 22 ms.
+    measured ones are stamped as much later here: with the true parameters its position is then off
+    by 0.02 mrad rms, else by 0.17. Windows begin where the measurement is, smoothed over 22 ms.
     """
     from mujoco import sysid
     from mujoco.sysid.report.sections.insights import AutomatedInsights
