@@ -57,6 +57,8 @@ help:
 	echo "make latency   from a sample's stamp to its estimate, driver and observer in two processes and in one"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
 	echo "make identification  which way of fitting friction is best for which trajectory (ten minutes)"
+	echo "make sysid     fit one pendulum with mujoco.sysid and with the package, side by side (two minutes;"
+	echo "               ARGS=--open also mujoco.sysid's open windows): docs/export.md"
 	echo "make soak      the driver at 500 Hz over slcan/TCP: is every cycle counted, does anything grow"
 	echo "               (ten minutes; ARGS='--seconds 60' for less)"
 	echo "make mutants   change one sign, comparison or number at a time where it hurts most, and see which"
@@ -119,6 +121,10 @@ robustness: $(STAMP)
 .PHONY: identification
 identification: $(STAMP)
 	@$(BIN)/python benchmarks/identification.py
+
+.PHONY: sysid
+sysid: $(STAMP)
+	@$(BIN)/python benchmarks/sysid.py $(ARGS)
 
 .PHONY: soak
 soak: $(STAMP)
