@@ -115,8 +115,8 @@ def main(lengths: list[float]) -> None:
         rows.append(
             [f'{command}, threads', f'{lengths[0]:g}', f'{taken:.1f}', ratio, '', exponent]
         )
-    header = ['command', 'minutes', 'seconds', 'ratio', 'MB', 'exponent']
-    print_table(terminal_table(header, rows))
+    heads = dict.fromkeys(('command', 'minutes', 'seconds', 'ratio', 'MB', 'exponent'), 'w')
+    print_table(terminal_table(heads, rows))
 
 
 if __name__ == '__main__':

@@ -82,3 +82,10 @@ def test_of_two_samples_of_one_stamp_the_one_with_positions_is_kept():
     whole.q[::2] = np.nan
     log, _ = block_means(JointLog(whole.names, stamps, whole.q, whole.v, whole.tau), most=6)
     np.testing.assert_allclose(log.q[:, 0], [2.0, 6.0, 10.0])
+
+
+def test_means_are_no_slower_than_150_hz():
+    log = recording(count=100, step_ns=4_000_000)
+    assert block_means(log, most=10) == (log, 1)
+    # 1 kHz: six of a block are 167 Hz, seven would be 143 Hz.
+    assert block_means(recording(count=100), most=2)[1] == 6

@@ -95,6 +95,7 @@ def test_the_model_says_which_recording_it_rests_on(log, nominal):
 def test_a_long_recording_is_fitted_to_means_and_tells_the_same(log, nominal, monkeypatch):
     whole = analyse_log(log, nominal).fit.joints['slider']['weak_form'].fit
     monkeypatch.setattr(block_means, '__defaults__', ((), len(log) // 2 + 1))
+    monkeypatch.setattr('sosml_friction.bags.block_means._LEAST_HZ', 100.0)
     found = analyse_log(log, nominal)
     assert len(found.log) == len(log) // 2
     (said,) = (f.sentence for f in found.data_checks.findings if f.check == 'means')
