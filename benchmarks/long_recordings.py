@@ -20,13 +20,18 @@ import resource
 import subprocess
 import sys
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sosml_friction.report.common.table import print_table, terminal_table
 
+if TYPE_CHECKING:
+    from sosml_friction.bags.joint_log import JointLog
+
 #: Speeds [rad/s] of the ladder, step [s], and the time of a speed one way [s].
 SPEEDS, STEP, LONGEST = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), 1e-3, 8.0
+VISCOUS, KNEE, KNEE_SPEED = 0.12, 0.25, 0.05
 INERTIA, WEIGHT, ARM = 0.15, 1.2, 0.122324
 URDF = f"""<robot name="pendulum"><link name="base"/><link name="arm"><inertial>
 <origin xyz="{ARM} 0 0"/><mass value="{WEIGHT / 9.81 / ARM}"/>
@@ -35,34 +40,35 @@ URDF = f"""<robot name="pendulum"><link name="base"/><link name="arm"><inertial>
 <axis xyz="0 1 0"/><limit effort="20" velocity="10"/></joint></robot>"""
 
 
-def motion(minutes: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return velocity and acceleration of the ladder, rounded off over 0.2 s."""
-    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(0.2 / STEP)) * STEP / 0.2)
-    one: list[np.ndarray] = []
+def recording(minutes: float, step: float, coulomb: float, seed: int) -> JointLog:
+    """Return the pendulum on the ladder, each speed both ways and rounded off over 0.2 s."""
+    from sosml_friction.bags.joint_log import JointLog
+
+    rng = np.random.default_rng(seed)
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(round(0.2 / step)) * step / 0.2)
+    parts: list[np.ndarray] = []
     for speed in SPEEDS:
-        profile = np.ones(round(min(LONGEST, max(1.0, 1.2 / speed)) / STEP))
-        profile[: len(ramp)], profile[-len(ramp) :] = ramp, ramp[::-1]
-        one += [speed * profile, -speed * profile]
-    v = np.resize(np.concatenate(one), round(60.0 * minutes / STEP))
-    return v, np.gradient(v, STEP)
+        one = np.ones(round(min(LONGEST, max(1.0, 1.2 / speed)) / step))
+        one[: len(ramp)], one[-len(ramp) :] = ramp, ramp[::-1]
+        parts += [speed * one, -speed * one]
+    v = np.resize(np.concatenate(parts), round(60.0 * minutes / step))
+    q = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]))) * step
+    friction = np.sign(v) * (coulomb + KNEE * np.exp(-np.abs(v) / KNEE_SPEED)) + VISCOUS * v
+    # Gravity acts where x points down: the arm is level at q = 0.
+    tau = INERTIA * np.gradient(v, step) - WEIGHT * np.cos(q) + friction
+    q = q + 1e-5 * rng.standard_normal(len(q))
+    tau = tau + 0.02 * rng.standard_normal(len(q))
+    stamps = np.arange(len(q), dtype=np.int64) * round(1e9 * step)
+    return JointLog(('joint',), stamps, q[:, None], np.full((len(q), 1), np.nan), tau[:, None])
 
 
 def work(command: str, minutes: float) -> None:
     """Do one run and print its time, memory and answer."""
     begun = time.perf_counter()
     import sosml_friction as sf
-    from sosml_friction.bags.joint_log import JointLog
 
-    rng = np.random.default_rng(0)
-    v, a = motion(minutes)
-    q = np.append(0.0, np.cumsum(0.5 * (v[1:] + v[:-1]))) * STEP
-    friction = np.sign(v) * (0.40 + 0.25 * np.exp(-np.abs(v) / 0.05)) + 0.12 * v
-    # Gravity acts where x points down: the arm is level at q = 0.
-    tau = INERTIA * a - WEIGHT * np.cos(q) + friction + 0.02 * rng.standard_normal(len(q))
-    q = q + 1e-5 * rng.standard_normal(len(q))
+    log = recording(minutes, STEP, 0.40, 0)
     made = time.perf_counter()
-    stamps = np.arange(len(q), dtype=np.int64) * round(1e9 * STEP)
-    log = JointLog(('joint',), stamps, q[:, None], np.full((len(q), 1), np.nan), tau[:, None])
     model = sf.Model.from_urdf(URDF, {'joint': 0.0})
     if command == 'fit':
         answer = ', '.join(

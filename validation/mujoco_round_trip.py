@@ -74,7 +74,7 @@ def reference(speeds: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.nda
     plan = speed_ladder({'joint': 0.0}, {'joint': 0.5}, speeds)
     t = np.arange(0.0, plan.duration, PERIOD)
     spline = plan.spline()
-    return tuple(spline(t, k)[:, 0] for k in range(3))  # type: ignore[return-value]
+    return spline(t, 0)[:, 0], spline(t, 1)[:, 0], spline(t, 2)[:, 0]
 
 
 class _Controlled(Drive):

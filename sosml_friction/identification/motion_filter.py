@@ -124,7 +124,7 @@ def smooth_motion(
                 second[a, j] -= SK[a]
                 second[j, a] -= SK[a]
             second[j, j] += twice + 1.0 / variances[k, j]
-        _turned_back(steps[k], first, second, moved, AP)
+        _turn(steps[k].T, first, second, moved, AP)
     return v, spread, likelihood
 
 
@@ -209,21 +209,7 @@ def _predict(
     moved: FloatArray,
 ) -> None:
     """Overwrite x with A x + b and P with A P A^T + Q, with the drive and its noise in b and Q."""
-    m = 3 * n
-    for a in range(m):
-        moved[a] = 0.0
-        for b in range(m):
-            moved[a] += A[a, b] * x[b]
-            AP[a, b] = 0.0
-            for c in range(m):
-                AP[a, b] += A[a, c] * P[c, b]
-    for a in range(m):
-        x[a] = moved[a]
-        for b in range(a, m):
-            P[a, b] = 0.0
-            for c in range(m):
-                P[a, b] += AP[a, c] * A[b, c]
-            P[b, a] = P[a, b]
+    _turn(A, x, P, moved, AP)
     for i in range(n):
         for j in range(n):
             pushed = G[i, j] * drive[j]
@@ -240,23 +226,22 @@ def _predict(
 
 
 @njit(cache=True, nogil=True)
-def _turned_back(
-    A: FloatArray, first: FloatArray, second: FloatArray, moved: FloatArray, work: FloatArray
+def _turn(
+    A: FloatArray, x: FloatArray, P: FloatArray, moved: FloatArray, work: FloatArray
 ) -> None:
-    """Overwrite ``first`` with A^T first and ``second`` with A^T second A."""
-    m = len(first)
+    """Overwrite x with A x and the symmetric P with A P A^T."""
+    m = len(x)
     for a in range(m):
         moved[a] = 0.0
-        for c in range(m):
-            moved[a] += A[c, a] * first[c]
         for b in range(m):
+            moved[a] += A[a, b] * x[b]
             work[a, b] = 0.0
             for c in range(m):
-                work[a, b] += A[c, a] * second[c, b]
+                work[a, b] += A[a, c] * P[c, b]
     for a in range(m):
-        first[a] = moved[a]
+        x[a] = moved[a]
         for b in range(a, m):
-            second[a, b] = 0.0
+            P[a, b] = 0.0
             for c in range(m):
-                second[a, b] += work[a, c] * A[c, b]
-            second[b, a] = second[a, b]
+                P[a, b] += work[a, c] * A[b, c]
+            P[b, a] = P[a, b]

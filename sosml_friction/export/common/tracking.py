@@ -61,7 +61,7 @@ def follow(path: Path, law: Law) -> tuple[FloatArray, FloatArray]:
     """
     inertia = path.inertia
     kp, kd = path.gains or (inertia * _BANDWIDTH**2, 2.0 * _DAMPING * inertia * _BANDWIDTH)
-    # A tenth of the time constant of what is fastest.
+    # Half of the time constant of what is fastest, at most.
     fastest = max(np.sqrt(kp / inertia), kd / inertia)
     parts = max(1, int(np.ceil(path.step * fastest / 0.5)))
     return _follow(path.q, path.v, path.a, path.step, parts, inertia, kp, kd, *law,
@@ -69,7 +69,23 @@ def follow(path: Path, law: Law) -> tuple[FloatArray, FloatArray]:
 
 
 @njit(cache=True)
-def _follow(q, v, a, step, parts, inertia, kp, kd, level, both, level_v, both_v, top, dense):  # type: ignore[no-untyped-def]  # fmt: skip
+def _follow(
+    q: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    step: float,
+    parts: int,
+    inertia: float,
+    kp: float,
+    kd: float,
+    level: FloatArray,
+    both: FloatArray,
+    level_v: FloatArray,
+    both_v: FloatArray,
+    top: float,
+    dense: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return effort and friction (N,) along the path, friction sticking within each step."""
     effort, friction = np.empty(len(q)), np.empty(len(q))
     x, w, h = q[0], v[0], step / parts
     most, last = np.arcsinh(top / dense), len(level_v) - 1
