@@ -234,8 +234,6 @@ def run_one(command: str, recording: str, out: str, options: Sequence[str], fold
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         cwd=folder if Path(folder).is_dir() else None,
-        # One thread of BLAS each: the recordings are what is done at a time.
-        env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'},
         check=False,
     )
     lines = ended.stderr.decode(errors='replace').strip().splitlines()
