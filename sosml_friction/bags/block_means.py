@@ -14,8 +14,8 @@ from sosml_friction.exceptions import DataError
 #: Samples from which on means are taken: ten minutes of 1 kHz. Chosen by what an hour costs:
 #: benchmarks/long_recordings.py.
 MOST_SAMPLES = 600_000
-#: Least rate of the means [Hz]. Between 83 Hz, where a reversal falls within a sample and an hour of
-#: that benchmark had two false causes (with half as many samples), and 167 Hz, where it had none.
+#: Least rate of the means [Hz]. Between 83 Hz, where a reversal falls within a sample and an hour
+#: of that benchmark had two false causes (with half as many samples), and 167 Hz, where it had none.
 _LEAST_HZ = 150.0
 #: A step of more than this many median ones is a hole, as for even_stretches.
 _HOLE = 5.0
