@@ -15,7 +15,7 @@ from sosml_friction.exceptions import DataError
 #: benchmarks/long_recordings.py.
 MOST_SAMPLES = 600_000
 #: Least rate of the means [Hz]. Between 83 Hz, where a reversal falls within a sample and an hour
-#: of that benchmark had two false causes (with half as many samples), and 167 Hz, where it had none.
+#: of that benchmark had two false causes (at half as many samples), and 167 Hz, where it had none.
 _LEAST_HZ = 150.0
 #: A step of more than this many median ones is a hole, as for even_stretches.
 _HOLE = 5.0

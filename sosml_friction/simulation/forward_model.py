@@ -139,7 +139,7 @@ class ForwardModel:
         for gear, motor in zip(self.gears, self.motors(q), strict=True):
             i = gear.joint
             body = 1.0 / np.linalg.inv(A)[i, i]
-            damping = gear_damping(gear, float(A[i, i]))
+            damping = float(gear_damping(gear.damping, gear.stiffness, A[i, i]))
             alone = min(motor, body)
             rate[i] = max(
                 rate[i],
@@ -156,6 +156,8 @@ class ForwardModel:
         return max(_FEWEST, count)
 
 
-def gear_damping(gear: Gear, inertia: float) -> float:
-    """Return the damping of a gear [Nm s/rad or N s/m] that carries an inertia."""
-    return 2.0 * gear.damping * float(np.sqrt(gear.stiffness * inertia))
+def gear_damping(
+    share: FloatArray | float, stiffness: FloatArray | float, inertia: FloatArray | float
+) -> FloatArray:
+    """Return the damping [Nm s/rad or N s/m] of gears, 2 D sqrt(K J), by numbers or arrays."""
+    return np.asarray(2.0 * share * np.sqrt(stiffness * inertia))

@@ -9,7 +9,7 @@ the step began, however far it is.
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
 from typing import NamedTuple
@@ -20,7 +20,6 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.dahl import dahl_step
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.motion import Motion
-from sosml_friction.model.terms.kinds.simulated_term import Gear
 from sosml_friction.simulation.forward_drive import Drive
 from sosml_friction.simulation.forward_model import ForwardModel, gear_damping
 from sosml_friction.simulation.integrator import runge_kutta_step
@@ -236,7 +235,7 @@ class _Windows:
         if self.led:
             masses[:, self.led] = np.eye(self.n)[self.led]
         carried = masses[:, self.bent, self.bent]
-        damping = 2.0 * model.damping * np.sqrt(self.stiffness * carried)
+        damping = gear_damping(model.damping, self.stiffness, carried)
         return np.asarray(np.linalg.inv(masses)), bias, damping
 
     def _remembered(self, dq: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
@@ -276,12 +275,6 @@ class _Windows:
         return np.hstack([motors, self.body_a[:, bent]])
 
 
-def _damping(gears: Sequence[Gear], carried: FloatArray) -> FloatArray:
-    """Return the damping of gears that give (g,), each with the inertia that it carries."""
-    pairs = zip(gears, carried, strict=True)
-    return np.array([gear_damping(gear, float(mass)) for gear, mass in pairs])
-
-
 def _derived(model: ForwardModel, path: FloatArray, period: float) -> FloatArray:
     """Return the path of the motors and its first two derivatives, (3, N, n)."""
     q = model.true_position(path)
@@ -317,8 +310,10 @@ def _settled(
     v = np.gradient(path, period, axis=0)
     a = np.gradient(v, period, axis=0)
     M = np.array([np.diag(robot.inertia(path[k]))[bent] for k in at])
-    calm = [replace(g, damping=max(g.damping, _SETTLE_DAMPING)) for g in gears]
-    free, touching = (_damping(these, M.mean(axis=0)) for these in (gears, calm))
+    shares = np.array([gear.damping for gear in gears])
+    carried = M.mean(axis=0)
+    free = gear_damping(shares, K, carried)
+    touching = gear_damping(np.maximum(shares, _SETTLE_DAMPING), K, carried)
 
     def acceleration(load: FloatArray, _: float, d: FloatArray, rate: FloatArray) -> FloatArray:
         twist = d - np.clip(d, -half, half)
