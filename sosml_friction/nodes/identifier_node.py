@@ -66,6 +66,9 @@ from sosml_friction.observers.configuration import parse_configuration
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
+#: Time between two looks at what does not come as a message, and silence of joint_states that ends
+#: a run [s]. Chosen, no measurement.
+_LOOK_S, _SILENT_S = 0.1, 2.0
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
@@ -129,7 +132,8 @@ class IdentifierNode(ProgramNode):
         self._last_state: bytes | None = None
         # The observers' copy of it, in which no position wraps.
         self._last_estimate: bytes | None = None
-        self._last_state_at = 0.0
+        # Looks since the last of joint_states: a node that stands still hears nothing either.
+        self._silent_looks = 0
         self._run: _Run | None = None
         self._phase_since = time.monotonic()
         self._job: FitJob | None = None
@@ -157,7 +161,7 @@ class IdentifierNode(ProgramNode):
                 String, topic, partial(self._on_latched, topic), LATCHED, raw=True
             )
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(0.1, self._watch, clock=steady)
+        self.create_timer(_LOOK_S, self._watch, clock=steady)
         self.create_timer(0.5, self._diagnose, clock=steady)
 
     def destroy_node(self) -> None:
@@ -257,7 +261,8 @@ class IdentifierNode(ProgramNode):
             names = self._encoded_names
             if not names or not all(name in data for name in names):
                 return
-            self._last_state, self._last_state_at = data, time.monotonic()
+            self._last_state = data
+            self._silent_looks = 0
             self._states += 1
         run = self._run
         if run is None:
@@ -425,9 +430,12 @@ class IdentifierNode(ProgramNode):
             )
         elif self._phase == 'moving':
             self._run.recorder.flush()
-            silent = time.monotonic() - max(self._last_state_at, self._phase_since)
-            if silent > 2.0:
-                self._fail('joint_states fell silent for 2 s: see the diagnostics of the driver')
+            self._silent_looks += 1
+            if self._silent_looks * _LOOK_S > _SILENT_S:
+                self._fail(
+                    f'joint_states fell silent for {_SILENT_S:g} s: see the diagnostics of the '
+                    'driver'
+                )
             elif self._last_estimate is not None:
                 self._check_tracking(self._run, self._last_estimate)
         elif self._phase in ('fitting', 'diagnosing') and self._job is not None:

@@ -49,7 +49,7 @@ class Robot:
         description.publish(String(data=urdf.read_text()))
         self.output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
         self._now_ns = 1_000_000_000
-        ros.node.create_timer(self.EVERY_S, self.step)
+        self.timer = ros.node.create_timer(self.EVERY_S, self.step)
 
     def step(self) -> None:
         state = JointState(name=self.names, position=REST, velocity=[0.0, 0.0], effort=[0.1, 0.2])
@@ -115,12 +115,21 @@ def phase(ros):
 @pytest.fixture
 def bench(ros, start_node, tmp_path):
     """Return a standing robot, observers and identifier, and the phase."""
+    return standing_bench(ros, start_node, tmp_path)
+
+
+def standing_bench(ros, start_node, tmp_path, *parameters):
+    """Return a standing robot, observers and identifier, and the phase."""
     robot = Robot(ros)
     tell = phase(ros)
     configuration = ros.collect(String, 'observer_configuration', LATCHED)
     start_node('observer_node')
     identifier = start_node(
-        'identifier_node', f'output:={tmp_path}', 'run_name:=run', 'centre:=[-1.57, 1.2]'
+        'identifier_node',
+        f'output:={tmp_path}',
+        'run_name:=run',
+        'centre:=[-1.57, 1.2]',
+        *parameters,
     )
     ros.spin_until(lambda: configuration and tell()[0] == 'idle')
     ros.spin_until(lambda: robot.output.get_subscription_count() == 2)
@@ -194,6 +203,32 @@ def test_a_driver_that_would_not_move_is_told_and_nothing_is_left_behind(ros, be
     for state in ('disabled', 'fault'):
         answer(state, '', 'driver_node is')
     assert not (tmp_path / 'run').exists()
+
+
+def test_a_driver_that_falls_silent_fails_the_run_and_keeps_the_bag(ros, start_node, tmp_path):
+    robot, _, tell = standing_bench(ros, start_node, tmp_path, 'tracking_tolerance:=10.0')
+    start(ros, tell)
+    ros.spin_until(lambda: tell()[0] == 'moving')
+    robot.timer.cancel()
+    ros.spin_until(lambda: tell()[0] == 'failed')
+    assert 'joint_states fell silent for 2 s' in tell()[1]
+    assert int(Bag.open(tmp_path / 'run' / 'bag').joint_log().t_ns[-1]) == robot.sent[-1]
+
+
+def test_an_identifier_that_stood_still_does_not_take_it_for_silence(ros, start_node, tmp_path):
+    """A machine that lets it wait is no driver that says nothing."""
+    robot, identifier, tell = standing_bench(
+        ros, start_node, tmp_path, 'tracking_tolerance:=10.0'
+    )
+    start(ros, tell)
+    ros.spin_until(lambda: tell()[0] == 'moving')
+    identifier.process.send_signal(signal.SIGSTOP)
+    stopped = len(robot.sent)
+    ros.spin_until(lambda: len(robot.sent) > stopped + 3.0 / robot.EVERY_S)
+    identifier.process.send_signal(signal.SIGCONT)
+    # The silence that it would have taken it for, once more.
+    ros.spin_until(lambda: len(robot.sent) > stopped + 6.0 / robot.EVERY_S)
+    assert tell()[0] == 'moving', tell()[1]
 
 
 def test_abort_closes_the_bag(ros, bench, tmp_path):
