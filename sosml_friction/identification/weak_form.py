@@ -158,10 +158,26 @@ class WeakForm:
     def _take(self, log: JointLog) -> None:
         """Pose the regression with the velocities of ``log``."""
         twisted = self.robot if self.settings.refit_inertia else None
-        self._log, self._stretches = log, self._sampler.stretches(log)
-        self._pieces = [
-            _Piece(self.time, log, stretch, self._support, twisted) for stretch in self._stretches
-        ]
+        self._log, self._stretches, self._pieces = log, [], []
+        for stretch in self._sampler.stretches(log):
+            lost, samples = self._lost_effort(stretch), stretch.samples
+            stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
+            self._stretches.append(stretch)
+            self._pieces.append(_Piece(self.time, log, stretch, self._support, twisted, lost))
+
+    def _lost_effort(self, stretch: Stretch) -> FloatArray:
+        """
+        Return what lost samples add to the forcing, on the line between neighbours, (N, n).
+
+        Over an interval of m periods m - 1 samples are lost. With their efforts on that line only
+        the m-th part of the hold is left: w' - 1/2 = (w - 1/2) / m, w the later sample's weight.
+        A recorder that lost samples is so; of a driver that stood still the hold is nearer.
+        """
+        rows, tau = stretch.rows, self._log.tau
+        lost = 1.0 - 1.0 / np.maximum(1.0, np.round(stretch.samples.h / self._step))
+        rise = tau[rows] - tau[np.append(rows[0], rows[:-1])]
+        more = (0.5 - self._sampler.later_weight) * lost[:, None] * rise
+        return np.where(np.isfinite(more), more, 0.0)
 
     def with_laws(self, fits: Sequence[WeakFit | None]) -> WeakForm:
         """
@@ -270,6 +286,7 @@ class WeakForm:
             )
         v = np.concatenate([piece.v[:, i] for piece in pieces])
         y = np.concatenate([piece.friction(i) for piece in pieces])
+        lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
         middle = np.concatenate([piece.middle for piece in pieces])
         if not np.isfinite(y).any():
             raise DataError('the effort is missing in every part of the recording')
@@ -324,6 +341,7 @@ class WeakForm:
                 smoothing_velocity is None,
                 self.settings.form,
                 extra,
+                held=y - lost if lost.any() else None,
             )
 
         zero_band = self.settings.zero_band
@@ -366,21 +384,21 @@ class _Piece:
         stretch: Stretch,
         support: float,
         twisted: Robot | None,
+        lost_effort: FloatArray,
     ) -> None:
         rows, samples = stretch.rows, stretch.samples
         end = time[rows]
-        middle = end - 0.5 * samples.h
         # Of the first interval, the sample that begins it may be no neighbour.
         self.rows, self.before = rows, np.append(rows[0], rows[:-1])
         self.v = 0.5 * (log.v[self.before] + log.v[rows])
-        self._forcing = samples.forcing
+        self._forcing, self._lost = samples.forcing, lost_effort
         begin = float(end[0] - samples.h[0])
         step = support / _PIECES
         fits = np.floor((float(end[-1]) - begin - support) / step + 1e-9)
         self.count = max(0, int(fits) + 1)
         starts = begin + step * np.arange(self.count, dtype=float)
         self.middle = starts + 0.5 * support
-        self.tests, slopes = _tests(starts, support, middle, samples.h)
+        self.tests, slopes = _tests(starts, support, end, samples.h)
         # integral phi' p dt over the integral of phi.
         self._momentum = slopes @ samples.integral
         self._coriolis = np.zeros_like(self._momentum)
@@ -391,6 +409,10 @@ class _Piece:
     def friction(self, i: int) -> FloatArray:
         """Return the means of tau_f, (K,)."""
         return np.array(self.tests @ self._forcing[:, i] + self._momentum[:, i])
+
+    def lost_effort(self, i: int) -> FloatArray:
+        """Return the part of lost samples in these means, (K,)."""
+        return np.array(self.tests @ self._lost[:, i])
 
     def inertial(self, i: int) -> FloatArray:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""
@@ -418,30 +440,27 @@ def _white_noise(q: FloatArray) -> float:
 
 
 def _tests(
-    starts: FloatArray, support: float, middle: FloatArray, h: FloatArray
+    starts: FloatArray, support: float, end: FloatArray, h: FloatArray
 ) -> tuple[csr_array, csr_array]:
     """
     Return the matrices (K, N) that integrate phi x and phi' x / h, over the integral of phi.
 
-    :param middle: middles of the intervals (N,) [s]; ``h`` (N,) their lengths.
+    By the means of phi and phi' over each interval: at its middle, intervals of unequal length
+    would leave of a momentum that does not change M v h^3 phi''' / 24 each, not nothing.
+
+    :param end: ends of the intervals (N,) [s]; ``h`` (N,) their lengths.
     """
     phi = BSpline.basis_element(np.linspace(0.0, support, _PIECES + 1), extrapolate=False)
-    slope = phi.derivative()
-    first = np.searchsorted(middle, starts)
-    last = np.searchsorted(middle, starts + support)
-    columns = [np.arange(a, b) for a, b in zip(first, last, strict=True)]
-    weights, slopes = [], []
-    for start, inside in zip(starts, columns, strict=True):
-        t = middle[inside] - start
-        weight = phi(t) * h[inside]
-        weights.append(weight / weight.sum())
-        slopes.append(slope(t) / weight.sum())
-    bounds = np.append(0, np.cumsum(last - first))
-    shape = (len(starts), len(middle))
-    if not len(starts):
-        return csr_array(shape), csr_array(shape)
-    index = np.concatenate(columns)
-    return (
-        csr_array((np.concatenate(weights), index, bounds), shape=shape),
-        csr_array((np.concatenate(slopes), index, bounds), shape=shape),
-    )
+    integral = phi.antiderivative()
+    begin = end - h
+    first = np.searchsorted(end, starts, side='right')
+    count = np.searchsorted(begin, starts + support) - first
+    bounds = np.append(0, np.cumsum(count))
+    row = np.repeat(np.arange(len(starts)), count)
+    index = np.arange(bounds[-1]) - bounds[row] + first[row]
+    below, above = (np.clip(t[index] - starts[row], 0.0, support) for t in (begin, end))
+    whole = float(integral(support))
+    shape = (len(starts), len(end))
+    weights = (integral(above) - integral(below)) / whole
+    slopes = (phi(above) - phi(below)) / h[index] / whole
+    return csr_array((weights, index, bounds), shape), csr_array((slopes, index, bounds), shape)

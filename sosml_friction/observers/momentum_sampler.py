@@ -90,10 +90,11 @@ class MomentumSampler:
         if not maximum_gap_s > 0.0:
             raise ConfigurationError(f'maximum_gap_s is {maximum_gap_s}: it must be positive')
         self.robot = robot
-        weights = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
+        #: Share of an interval's effort that is its later sample's, (n,); the rest the earlier's.
+        self.later_weight = np.array([EFFORT_HOLDS.index(hold) / 2.0 for hold in holds])
         self.velocity_source = velocity_source
         self.maximum_gap_s = float(maximum_gap_s)
-        self._fixed = robot.constants, weights
+        self._fixed = robot.constants, self.later_weight
         self._differentiated = velocity_source == 'position_difference'
         self._kept = np.zeros(LACKS + robot.n, dtype=np.int64)
         self._memory = np.empty((4 + robot.n, robot.n))

@@ -12,17 +12,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from lockstep import Lockstep, default_configuration, emulated_exoskeleton, nominal_robot
 from lockstep_bus import LockstepBus
+from scipy.stats import binom
 from shipped_observers import settings_of, shipped_estimator
 
 from sosml_friction.actuators.emulator.options import EmulatorOptions
 from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.friction_fit import FitSettings, fit_friction
+from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.share import share_directory
@@ -56,14 +59,14 @@ class _BusyBus(LockstepBus):
         return message
 
 
-@pytest.fixture(scope='module')
-def lockstep() -> Iterator[Lockstep]:
-    """Return T1 as it was driven so, with the patience of the demo for a busy machine."""
+@contextmanager
+def driven(seed: int) -> Iterator[Lockstep]:
+    """Yield T1 as it was driven so, with the patience of the demo for a busy machine."""
     configuration = default_configuration()
     joints = tuple(replace(joint, tracking_limit=1.0) for joint in configuration.joints)
     configuration = replace(configuration, joints=joints, missed_limit=250, reply_timeout=0.02)
     patient = EmulatorOptions().changed(comm_timeout=0.5, servo_watchdog=0.5)
-    emulator = emulated_exoskeleton(1, options=patient, configuration=configuration)
+    emulator = emulated_exoskeleton(seed, options=patient, configuration=configuration)
     plan = settings_of('identifier_node')
     trajectory = speed_ladder(
         {'shoulder': -0.5 * np.pi, 'elbow': 0.0},
@@ -73,7 +76,7 @@ def lockstep() -> Iterator[Lockstep]:
         plan['ramp'],
     )
     with Lockstep(emulator, configuration) as lockstep:
-        bus = _BusyBus(np.random.default_rng(1), emulator, lockstep.clock)
+        bus = _BusyBus(np.random.default_rng(seed), emulator, lockstep.clock)
         lockstep.driver._bus.cycle.bus = bus
         lockstep.driver.configure()
         lockstep.run(0.1)
@@ -83,6 +86,13 @@ def lockstep() -> Iterator[Lockstep]:
         while lockstep.driver.trajectory_running:
             bus.halt()
             lockstep.step()
+        yield lockstep
+
+
+@pytest.fixture(scope='module')
+def lockstep() -> Iterator[Lockstep]:
+    """Return it of one seed."""
+    with driven(1) as lockstep:
         yield lockstep
 
 
@@ -98,6 +108,34 @@ def test_what_is_identified_is_within_the_bounds_of_an_idle_machine(lockstep):
         error = abs(found[name].value - known[name].value)
         assert error <= tolerance * known[name].value, name
         assert error <= 3.0 * found[name].std_error, name
+
+
+@pytest.mark.skipif(not FULL, reason='6 minutes: make validate')
+def test_intervals_hold_though_effort_was_lost():
+    """
+    Of 95 % intervals, fewer than the bound would be seen once in 1000 campaigns.
+
+    Also where nobody says how it was lost: the whole change from the hold is unsure.
+    """
+    robot = nominal_robot()
+    truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
+    held, total = 0, 0
+    print('\nseed joint: error over standard error (standard error) of C, B, S, v_s')
+    for seed in range(11, 17):
+        with driven(seed) as lockstep:
+            form = WeakForm(lockstep.log().select(robot.names), robot, 'end')
+        form = form.with_laws([form.fit(i) for i in range(2)])
+        for i, joint in enumerate(robot.names):
+            found, known = form.fit(i).fit.parameters, truth.joints[joint].friction.parameters
+            line = []
+            for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity'):
+                p, true = found[name], known[name].value
+                held += p.interval[0] <= true <= p.interval[1]
+                line.append(f'{(p.value - true) / p.std_error:+.1f} ({p.std_error:.4f})')
+            total += len(line)
+            print(seed, joint, *line)
+    print(f'{held} of {total} intervals hold')
+    assert held >= binom.ppf(1e-3, total, 0.95)
 
 
 def test_answers_of_an_unknown_time_are_counted_and_no_samples(lockstep):

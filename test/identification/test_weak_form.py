@@ -327,6 +327,30 @@ def test_means_are_friction_itself_where_speed_is_constant():
     assert fit.fit.parameters['coulomb'].value == pytest.approx(COULOMB, rel=1e-5)
 
 
+@pytest.mark.parametrize('hold', ['start', 'mean', 'end'])
+def test_lost_samples_of_an_effort_that_rises_evenly_move_no_mean(hold):
+    """
+    They lie on the line between those that are left.
+
+    What is left is the mean of the test function over an interval of up to 10 ms, in which the
+    effort rises by 10 mN, over which phi changes.
+    """
+    whole = steady(0.1)
+    whole = replace(whole, tau=whole.tau + whole.time[:, None])
+    rng = np.random.default_rng(3)
+    kept = rng.random(len(whole)) < 0.7
+    kept[[0, -1]] = True
+    some = JointLog(whole.names, *(x[kept] for x in (whole.t_ns, whole.q, whole.v, whole.tau)))
+    middle, means = [], []
+    for log in (whole, some):
+        piece = WeakForm(log, slider(), hold)._pieces[0]
+        middle.append(piece.middle)
+        means.append(piece.friction(0))
+    np.testing.assert_array_equal(*middle)
+    # The slopes of the test functions are summed at the middles of other intervals.
+    np.testing.assert_allclose(*means, rtol=1e-4)
+
+
 def test_one_speed_is_refused():
     with pytest.raises(DataError, match='one speed only'):
         WeakForm(joined(steady(0.05), steady(-0.05)), slider()).fit(0)

@@ -217,9 +217,7 @@ def test_a_driver_that_falls_silent_fails_the_run_and_keeps_the_bag(ros, start_n
 
 def test_an_identifier_that_stood_still_does_not_take_it_for_silence(ros, start_node, tmp_path):
     """A machine that lets it wait is no driver that says nothing."""
-    robot, identifier, tell = standing_bench(
-        ros, start_node, tmp_path, 'tracking_tolerance:=10.0'
-    )
+    robot, identifier, tell = standing_bench(ros, start_node, tmp_path, 'tracking_tolerance:=10.0')
     start(ros, tell)
     ros.spin_until(lambda: tell()[0] == 'moving')
     identifier.process.send_signal(signal.SIGSTOP)

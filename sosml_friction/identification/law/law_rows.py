@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
@@ -29,6 +29,7 @@ class LawRows:
     sign, 0 for the sign itself; ``find_smoothing``: whether it is to be found. ``form``: which
     law. ``extra``: more columns with a factor each (K, E), None for none. ``unsmoothed``: the
     rows at velocities of the position alone, where those of ``v`` are smoothed by the torque.
+    ``held``: y with the effort held where samples were lost, None where none were.
     """
 
     v: FloatArray
@@ -42,27 +43,33 @@ class LawRows:
     form: LawForm = field(default_factory=LawForm)
     extra: FloatArray | None = None
     unsmoothed: LawRows | None = None
+    held: FloatArray | None = None
 
     def fit(self, effort_unit: str) -> LawFit:
         """
         Fit the law to the rows; errors as of ``fit_law``.
 
-        What smoothing moved a parameter by is in its covariance, as far as it is not sure:
-        V + d d^T with d that share of the way from the unsmoothed fit.
+        What is not known of the velocities, and of the effort between samples, moves all
+        parameters together: V + d d^T, d the change by the other way, times how unsure this is.
         """
         fit = self._fit(effort_unit)
-        if self.unsmoothed is None:
-            return fit
-        try:
-            same = replace(
-                self.unsmoothed, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False
+        for other, unsure in self._other_ways():
+            same = replace(other, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False)
+            try:
+                way = same._fit(effort_unit).drawn
+            except DataError:
+                continue
+            fit = fit.with_shift(
+                {n: unsure * (x - way[n]) for n, x in fit.drawn.items() if n in way}
             )
-            before = same._fit(effort_unit).drawn
-        except DataError:
-            return fit
-        return fit.with_shift(
-            {n: _UNSURE * (x - before[n]) for n, x in fit.drawn.items() if n in before}
-        )
+        return fit
+
+    def _other_ways(self) -> Iterator[tuple[LawRows, float]]:
+        """Yield rows that could be as true, and which share of what they change is unsure."""
+        if self.unsmoothed is not None:
+            yield self.unsmoothed, _UNSURE
+        if self.held is not None:
+            yield replace(self, y=self.held), 1.0
 
     def _fit(self, effort_unit: str) -> LawFit:
         return fit_law(

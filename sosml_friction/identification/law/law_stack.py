@@ -133,6 +133,7 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
         lag=lambda column: np.array(mean @ lag(column)),
         extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
         unsmoothed=None if rows.unsmoothed is None else joined(rows.unsmoothed, noise),
+        held=None if rows.held is None else mean @ np.nan_to_num(rows.held),
     )
 
 
@@ -181,6 +182,7 @@ class LawStack:
             if self.rows.extra is None
             else np.column_stack([project(column) for column in self.rows.extra.T]),
             unsmoothed=own.rows if own else None,
+            held=None if self.rows.held is None else project(self.rows.held),
         )
         return LawStack(rows, self.bag, own)
 
@@ -212,7 +214,10 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         )
     extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
               if rows.extra is not None]  # fmt: skip
-    unsmoothed = None
+    held, unsmoothed = None, None
+    if any(rows.held is not None for rows in parts):
+        ways = [rows.y if rows.held is None else rows.held for rows in parts]
+        held = np.concatenate([w * y for w, y in zip(weights, ways, strict=True)])
     if any(rows.unsmoothed for rows in parts):
         unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights)
     stacked = replace(
@@ -225,6 +230,7 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         lag=lag,
         extra=np.concatenate(extras) if extras else None,
         unsmoothed=unsmoothed.rows if unsmoothed else None,
+        held=held,
     )
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     return LawStack(stacked, bag, unsmoothed)
