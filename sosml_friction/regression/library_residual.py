@@ -7,13 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.regression.band_rows import BandRows
-from sosml_friction.regression.kernels import squares
+from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
+from sosml_friction.regression.kernels import products, squares
 from sosml_friction.regression.signals import Signals
 
-#: Largest grid [points] that is fitted jointly with all others; points of a larger one are fitted
-#: one after the other. Chosen, no measurement.
-_SMALL_GRID = 12
 #: Added to the normal equations of columns of norm 1, of which many are collinear.
 _RIDGE = 1e-8
 #: At most this many points of a large grid are taken off, each of at least this share of the
@@ -45,13 +42,17 @@ def library_residual(rows: BandRows) -> list[list[FloatArray]]:
 
 
 def _design_matrix(rows: BandRows, joint: int) -> FloatArray:
-    """Return the columns of the nominal, of all small grids and of the free curves in a joint."""
+    """
+    Return the columns of the nominal, of all small grids and of the free curves in a joint.
+
+    Points of a larger grid are fitted one after the other.
+    """
     parts = []
     for s, nominal in enumerate(rows.nominal_columns):
         stack = [nominal[:, joint]]
         for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
             at = np.flatnonzero(joints == joint)
-            if len(at) and len(candidate.grid) <= _SMALL_GRID:
+            if len(at) and len(candidate.grid) <= SMALL_GRID:
                 stack.append(columns[s][:, at[0]].reshape(len(nominal), -1))
         joints, columns = rows.structure_columns[joint]
         at = np.flatnonzero(joints == joint)
@@ -69,7 +70,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
     """
     for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
         at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) <= _SMALL_GRID:
+        if not len(at) or len(candidate.grid) <= SMALL_GRID:
             continue
         parts = [part[:, at[0]] for part in columns]
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
@@ -77,7 +78,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
         kept: list[FloatArray] = []
         left = residual
         for _ in range(_LINES):
-            d = (left @ C.reshape(len(C), -1)).reshape(C.shape[1:])
+            d = products(left[None], C.reshape(len(C), -1))[0].reshape(C.shape[1:])
             gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
             best = int(np.argmax(gain))
             energy = float(left @ left)
