@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,6 +102,15 @@ class BandRows:
             for rows, parts in (*self.columns, *self.structure_columns):
                 without_rests(parts[k], rows.tolist(), signals.rests)
         return replace(self, signals=resting)
+
+    def only(self, effects: Collection[str]) -> BandRows:
+        """Return the same with some effects as candidates."""
+        kept = [k for k, own in enumerate(self.candidates) if own.effect.identifier in effects]
+        return replace(
+            self,
+            candidates=tuple(self.candidates[k] for k in kept),
+            columns=[self.columns[k] for k in kept],
+        )
 
 
 def columns_in_band(signals: Sequence[Signals], candidate: Candidate) -> JointColumns:
