@@ -291,7 +291,7 @@ def make_signals(
     sign = np.column_stack(
         [dahl_path(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
     )
-    regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
+    regressor = robot.torque_regressors(q, v, a)
     rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
     if robot.followers:
         # Their bodies are not in the regressor.
