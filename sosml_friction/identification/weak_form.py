@@ -157,6 +157,7 @@ class WeakForm:
 
     def _take(self, log: JointLog) -> None:
         """Pose the regression with the velocities of ``log``."""
+        self._rows: dict[tuple[int, float | None], LawRows] = {}
         twisted = self.robot if self.settings.refit_inertia else None
         self._log, self._stretches = log, self._sampler.stretches(log)
         self._pieces = [
@@ -262,6 +263,12 @@ class WeakForm:
         Velocities are those of the recording, then the slow ones minus and plus sqrt(3) standard
         deviations of their noise, from which ``lag`` computes unbiased means.
         """
+        asked = i, smoothing_velocity
+        if asked not in self._rows:
+            self._rows[asked] = self._posed(i, smoothing_velocity)
+        return self._rows[asked]
+
+    def _posed(self, i: int, smoothing_velocity: float | None) -> LawRows:
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
             raise DataError(
@@ -429,19 +436,16 @@ def _tests(
     slope = phi.derivative()
     first = np.searchsorted(middle, starts)
     last = np.searchsorted(middle, starts + support)
-    columns = [np.arange(a, b) for a, b in zip(first, last, strict=True)]
-    weights, slopes = [], []
-    for start, inside in zip(starts, columns, strict=True):
-        t = middle[inside] - start
-        weight = phi(t) * h[inside]
-        weights.append(weight / weight.sum())
-        slopes.append(slope(t) / weight.sum())
-    bounds = np.append(0, np.cumsum(last - first))
+    inside = last - first
+    bounds = np.append(0, np.cumsum(inside))
     shape = (len(starts), len(middle))
     if not len(starts):
         return csr_array(shape), csr_array(shape)
-    index = np.concatenate(columns)
+    index = np.repeat(first - bounds[:-1], inside) + np.arange(bounds[-1])
+    t = middle[index] - np.repeat(starts, inside)
+    weights = phi(t) * h[index]
+    whole = np.repeat([row.sum() for row in np.split(weights, bounds[1:-1])], inside)
     return (
-        csr_array((np.concatenate(weights), index, bounds), shape=shape),
-        csr_array((np.concatenate(slopes), index, bounds), shape=shape),
+        csr_array((weights / whole, index, bounds), shape=shape),
+        csr_array((slope(t) / whole, index, bounds), shape=shape),
     )
