@@ -17,6 +17,9 @@ MOST_SAMPLES = 600_000
 #: Least rate of the means [Hz]. Between 83 Hz, where a reversal falls within a sample and an hour
 #: of that benchmark had two false causes (at half as many samples), and 167 Hz, where it had none.
 _LEAST_HZ = 150.0
+#: Blocks whose samples are taken together: an array of all of them would be another recording.
+#: Chosen, no measurement.
+_AT_ONCE = 16_384
 #: A step of more than this many median ones is a hole, as for even_stretches.
 _HOLE = 5.0
 
@@ -59,11 +62,10 @@ def block_means(
         )
     steps = np.diff(log.t_ns[rows])
     hole = (steps < 0) | (steps > _HOLE * np.median(steps))
-    blocks = [
-        run[: len(run) // count * count].reshape(-1, count)
-        for run in np.split(rows, np.flatnonzero(hole) + 1)
-    ]
-    block = np.concatenate(blocks)
+    runs = np.split(rows, np.flatnonzero(hole) + 1)
+    blocks = [run[: len(run) // count * count].reshape(-1, count) for run in runs]
+    block = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)
+    del steps, hole
     if len(block) < 2:
         raise DataError(
             f'there are nowhere {2 * count} samples in a row, of which two means could be made: '
@@ -71,16 +73,21 @@ def block_means(
         )
 
     def means(column: FloatArray) -> FloatArray:
-        values = column[block]
-        known = np.isfinite(values)
-        number = known.sum(axis=1)
-        total = np.where(known, values, 0.0).sum(axis=1)
-        return np.where(number > 0, total / np.maximum(number, 1), np.nan)
+        result = np.empty((len(block), *column.shape[1:]))
+        for k in range(0, len(block), _AT_ONCE):
+            values = column[block[k : k + _AT_ONCE]]
+            known = np.isfinite(values)
+            number = known.sum(axis=1)
+            total = np.where(known, values, 0.0).sum(axis=1)
+            mean = np.where(number > 0, total / np.maximum(number, 1), np.nan)
+            result[k : k + _AT_ONCE] = mean
+        return result
 
     first = log.t_ns[block[:, 0]]
+    late = sum(log.t_ns[block[:, k]] - first for k in range(1, count)) / count
     return replace(
         log,
-        t_ns=first + np.rint((log.t_ns[block] - first[:, None]).mean(axis=1)).astype(np.int64),
+        t_ns=first + np.rint(late).astype(np.int64),
         q=means(log.q),
         v=means(log.v),
         tau=means(tau),

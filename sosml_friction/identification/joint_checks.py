@@ -117,21 +117,19 @@ def check_joint(
     forwards, backwards = (
         float(np.sum(usable & (np.sign(np.nan_to_num(v)) == side))) * period for side in (1, -1)
     )
-    speeds = np.abs(v[np.isfinite(v)])
     level = error = np.nan
     if min(forwards, backwards) > _LEAST_MOTION_S:
         level, error = _friction_level(log, robot, i, slopes, np.where(usable, tau, np.nan))
-    steps = np.abs(np.diff(tau[known]))
     velocity = velocity_relation(log.v[:, i], slopes, i, moving)
     found = JointChecks(
         travel=float(np.ptp(q)),
-        top_speed=float(np.quantile(speeds, 0.99)) if len(speeds) else np.nan,
+        top_speed=_top_speed(v),
         speed_limit=limit.velocity,
         effort_limit=limit.effort,
         forwards_s=forwards,
         backwards_s=backwards,
         position_step=step,
-        effort_step=float(steps[steps > 0.0].min()) if (steps > 0.0).any() else np.nan,
+        effort_step=_smallest_step(tau[known]),
         friction_level=level,
         friction_level_error=error,
         velocity_factor=np.nan if velocity is None else velocity.factor,
@@ -198,6 +196,19 @@ def check_joint(
         )
         findings.append(DataFinding('speed', name, NOTE, what))
     return found, own_v, tau, findings
+
+
+def _top_speed(v: FloatArray) -> float:
+    """Return the 99 % quantile of the speed, NaN where none is known."""
+    speeds = np.abs(v[np.isfinite(v)])
+    return float(np.quantile(speeds, 0.99, overwrite_input=True)) if len(speeds) else np.nan
+
+
+def _smallest_step(x: FloatArray) -> float:
+    """Return the smallest change of a signal, NaN where it does not change."""
+    steps = np.abs(np.diff(x))
+    smallest = float(np.min(steps, where=steps > 0.0, initial=np.inf))
+    return smallest if np.isfinite(smallest) else np.nan
 
 
 def _rest(log: JointLog, robot: Robot, i: int, moved_s: float) -> str | None:

@@ -242,8 +242,10 @@ def effort_relation(
     effort = _mean(_mean(log.tau[:, i], slopes.half), slopes.half)
     sign = _mean(_mean(np.sign(slopes.v[:, i]), slopes.half), slopes.half)
     slow = _mean(slopes.v[:, i], slopes.half)
-    known = np.isfinite(slopes.a).all(axis=1) & np.isfinite(effort + sign + slow)
-    rows = np.flatnonzero(known & usable)
+    known = np.isfinite(slopes.a).all(axis=1) & usable
+    for column in (effort, sign, slow):
+        known &= np.isfinite(column)
+    rows = np.flatnonzero(known)
     rows = rows[:: max(1, len(rows) // _ROWS)]
     if len(rows) < _FEWEST_ROWS:
         return None

@@ -5,6 +5,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -127,6 +128,12 @@ def _plateaus(time: FloatArray, q: FloatArray) -> list[Segment]:
     return sorted(found, key=lambda own: own.first)
 
 
+@lru_cache(maxsize=32)
+def _tapers(count: int) -> FloatArray:
+    """Return the tapers of a plateau of so many samples; equal plateaus have the same ones."""
+    return np.asarray(dpss(count, _HALF_BAND, _TAPERS))
+
+
 class _Spectrum:
     """The spectrum of the position on one plateau: ``power`` at ``f``, white ``noise`` of it."""
 
@@ -141,7 +148,7 @@ class _Spectrum:
         # A sample that is missing is 0: so white noise stays white.
         rest = np.zeros(n)
         rest[place] = x - trend @ (trend.T @ x)
-        tapers = dpss(n, _HALF_BAND, _TAPERS)
+        tapers = _tapers(n)
         self.f = np.fft.rfftfreq(n, step)
         self.power = 2.0 * step * np.mean(np.abs(np.fft.rfft(tapers * rest)) ** 2, axis=0)
         self.power *= n / len(t)

@@ -283,7 +283,8 @@ def fit_terms(
     step('preparing the recordings')
     logs = [block_means(log.select(robot.names))[0] for log in logs]
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
-    laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step)
+    listed = {term for own in wanted.values() for term in own}
+    laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step, listed)
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)

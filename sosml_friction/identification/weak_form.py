@@ -157,6 +157,7 @@ class WeakForm:
 
     def _take(self, log: JointLog) -> None:
         """Pose the regression with the velocities of ``log``."""
+        self._rows: dict[tuple[int, float | None], LawRows] = {}
         twisted = self.robot if self.settings.refit_inertia else None
         self._log, self._stretches, self._pieces = log, [], []
         for stretch in self._sampler.stretches(log):
@@ -278,6 +279,12 @@ class WeakForm:
         Velocities are those of the recording, then the slow ones minus and plus sqrt(3) standard
         deviations of their noise, from which ``lag`` computes unbiased means.
         """
+        asked = i, smoothing_velocity
+        if asked not in self._rows:
+            self._rows[asked] = self._posed(i, smoothing_velocity)
+        return self._rows[asked]
+
+    def _posed(self, i: int, smoothing_velocity: float | None) -> LawRows:
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
             raise DataError(

@@ -49,7 +49,7 @@ def rigid_terms(
     root[0] = root[4] = root[8] = 1.0
     for j in range(1, rows):
         leader = int(tree[j, 53])
-        _place(tree[j], work[int(tree[j, 52])], work[j], q[leader], v[leader])
+        place(tree[j], work[int(tree[j, 52])], work[j], q[leader], v[leader])
     for i in range(n):
         drift[i] = 0.0
         for k in range(n):
@@ -98,7 +98,7 @@ def rigid_terms(
 
 
 @njit(cache=True)
-def _place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float) -> None:
+def place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float) -> None:
     """Write where a joint and its body are, how they move, and the body's inertia and momentum."""
     angle, rate = b[50] * q + b[51], b[50] * v
     c, s = math.cos(angle), math.sin(angle)

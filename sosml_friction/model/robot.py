@@ -210,6 +210,14 @@ class Robot:
             blocks = blocks[np.ix_(self._order, self._order)]
         return blocks.reshape(self.n, 10 * self.n)
 
+    def torque_regressors(self, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+        """Return :meth:`torque_regressor` along a motion (N, n), (N, n, 10 n), compiled."""
+        # Numba is for those alone who come here.
+        from sosml_friction.model.rigid_regressor import rigid_regressor
+
+        q, v, a = (np.ascontiguousarray(x, dtype=float) for x in (q, v, a))
+        return np.asarray(rigid_regressor(self.constants, self._order + 1, q, v, a))
+
     def inertial_parameters(self) -> FloatArray:
         """
         Return (n, 10): m, m c (x, y, z), I (xx, xy, yy, xz, yz, zz) of the body of each joint.

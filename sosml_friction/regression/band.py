@@ -10,7 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from scipy.signal import firwin
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import ColumnArray, FloatArray
 from sosml_friction.model.finite_differences import convolved
 
 #: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
@@ -59,15 +59,16 @@ class Band:
         """Return the number of filtered samples that ``samples`` give."""
         return max(0, (samples - 2 * self.half - 1) // self.factor + 1)
 
-    def apply(self, x: FloatArray) -> FloatArray:
-        """Return ``x`` (N, ...) filtered and decimated, (count(N), ...)."""
-        x = np.ascontiguousarray(x, dtype=np.float64)
+    def apply(self, x: ColumnArray) -> ColumnArray:
+        """Return ``x`` (N, ...) filtered and decimated, (count(N), ...), in its precision."""
+        kind: type = np.float32 if x.dtype == np.float32 else np.float64
+        x = np.ascontiguousarray(x, dtype=kind)
         count, shape = self.count(len(x)), x.shape[1:]
         flat = x.reshape(len(x), math.prod(shape))
-        result = np.empty((count, flat.shape[1]))
+        result: ColumnArray = np.empty((count, flat.shape[1]), kind)
         # A block of outputs is one matrix times the samples that the block sees.
         whole = count // _BLOCK
-        matrix = _decimator(self, _BLOCK)
+        matrix: ColumnArray = _decimator(self, _BLOCK).astype(kind, copy=False)
         row = flat.strides[0]
         seen = as_strided(
             flat,
@@ -78,10 +79,15 @@ class Band:
         np.matmul(matrix, seen, out=result[: whole * _BLOCK].reshape(whole, _BLOCK, flat.shape[1]))
         left = count - whole * _BLOCK
         if left:
-            matrix = _decimator(self, left)
+            matrix = _decimator(self, left).astype(kind, copy=False)
             first = whole * _BLOCK * self.factor
             np.matmul(matrix, flat[first : first + matrix.shape[1]], out=result[-left:])
         return result.reshape(count, *shape)
+
+    def seen(self, rows: slice) -> slice:
+        """Return the samples that filtered ones see."""
+        first = rows.start * self.factor
+        return slice(first, (rows.stop - 1) * self.factor + 2 * self.half + 1)
 
     def smooth(self, x: FloatArray, wider: float = _WIDER) -> FloatArray:
         """Return ``x`` (N, ...) low-passed at ``wider`` times the cut-off, (N, ...)."""

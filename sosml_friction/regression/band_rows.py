@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import ColumnArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.candidate import Candidate, make_candidates
@@ -21,11 +21,14 @@ from sosml_friction.regression.signals import Signals, silent_throughout
 from sosml_friction.regression.structure import Structure
 
 #: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
-JointColumns = tuple[IndexArray, list[FloatArray]]
+JointColumns = tuple[IndexArray, list[ColumnArray]]
 
-#: Points of a grid that are low-passed at a time. Chosen, no measurement: it bounds the memory of
-#: the unfiltered columns, N rows each.
-_AT_ONCE = 16
+#: A larger grid [points] is kept in single precision: what is chosen of it is computed anew.
+#: Its noise is a millionth of a whitened column's. Chosen, no measurement.
+SMALL_GRID = 12
+#: Samples and points of a grid that are low-passed at a time: a few MB, which stay in the cache of
+#: a processor. Chosen, no measurement.
+_SAMPLES, _POINTS = 4096, 64
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,8 @@ class BandRows:
 
     ``residual`` (K, n): measured effort minus that of the nominal model. ``nominal_columns``
     (K, n, p): effort per unit of each nominal parameter. ``columns``: those of the candidates, at
-    all points of their grids; ``structure_columns``: those of the free curves of each joint. Both
-    are empty once they are whitened.
+    all points of their grids, of large ones in single precision; ``structure_columns``: those of
+    the free curves of each joint. Both are empty once they are whitened.
     """
 
     signals: tuple[Signals, ...]
@@ -100,6 +103,15 @@ class BandRows:
                 without_rests(parts[k], rows.tolist(), signals.rests)
         return replace(self, signals=resting)
 
+    def only(self, effects: Collection[str]) -> BandRows:
+        """Return the same with some effects as candidates."""
+        kept = [k for k, own in enumerate(self.candidates) if own.effect.identifier in effects]
+        return replace(
+            self,
+            candidates=tuple(self.candidates[k] for k in kept),
+            columns=[self.columns[k] for k in kept],
+        )
+
 
 def columns_in_band(signals: Sequence[Signals], candidate: Candidate) -> JointColumns:
     """Return the columns of a candidate in the joints that it acts in, in any stretch."""
@@ -117,19 +129,25 @@ def columns_in_band(signals: Sequence[Signals], candidate: Candidate) -> JointCo
     return joints, parts
 
 
-def _own_joint(signals: Signals, candidate: Candidate) -> tuple[IndexArray, FloatArray] | None:
+def _own_joint(signals: Signals, candidate: Candidate) -> tuple[IndexArray, ColumnArray] | None:
     """Return joint and columns (K, 1, g, k), if the effect gives many grid points at once."""
-    joint, grid = candidate.joint, candidate.grid
-    part: FloatArray | None = None
-    for begin in range(0, len(grid), _AT_ONCE):
-        points = slice(begin, begin + _AT_ONCE)
-        own = candidate.effect.own_columns(signals, joint, grid[points])
-        if own is None:
-            return None
-        if part is None:
-            part = np.empty((signals.band.count(len(own)), 1, len(grid), own.shape[2]))
-        part[:, 0, points] = signals.in_band(own[:, None], [joint])[:, 0]
-    return None if part is None else (np.array([joint]), part)
+    joint, grid, band = candidate.joint, candidate.grid, signals.band
+    count = band.count(len(signals.q))
+    at_once = max(1, _SAMPLES // band.factor)
+    precision = np.float64 if len(grid) <= SMALL_GRID else np.float32
+    part: ColumnArray | None = None
+    for first in range(0, count, at_once):
+        rows = slice(first, min(first + at_once, count))
+        seen = signals.part(band.seen(rows))
+        for begin in range(0, len(grid), _POINTS):
+            points = slice(begin, begin + _POINTS)
+            own = candidate.effect.own_columns(seen, joint, grid[points])
+            if own is None:
+                return None
+            if part is None:
+                part = np.empty((count, 1, len(grid), own.shape[2]), precision)
+            part[rows, 0, points] = band.apply(own.astype(precision, copy=False))
+    return None if part is None else (np.array([joint]), signals.without_unknown(part, [joint]))
 
 
 def _all_joints(signals: Signals, candidate: Candidate) -> tuple[IndexArray, FloatArray]:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
 from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
-from sosml_friction.regression.kernels import convolve_rows, squares
+from sosml_friction.regression.kernels import convolve_rows, products, squares
 from sosml_friction.regression.noise_model import NoiseModel
 
 IntArray = IndexArray
@@ -62,7 +62,7 @@ def make_blocks(rows: int, blocks: int, folds: int) -> Blocks:
     )
 
 
-def whiten_all(parts: Sequence[FloatArray], noise: Sequence[NoiseModel]) -> FloatArray:
+def whiten_all(parts: Sequence[ColumnArray], noise: Sequence[NoiseModel]) -> ColumnArray:
     """
     Return columns of all stretches whitened and joined, (rows, n, ...).
 
@@ -150,17 +150,18 @@ class CandidateColumns:
     """
     Hold the whitened columns of one effect in one joint over its grid, and their products.
 
-    ``rows``: the joints they act in, m of them. ``C`` (rows, m, g, k); ``A`` (blocks, g, k, k)
+    ``rows``: the joints they act in, m of them. ``C`` (rows, m, g, k), of a large grid in single
+    precision; ``A`` (blocks, g, k, k)
     and ``B`` (blocks, g, p, k) with the system's columns, summed over the joints.
     """
 
     rows: IntArray
-    C: FloatArray
+    C: ColumnArray
     A: FloatArray
     B: FloatArray
 
     @classmethod
-    def make(cls, system: System, rows: IntArray, C: FloatArray) -> CandidateColumns:
+    def make(cls, system: System, rows: IntArray, C: ColumnArray) -> CandidateColumns:
         """Return the products of ``C`` with itself and with the system."""
         _, m, g, k = C.shape
         p = system.Z.shape[2]
@@ -170,7 +171,7 @@ class CandidateColumns:
             A.append(_squares(part))
             cross = np.zeros((p, g * k))
             for i in range(m):
-                cross += system.Z[a:b, rows[i]].T @ part[:, i].reshape(b - a, g * k)
+                cross += products(system.Z[a:b, rows[i]].T, part[:, i].reshape(b - a, g * k))
             B.append(cross.reshape(p, g, k).transpose(1, 0, 2))
         return cls(rows, C, np.array(A), np.array(B))
 
@@ -185,7 +186,7 @@ class CandidateColumns:
             cross = np.zeros((system.Z.shape[2] - known, g * k))
             for i in range(m):
                 flat = self.C[first:last, i].reshape(last - first, g * k)
-                cross += system.Z[first:last, self.rows[i], known:].T @ flat
+                cross += products(system.Z[first:last, self.rows[i], known:].T, flat)
             more = cross.reshape(-1, g, k).transpose(1, 0, 2)
             B.append(np.concatenate([self.B[b], more], axis=1))
         return CandidateColumns(self.rows, self.C, self.A, np.array(B))
@@ -201,11 +202,11 @@ class CandidateColumns:
         for i in range(m):
             flat = self.C[:, i].reshape(len(self.C), g * k)
             for b, (first, last) in enumerate(system.blocks.ranges):
-                result[b] += y[first:last, self.rows[i]] @ flat[first:last]
+                result[b] += products(y[None, first:last, self.rows[i]], flat[first:last])[0]
         return result.reshape(-1, g, k)
 
 
-def _squares(part: FloatArray) -> FloatArray:
+def _squares(part: ColumnArray) -> FloatArray:
     """Return part' part at each point of the grid, summed over the joints, (g, k, k)."""
     t, m, g, k = part.shape
     if g == 1:

@@ -5,32 +5,48 @@
 import numpy as np
 from numba import njit
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
+
+#: Rows of single precision that are made double at a time. Chosen, no measurement.
+_ROWS = 512
 
 
 @njit(cache=True)
-def convolve_rows(x: FloatArray, weights: FloatArray) -> FloatArray:
+def convolve_rows(x: ColumnArray, weights: FloatArray) -> ColumnArray:
     """
     Return sum_l weights[i, l] x[k + L - 1 - l, i], (K - L + 1, m, c): a FIR filter along rows.
 
-    :param x: (K, m, c); weights: (m, L), the newest sample's first.
+    :param x: (K, m, c), of which the result has the precision; weights: (m, L), the newest
+        sample's first.
     """
     rows, m, c = x.shape
     length = weights.shape[1]
-    result = np.empty((max(rows - length + 1, 0), m, c))
+    result = np.empty((max(rows - length + 1, 0), m, c), x.dtype)
+    row = np.empty(c)
     for k in range(len(result)):
         for i in range(m):
             for j in range(c):
-                result[k, i, j] = weights[i, 0] * x[k + length - 1, i, j]
+                row[j] = weights[i, 0] * x[k + length - 1, i, j]
             for lag in range(1, length):
                 w = weights[i, lag]
                 for j in range(c):
-                    result[k, i, j] += w * x[k + length - 1 - lag, i, j]
+                    row[j] += w * x[k + length - 1 - lag, i, j]
+            result[k, i] = row
+    return result
+
+
+def products(left: FloatArray, columns: ColumnArray) -> FloatArray:
+    """Return left @ columns, (a, c), of (a, rows) and (rows, c), in double precision."""
+    if columns.dtype == left.dtype:
+        return np.asarray(left @ columns)
+    result = np.zeros((len(left), columns.shape[1]))
+    for k in range(0, len(columns), _ROWS):
+        result += left[:, k : k + _ROWS] @ columns[k : k + _ROWS].astype(np.float64)
     return result
 
 
 @njit(cache=True)
-def squares(part: FloatArray) -> FloatArray:
+def squares(part: ColumnArray) -> FloatArray:
     """Return sum over rows and joints of part' part at each point of a grid, (g, k, k)."""
     rows, m, g, k = part.shape
     result = np.zeros((g, k, k))
@@ -38,8 +54,9 @@ def squares(part: FloatArray) -> FloatArray:
         for i in range(m):
             for j in range(g):
                 for a in range(k):
+                    x = np.float64(part[t, i, j, a])
                     for b in range(a + 1):
-                        result[j, a, b] += part[t, i, j, a] * part[t, i, j, b]
+                        result[j, a, b] += x * part[t, i, j, b]
     for j in range(g):
         for a in range(k):
             for b in range(a):
@@ -76,7 +93,7 @@ def quantile_knots(x: FloatArray, count: int) -> FloatArray:
     return np.unique(np.quantile(x, np.linspace(0.01, 0.99, count)))
 
 
-def acts(columns: FloatArray) -> bool:
+def acts(columns: ColumnArray) -> bool:
     """Tell whether any number of an array is not zero, a sample of its rows first."""
     return bool(columns[:: max(1, len(columns) // 64)].any()) or bool(columns.any())
 

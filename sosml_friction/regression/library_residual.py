@@ -2,18 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.regression.band_rows import BandRows
-from sosml_friction.regression.kernels import squares
+from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
+from sosml_friction.regression.kernels import products, squares
 from sosml_friction.regression.signals import Signals
 
-#: Largest grid [points] that is fitted jointly with all others; points of a larger one are fitted
-#: one after the other. Chosen, no measurement.
-_SMALL_GRID = 12
+#: Rows whose columns are put together at a time. Chosen, no measurement.
+_ROWS = 8192
 #: Added to the normal equations of columns of norm 1, of which many are collinear.
 _RIDGE = 1e-8
 #: At most this many points of a large grid are taken off, each of at least this share of the
@@ -33,31 +32,48 @@ def library_residual(rows: BandRows) -> list[list[FloatArray]]:
     left = []
     ends = np.cumsum([len(part) for part in rows.residual])[:-1]
     for i in range(rows.signals[0].robot.n):
-        X = _design_matrix(rows, i)
-        y = np.concatenate([part[:, i] for part in rows.residual])
-        size = np.linalg.norm(X, axis=0)
-        X = X[:, size > 0.0] / size[size > 0.0]
-        G = X.T @ X
-        G += np.diag(np.full(len(G), _RIDGE))
-        residual = y - X @ np.linalg.solve(G, X.T @ y)
+        G, r = np.zeros(()), np.zeros(())
+        for s, part in _parts(rows):
+            X = _design_matrix(rows, i, s, part)
+            G, r = G + X.T @ X, r + X.T @ rows.residual[s][part, i]
+        size = np.sqrt(np.diag(G))
+        acts = size > 0.0
+        size = size[acts]
+        G = G[np.ix_(acts, acts)] / size / size[:, None] + _RIDGE * np.eye(len(size))
+        x = np.zeros(len(acts))
+        x[acts] = np.linalg.solve(G, r[acts] / size) / size
+        residual = np.concatenate(
+            [
+                rows.residual[s][part, i] - _design_matrix(rows, i, s, part) @ x
+                for s, part in _parts(rows)
+            ]
+        )
         left.append(np.split(_without_lines(rows, i, residual), ends))
     return left
 
 
-def _design_matrix(rows: BandRows, joint: int) -> FloatArray:
-    """Return the columns of the nominal, of all small grids and of the free curves in a joint."""
-    parts = []
-    for s, nominal in enumerate(rows.nominal_columns):
-        stack = [nominal[:, joint]]
-        for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-            at = np.flatnonzero(joints == joint)
-            if len(at) and len(candidate.grid) <= _SMALL_GRID:
-                stack.append(columns[s][:, at[0]].reshape(len(nominal), -1))
-        joints, columns = rows.structure_columns[joint]
+def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:
+    """Yield stretches and rows of them: all rows of all columns at once would be large."""
+    for s, part in enumerate(rows.residual):
+        for first in range(0, len(part), _ROWS):
+            yield s, slice(first, first + _ROWS)
+
+
+def _design_matrix(rows: BandRows, joint: int, s: int, part: slice) -> FloatArray:
+    """
+    Return the columns of the nominal, of all small grids and of the free curves in a joint.
+
+    Of some rows of a stretch. Points of a larger grid are fitted one after the other.
+    """
+    stack = [rows.nominal_columns[s][part, joint]]
+    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
         at = np.flatnonzero(joints == joint)
-        stack.append(columns[s][:, at[0]].reshape(len(nominal), -1))
-        parts.append(np.concatenate(stack, axis=1))
-    return np.concatenate(parts)
+        if len(at) and len(candidate.grid) <= SMALL_GRID:
+            stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    joints, columns = rows.structure_columns[joint]
+    at = np.flatnonzero(joints == joint)
+    stack.append(columns[s][part, at[0]].reshape(len(stack[0]), -1))
+    return np.concatenate(stack, axis=1)
 
 
 def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArray:
@@ -69,7 +85,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
     """
     for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
         at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) <= _SMALL_GRID:
+        if not len(at) or len(candidate.grid) <= SMALL_GRID:
             continue
         parts = [part[:, at[0]] for part in columns]
         C = np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)
@@ -77,7 +93,7 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
         kept: list[FloatArray] = []
         left = residual
         for _ in range(_LINES):
-            d = (left @ C.reshape(len(C), -1)).reshape(C.shape[1:])
+            d = products(left[None], C.reshape(len(C), -1))[0].reshape(C.shape[1:])
             gain = np.einsum('gk,gkl,gl->g', d, inverse, d)
             best = int(np.argmax(gain))
             energy = float(left @ left)

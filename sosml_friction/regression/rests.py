@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import runs
 
@@ -224,7 +224,7 @@ class WhitenedRests:
             known[joint] -= base.shape[1]
         return np.asarray(known)
 
-    def take_out(self, x: FloatArray, joints: Sequence[int]) -> FloatArray:
+    def take_out(self, x: ColumnArray, joints: Sequence[int]) -> ColumnArray:
         """Take what efforts at rest may be out of whitened ``x`` (rows, m, ...), in place."""
         for k, joint in enumerate(joints):
             x[self.inside[:, joint], k] = 0.0
@@ -265,13 +265,13 @@ def _sizes(columns: FloatArray) -> FloatArray:
     return np.asarray(np.where(size > 0.0, size, 1.0))
 
 
-def _project(part: FloatArray, base: FloatArray) -> None:
+def _project(part: ColumnArray, base: FloatArray) -> None:
     """Take what a base (rows, r) spans out of a part (rows, ...), in place."""
     flat = part.reshape(len(part), -1)
     part -= (base @ (base.T @ flat)).reshape(part.shape)
 
 
-def without_rests(x: FloatArray, joints: Sequence[int], rests: Sequence[Rest]) -> FloatArray:
+def without_rests(x: ColumnArray, joints: Sequence[int], rests: Sequence[Rest]) -> ColumnArray:
     """
     Take what any course of effort at rest explains out of ``x`` (rows, m, ...), in place.
 

@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """One recording as the diagnosis sees it: even samples, smooth derivatives, nominal torque."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import ColumnArray, FloatArray
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
@@ -112,6 +115,15 @@ class Signals:
         """Return the unit of position of a joint, rad or m."""
         return 'rad' if self.effort_unit(joint) == 'Nm' else 'm'
 
+    def part(self, rows: slice) -> Signals:
+        """Return some of the samples, views of the same arrays."""
+        own: dict[str, Any] = {}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                own[each.name] = value[rows]
+        return replace(self, **own, rests=(), cache={})
+
     def in_joint(self, joint: int, *columns: FloatArray) -> FloatArray:
         """Return (N, n, k) that is zero but for ``columns`` (N,) in one joint."""
         result = np.zeros((len(self.q), self.robot.n, len(columns)))
@@ -128,9 +140,12 @@ class Signals:
         :param joints: which joint each of the m is; None for all n.
         """
         joints = range(self.robot.n) if joints is None else joints
-        result = self.band.apply(x)
-        result[:, [k for k, joint in enumerate(joints) if joint in self.silent]] = 0.0
-        return without_rests(result, joints, self.rests)
+        return self.without_unknown(self.band.apply(x), joints)
+
+    def without_unknown(self, x: ColumnArray, joints: Sequence[int]) -> ColumnArray:
+        """Take what joints at rest may take, and all of silent ones, out of x (K, m, ...)."""
+        x[:, [k for k, joint in enumerate(joints) if joint in self.silent]] = 0.0
+        return without_rests(x, joints, self.rests)
 
 
 def with_rests(
@@ -276,7 +291,7 @@ def make_signals(
     sign = np.column_stack(
         [dahl_path(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
     )
-    regressor = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
+    regressor = robot.torque_regressors(q, v, a)
     rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
     if robot.followers:
         # Their bodies are not in the regressor.

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +55,7 @@ class WhitenedRegression:
         library: dict[str, Term],
         settings: DiagnosisSettings,
         step: Callable[[str], None] = lambda text: None,
+        kept: Collection[str] | None = None,
     ) -> WhitenedRegression:
         """
         Low-pass, whiten and multiply everything once.
@@ -62,6 +63,7 @@ class WhitenedRegression:
         :param signals: stretches of the recordings.
         :param library: effects to look for, by identifier.
         :param step: called with what is being done.
+        :param kept: effects that remain candidates once the noise is known; None for all.
         :raises ConfigurationError: if no effect can act in these joints.
         :raises DataError: if the recordings are too short for the blocks.
         """
@@ -75,6 +77,8 @@ class WhitenedRegression:
             rows = rows.without_standstill(resting)
             left = library_residual(rows)
         whitening = Whitening.fit(rows, left, leave_out)
+        if kept is not None:
+            rows = rows.only(kept)
         y = whitening.apply(rows.residual)
         if len(y) < _BLOCK_ROWS * settings.blocks:
             raise DataError(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
 from sosml_friction.regression.evidence import whiten_all
@@ -75,7 +75,7 @@ class Whitening:
             [s.silent for s in stretches],
         )
 
-    def apply(self, parts: Sequence[FloatArray], joints: IndexArray | None = None) -> FloatArray:
+    def apply(self, parts: Sequence[ColumnArray], joints: IndexArray | None = None) -> ColumnArray:
         """
         Return rows of all stretches whitened and joined, zero where they say nothing.
 

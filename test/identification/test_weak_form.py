@@ -86,6 +86,7 @@ def part(form, bags):
     """Return the weak form of some of the motions only, which are holes apart."""
     chosen = copy.copy(form)
     chosen._pieces = [form._pieces[k] for k in bags]
+    chosen._rows = {}
     return chosen
 
 

@@ -91,6 +91,17 @@ def test_the_compiled_terms_are_those_of_pinocchio_to_1e_12(arm):
         np.testing.assert_array_equal(M, M.T)
 
 
+@pytest.mark.parametrize('arm', sorted({*ARMS} - {'mistaken'}))
+def test_the_compiled_regressor_is_that_of_pinocchio_to_1e_12(arm):
+    robot = ARMS[arm]()
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-3.0, 3.0, (50, robot.n))
+    v, a = rng.normal(size=(2, 50, robot.n))
+    theirs = np.array([robot.torque_regressor(*x) for x in zip(q, v, a, strict=True)])
+    ours = robot.torque_regressors(q, v, a)
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
+
+
 def test_a_base_far_from_the_origin_loses_no_more_than_its_square():
     """The terms are summed about the base's origin: 10 m of it cost two digits of fourteen."""
     near = tree([0, 1], ['revolute'] * 2)

@@ -13,6 +13,7 @@ from sosml_friction.diagnosis.decision.cause import joint_name
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.bounded import bounded_least_squares
 from sosml_friction.regression.evidence import CandidateColumns
+from sosml_friction.regression.kernels import products
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Directions of a cause with less than this share of its largest energy are rounding.
@@ -190,7 +191,7 @@ def _cross(columns: CandidateColumns, E: FloatArray) -> FloatArray:
     rows, m, grid, k = columns.C.shape
     result = np.zeros((E.shape[1], grid * k))
     for i in range(m):
-        result += E[columns.rows[i]] @ columns.C[:, i].reshape(rows, grid * k)
+        result += products(E[columns.rows[i]], columns.C[:, i].reshape(rows, grid * k))
     return result.T.reshape(grid, k, E.shape[1])
 
 

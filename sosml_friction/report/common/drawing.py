@@ -5,22 +5,25 @@ What the figures of all reports share: paper, type, colours.
 
 Matplotlib's object interface on the Agg canvas: no global state, no display. Colours are those of
 Okabe and Ito, which people with any colour vision tell apart; markers and dashes say the same.
+Matplotlib is imported by what draws: a fit that is not drawn need not wait for it.
 """
+
+from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from io import BytesIO
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from sosml_friction.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 DPI = 100
 FONT = 10
@@ -94,6 +97,8 @@ def bag_style(k: int) -> Style:
 
 def to_png(figure: Figure) -> bytes:
     """Return the figure as a PNG of :data:`DPI` dots per inch."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     stream = BytesIO()
     FigureCanvasAgg(figure).print_png(stream)
     return stream.getvalue()
@@ -101,6 +106,8 @@ def to_png(figure: Figure) -> bytes:
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure, in inches."""
+    from matplotlib.figure import Figure
+
     return Figure(figsize=(width, height), dpi=DPI, layout='constrained', facecolor='white')
 
 
@@ -116,6 +123,8 @@ def marker_edge(style: Style) -> str:
 
 def key(**look: Any) -> Line2D:
     """Return an entry of a legend: a line or marker that looks so, with its ``label``."""
+    from matplotlib.lines import Line2D
+
     return Line2D([], [], **look)
 
 
@@ -142,6 +151,8 @@ def label_axes(axes: Axes, x: str, y: str) -> None:
 
 def log_axis(axes: Axes) -> None:
     """Make x logarithmic, with plain numbers: at the decades, of a short span between them too."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
     axes.set_xscale('log')
 
     def text(x: float, _: int | None) -> str:
@@ -188,6 +199,8 @@ def fix_axes(
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     """Put the legend under the axes, where it covers no data, in as many columns as fit."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     renderer = FigureCanvasAgg(figure).get_renderer()
     for columns in range(min(len(handles), 5), 0, -1):
         legend = figure.legend(

@@ -6,15 +6,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Any, ClassVar, Generic, TypeVar, get_args
-
-from matplotlib.figure import Figure as Drawing
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, get_args
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.registry import import_folder
 from sosml_friction.report import figures as folder
 from sosml_friction.report.common.html_page import picture
 from sosml_friction.report.common.svg import to_svg
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
 
 View = TypeVar('View')
 #: Where in its report a figure is: beside the answer, after it, or folded with the methods.

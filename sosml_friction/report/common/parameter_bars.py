@@ -2,15 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters with their intervals: a bar where there is a number, a range where there is none."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Drawing
-from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter
 
 from sosml_friction.identification.parameter_interval import NON_NEGATIVE, allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
@@ -25,6 +23,10 @@ from sosml_friction.report.common.drawing import (
 )
 from sosml_friction.report.common.labels import symbols_of
 from sosml_friction.report.common.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
 
 _MODEL_ROW = '#f1f6f3'
 _ROW_IN = 0.36
@@ -61,6 +63,8 @@ def draw_parameters(
 
     :param rows: one or more, from top to bottom.
     """
+    from matplotlib.ticker import FuncFormatter
+
     figure = new_figure(10.0, _ROW_IN * len(rows) + 1.3)
     symbols = symbols_of(*(row.parameters for row in rows))
     panels: Sequence[Axes] = figure.subplots(1, len(symbols), sharey=True)
@@ -206,6 +210,8 @@ def _limits(
 
 
 def _legend(rows: Sequence[ParameterRow], with_truth: bool) -> list[Any]:
+    from matplotlib.patches import Patch
+
     handles: list[Any] = [key(color=GREY, linewidth=1.8, label='95 % interval')]
     if any(not row.in_use for row in rows):
         handles.append(

@@ -7,17 +7,18 @@ Matplotlib's SVG, made small and put on the paper of the page: its greys become 
 page's ink and paper, so that a dark page has a dark figure; text is text, in the page's font.
 """
 
+from __future__ import annotations
+
 import json
 import re
 from collections.abc import Sequence
 from html import escape
 from io import BytesIO
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from matplotlib import rc_context
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: More marks than this in a row are points of a cloud, which need no elements of their own.
 _CLOUD = 40
@@ -41,6 +42,9 @@ def to_svg(figure: Figure, caption: str = '', themed: bool = True) -> str:
     :param caption: what it shows, for those who do not see it.
     :param themed: whether its colours follow the page; else it keeps them, on white.
     """
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
     stream = BytesIO()
     with rc_context(_SETTINGS):
         FigureCanvasSVG(figure).print_svg(stream, metadata={'Date': None})

@@ -21,7 +21,7 @@ from sosml_friction.report.common.output import (
     written_together,
 )
 from sosml_friction.report.common.table import html_table, terminal_table
-from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, RecordedSimulation
 
 COLUMNS = {'joint': 'w', 'error of': 'w', 'root mean square': 'n', 'largest': 'n', 'unit': 'w',

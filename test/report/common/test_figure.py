@@ -14,10 +14,10 @@ from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.identification.term_residual import along_axis
 from sosml_friction.report.common import figure as module
 from sosml_friction.report.common.figure import REPORTS, Figure, figures, figures_of
-from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJoint
 from sosml_friction.report.fit.consolidation_view import BagsJoint, model_entry
 from sosml_friction.report.fit.html import render_report
 from sosml_friction.report.fit.joint_view import JointView, joint_views
+from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
 
 #: Labels that are a count or say their unit themselves.
 WITHOUT_BRACKETS = {'periods per turn', 'periods per metre', '... that this one explains'}

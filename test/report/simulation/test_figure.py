@@ -7,10 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.report.figures.simulation.simulated_joint import (
-    SimulatedJoint,
-    SimulatedJointFigure,
-)
+from sosml_friction.report.figures.simulation.simulated_joint import SimulatedJointFigure
+from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
 from sosml_friction.simulation.recorded.recorded_simulation import RecordedSimulation
 
 QUANTITIES = ('position', 'velocity', 'effort')

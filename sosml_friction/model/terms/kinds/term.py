@@ -109,7 +109,8 @@ class Term(ABC):
         """
         Return the columns of several points of the grid at once, (N, g, k), in ``joint`` alone.
 
-        None, as here, if that is no faster than one by one, or if they act in other joints, too.
+        Each sample's by itself: the recording may be a part of one. None, as here, if that is no
+        faster than one by one, or if they act in other joints, too.
         """
         return None
 

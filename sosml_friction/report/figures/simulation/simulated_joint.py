@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording and its simulation, one joint."""
 
-from typing import NamedTuple
-
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
@@ -11,27 +9,12 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import motion_units
-from sosml_friction.simulation.recorded.recorded_simulation import (
-    CLOSED_LOOP,
-    WINDOWS,
-    RecordedSimulation,
-)
+from sosml_friction.report.simulation.simulated_joint import SimulatedJoint
+from sosml_friction.simulation.recorded.recorded_simulation import CLOSED_LOOP, WINDOWS
 
 #: Interval, in median sampling intervals, at which a line is broken. Chosen, no measurement.
 _HOLE = 10.0
 _SIMULATED, _ERROR = '#0072B2', '#D55E00'
-
-
-class SimulatedJoint(NamedTuple):
-    """Hold a simulation, and the number of the joint that is drawn."""
-
-    found: RecordedSimulation
-    i: int
-
-    @property
-    def name(self) -> str:
-        """Return the name of the joint."""
-        return self.found.names[self.i]
 
 
 class SimulatedJointFigure(Figure[SimulatedJoint]):
