@@ -235,16 +235,8 @@ def main() -> int:
     parser.add_argument('--plateau', type=float, default=PLATEAU, help='of T1 [s]; default: 0.8')
     plateau_s = parser.parse_args().plateau
     print(f'MuJoCo {mujoco.__version__}, T1 with plateaus of {plateau_s:g} s')
-    head = [
-        'step ms',
-        'stated',
-        'constants',
-        'least',
-        'module',
-        'creep rad/s',
-        'us constants',
-        'us module',
-    ]
+    head = ['step ms', 'stated', 'constants', 'least', 'module', 'creep rad/s', 'us constants',
+            'us module']  # fmt: skip
     print(f'| {" | ".join(head)} |')
     print(f'|{"---|" * len(head)}')
     for h in (1e-3, 2e-3):
