@@ -22,13 +22,13 @@ from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
+from sosml_friction.identification.number_text import value_text
 from sosml_friction.identification.several.bags_analysis import (
     BagsAnalysis,
     common_body,
     consolidate_analyses,
 )
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.number_text import value_text
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
 from sosml_friction.report.fit.findings import answers, caveats

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter
 
+from sosml_friction.identification.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
 from sosml_friction.identification.parameter_interval import NON_NEGATIVE, allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.drawing import (
@@ -24,7 +25,6 @@ from sosml_friction.report.common.drawing import (
     new_figure,
 )
 from sosml_friction.report.common.labels import symbols_of
-from sosml_friction.report.common.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
 
 _MODEL_ROW = '#f1f6f3'
 _ROW_IN = 0.36
