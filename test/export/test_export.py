@@ -216,7 +216,7 @@ def test_constants_that_one_speed_cannot_tell_apart_stay(model):
     speeds = np.array([0.300, -0.301])
     held = TARGETS['urdf'](KnownMotion('these', speeds={'shoulder': speeds})).held(model)
     constants = held['shoulder'].constants
-    assert constants == pytest.approx({'coulomb': 0.8, 'viscous': 0.35}, rel=1e-3)
+    assert constants == pytest.approx({'coulomb': 0.8, 'viscous': 0.35}, rel=0.01)
     assert held['shoulder'].error == pytest.approx(2e-4, rel=0.01)
 
 
