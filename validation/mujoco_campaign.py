@@ -23,7 +23,7 @@ import numpy as np
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
 from sosml_friction.exceptions import SosmlFrictionError
-from sosml_friction.export.diagnosed import with_simulator
+from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
 from sosml_friction.mujoco.reading import read_mjcf
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.diagnosis.document import diagnosis_document
@@ -94,9 +94,9 @@ def trial(kind: str, effect: str, k: int, motion: str = 'rich') -> dict[str, Any
 def ask(folder: Path) -> dict[str, Any]:
     """Return the answer of ``sosml diagnose --mjcf``, which sees the files in a folder alone."""
     mjcf, bag, holdout = (folder / name for name in ('robot.xml', 'bag', 'holdout'))
-    settings = DiagnosisSettings(trust={'friction': np.inf})
+    settings = DiagnosisSettings(trust=trust_of_a_simulation({}))
     found = diagnose_bags([bag], read_mjcf(mjcf), holdout=holdout, settings=settings)
-    found = with_simulator(found, mjcf, bag, holdout)
+    found = with_simulator(found, mjcf)
     return diagnosis_document(found.diagnosis, found.provenance)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.api.logs import labelled
-from sosml_friction.api.model import Model
+from sosml_friction.api.model import Model, one_model
 from sosml_friction.api.result import Result, interval_of
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
@@ -16,6 +16,7 @@ from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis, diagnose_logs
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.extended_model.extension import extended_model
+from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.output import check_output_folder
 from sosml_friction.report.diagnosis.document import (
@@ -102,12 +103,13 @@ class Diagnosis(Result):
 
 def diagnose(
     logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
-    model: Model,
+    model: Model | None = None,
     holdout: JointLog | None = None,
     *,
     without: Sequence[str] = (),
     keep_all: bool = False,
     trust: Mapping[str, float] | None = None,
+    mjcf: str | Path | None = None,
 ) -> Diagnosis:
     """
     Say what a model gets wrong about recordings, name the cause, and measure the gain.
@@ -120,15 +122,17 @@ def diagnose(
     :param keep_all: keep causes in the model that ``holdout`` contradicts.
     :param trust: by how much of itself, or inf, a nominal parameter may be off and be refitted
         without being a cause: of masses, armature, friction, torque_constant; else 0.035.
+    :param mjcf: MuJoCo's model that is put to the test, instead of ``model``. Its friction is a
+        guess (``trust`` of friction is inf), and the gain is measured in MuJoCo.
     :raises ConfigurationError: if an effect or a group of ``trust`` is unknown, a recording is
-        given twice, or ``holdout`` is of no use.
+        given twice, ``holdout`` is of no use, or not one of ``model`` and ``mjcf`` is given.
     :raises DataError: if a joint of the model is not in a recording.
     """
     recordings = [(log_source(log, label), log) for label, log in labelled(logs).items()]
     refuse_copies({source.name: source.sha256 for source, _ in recordings})
     other = None if holdout is None else (log_source(holdout, 'holdout'), holdout)
-    nominal = as_recorded(model.content, recordings[0][1])
-    settings = DiagnosisSettings(trust=dict(trust or {}))
-    return Diagnosis(
-        diagnose_logs(recordings, nominal, other, without, settings, keep_all=keep_all)
-    )
+    nominal = as_recorded(one_model(model, mjcf), recordings[0][1])
+    told = dict(trust or {})
+    settings = DiagnosisSettings(trust=told if mjcf is None else trust_of_a_simulation(told))
+    found = diagnose_logs(recordings, nominal, other, without, settings, keep_all=keep_all)
+    return Diagnosis(found if mjcf is None else with_simulator(found, Path(mjcf)))

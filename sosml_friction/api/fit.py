@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sosml_friction.api.logs import labelled, velocity_of
-from sosml_friction.api.model import Model
+from sosml_friction.api.model import Model, one_model
 from sosml_friction.api.result import Result, interval_of, table_text
 from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.arrays import FloatArray
@@ -22,13 +22,13 @@ from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
+from sosml_friction.identification.number_text import value_text
 from sosml_friction.identification.several.bags_analysis import (
     BagsAnalysis,
     common_body,
     consolidate_analyses,
 )
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.number_text import value_text
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
 from sosml_friction.report.fit.findings import answers, caveats
@@ -148,7 +148,7 @@ class Fit(Result):
 
 def fit(
     logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
-    model: Model,
+    model: Model | None = None,
     *,
     method: str = 'auto',
     law: str = 'auto',
@@ -161,6 +161,7 @@ def fit(
     roles: Mapping[str, str] | None = None,
     own_bias: bool | None = None,
     terms: Sequence[str] | None = None,
+    mjcf: str | Path | None = None,
 ) -> Fit | Terms:
     """
     Fit the friction of every joint; several recordings alone first, then together.
@@ -180,12 +181,15 @@ def fit(
     :param own_bias: of several, whether each has a bias of its own; None for where they differ.
     :param terms: these instead of a law, by the regression that a diagnosis uses: ``coulomb``,
         ``cogging@elbow``, or a list with a name such as ``m4``. The other choices do not apply.
-    :raises ConfigurationError: if a choice is unknown, a recording is given twice, or roles or
-        ``own_bias`` are given for one recording.
+    :param mjcf: MuJoCo's model instead of ``model``; an armature of 0, the default there, is one
+        that is not known.
+    :raises ConfigurationError: if a choice is unknown, a recording is given twice, roles or
+        ``own_bias`` are given for one recording, or not one of ``model`` and ``mjcf`` is given.
     :raises DataError: if effort is missing or no joint can be fitted; one sentence with reasons.
     """
+    content = one_model(model, mjcf, free_rotors=True)
     if terms is not None:
-        return fit_terms_of(logs, model, terms)
+        return fit_terms_of(logs, content, terms)
     form = LawForm(law, symmetric, alpha)
     settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
     recordings = labelled(logs)
@@ -199,13 +203,13 @@ def fit(
     refuse_copies({label: source.sha256 for label, source in sources.items()})
     body = None
     if several:
-        nominal = as_recorded(model.content, next(iter(recordings.values())))
+        nominal = as_recorded(content, next(iter(recordings.values())))
         body, settings = common_body(recordings, nominal, settings)
     analyses = {}
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
-                log, as_recorded(model.content, log), settings, bandwidth, observers, effort_hold,
+                log, as_recorded(content, log), settings, bandwidth, observers, effort_hold,
                 source=sources[label], require=not several, body=body,
             )  # fmt: skip
         except DataError as error:

@@ -19,11 +19,12 @@ from sosml_friction.model.model_folder import JointModel, RobotModelFile, read_m
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.simple_models import skeleton_model
+from sosml_friction.mujoco.reading import read_mjcf
 
 
 class Model:
     """
-    Hold a model; made by :meth:`read`, :meth:`from_urdf` or :meth:`from_bag`.
+    Hold a model; made by :meth:`read`, :meth:`from_urdf`, :meth:`from_mjcf` or :meth:`from_bag`.
 
     ``content`` is all that the model folder holds.
     """
@@ -71,6 +72,15 @@ class Model:
         }
         own = name or robot.robot_name or 'robot'
         return cls(RobotModelFile(own, joints, urdf, locked=dict(locked or {})))
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path) -> Model:
+        """
+        Read MuJoCo's model of a robot: its bodies, rotors, friction and springs.
+
+        :raises ConfigurationError: as of :func:`sosml_friction.mujoco.reading.read_mjcf`.
+        """
+        return cls(read_mjcf(path))
 
     @classmethod
     def from_bag(
@@ -149,3 +159,20 @@ class Model:
             parts.append(f'{name}: {joint.friction.law if joint.friction else "no friction"}')
         parts += [f'{effect.effect} of {effect.joint}' for effect in self.content.effects]
         return f'<Model {self.name}; {"; ".join(parts)}>'
+
+
+def one_model(
+    model: Model | None, mjcf: str | Path | None, free_rotors: bool = False
+) -> RobotModelFile:
+    """
+    Return what a model holds, or an MJCF.
+
+    :param free_rotors: whether an armature of 0 in the MJCF is one that is not known.
+    :raises ConfigurationError: if none or both are given.
+    """
+    if (model is None) == (mjcf is None):
+        raise ConfigurationError('give model or mjcf, and not both')
+    if mjcf is not None:
+        return read_mjcf(mjcf, free_rotors)
+    assert model is not None
+    return model.content

@@ -15,11 +15,11 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.identification.log_analysis import effort_holds
+from sosml_friction.identification.number_text import format_number
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.output import to_plain
 
 

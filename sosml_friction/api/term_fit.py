@@ -15,6 +15,7 @@ from sosml_friction.bags.recorded_robot import as_recorded
 from sosml_friction.bags.source import log_source, refuse_copies
 from sosml_friction.identification.bag_terms import fit_log_terms
 from sosml_friction.identification.term_fit import FittedTerm, TermFit
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.terms.document import term_fit_document, write_term_fit
 from sosml_friction.report.terms.rows import COLUMNS, sentences, term_rows
@@ -71,11 +72,11 @@ class Terms(Result):
 
 def fit_terms_of(
     logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
-    model: Model,
+    model: RobotModelFile,
     terms: Sequence[str],
 ) -> Terms:
     """Fit terms; parameters and errors as of :func:`sosml_friction.fit` with ``terms``."""
     recordings = {log_source(log, label): log for label, log in labelled(logs).items()}
     refuse_copies({source.name: source.sha256 for source in recordings})
-    nominal = as_recorded(model.content, next(iter(recordings.values())))
+    nominal = as_recorded(model, next(iter(recordings.values())))
     return Terms(*fit_log_terms(recordings, nominal, terms))

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml diagnose``."""
 
-from math import inf
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +10,6 @@ import typer
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress, remark
 from sosml_friction.cli.tables import takes_tables
-from sosml_friction.exceptions import ConfigurationError
 
 
 @app.command()
@@ -59,10 +57,9 @@ def diagnose(
     ] = None,
     mjcf: Annotated[
         Path | None,
-        typer.Option(
-            metavar='FILE',
-            help="MuJoCo's model that is put to the test, in the place of --model: its friction "
-            'is taken for a guess (--trust friction=inf), and the gain is measured in MuJoCo.',
+        options.mjcf_option(
+            'Its friction is taken for a guess (--trust friction=inf), and the gain is measured '
+            'in MuJoCo.'
         ),
     ] = None,
     namespace: options.NamespaceOption = None,
@@ -91,8 +88,7 @@ def diagnose(
     from sosml_friction.bags.source import bag_name
     from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
     from sosml_friction.diagnosis.trust import check_trust
-    from sosml_friction.export.diagnosed import with_simulator
-    from sosml_friction.mujoco.reading import read_mjcf
+    from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
     from sosml_friction.regression.settings import DiagnosisSettings
     from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
@@ -106,14 +102,9 @@ def diagnose(
     told = options.parse_values('--trust', list(said), 'GROUP=SHARE')
     check_trust(told)
     if mjcf is not None:
-        if model is not None or urdf is not None or armature:
-            raise ConfigurationError('--mjcf is the model: leave out --model, --urdf, --armature')
-        # In a simulator friction is a guess, and 0 is its default.
-        told.setdefault('friction', inf)
+        told = trust_of_a_simulation(told)
     with progress(f'reading {bags[0]}') as step:
-        source = options.stated_model(bags[0], model, armature, urdf, namespace)
-        if mjcf is not None:
-            source = read_mjcf(mjcf)
+        source = options.stated_model(bags[0], model, armature, urdf, namespace, mjcf)
         found = diagnose_bags(
             bags,
             source,
@@ -127,7 +118,7 @@ def diagnose(
         )
         if mjcf is not None:
             step('running MuJoCo before and after')
-            found = with_simulator(found, mjcf, bags[0], holdout, namespace)
+            found = with_simulator(found, mjcf)
         diagnosis, provenance = found.diagnosis, found.provenance
         view.write_diagnosis(folder, diagnosis, found.nominal, provenance, step)
         write_figures(folder, 'diagnosis', view.figure_views(diagnosis), forms)

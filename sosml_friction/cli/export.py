@@ -18,7 +18,7 @@ def export(
     to: Annotated[
         str,
         typer.Option(
-            metavar='csv|isaaclab|json|latex|mjcf|ros2-control|sdf|urdf',
+            metavar='csv|isaaclab|json|latex|mjcf|ros2-control|sdf|urdf|usd',
             help='Which form; docs/export.md says what fits.',
         ),
     ],

@@ -125,6 +125,13 @@ ObserversOption = Annotated[
         f'one, makes the model. Default: those of the bag. Known: {options.OBSERVER_NAMES}.'
     ),
 ]
+FitMjcfOption = Annotated[
+    Path | None,
+    options.mjcf_option(
+        'Its friction is not used, and an armature of 0, which is the default there, is fitted; '
+        '--armature JOINT=0 where the bodies have the rotor.'
+    ),
+]
 OutOption = Annotated[Path | None, options.out_option('<name of the first bag>_fit')]
 TruthOption = Annotated[
     Path | None, options.folder_option('Model folder whose friction is known to be the truth.')
@@ -139,6 +146,7 @@ def fit(
     model: options.ModelOption = None,
     armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,
+    mjcf: FitMjcfOption = None,
     method: MethodOption = 'auto',
     law: LawOption = 'auto',
     terms: TermsOption = None,
@@ -182,7 +190,9 @@ def fit(
     """
     from sosml_friction.model.laws import TERM_LISTS
 
-    source = options.stated_model(bags[0], model, armature, urdf, namespace)
+    source = options.stated_model(
+        bags[0], model, armature, urdf, namespace, mjcf, free_rotors=True
+    )
     forms = options.parse_forms(figures)
     wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:

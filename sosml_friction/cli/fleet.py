@@ -358,6 +358,7 @@ def read_rows(command: str, place: Path) -> list[FleetRow]:
 
 
 def _show(command: str, rows: Sequence[FleetRow], out: Path, json: bool) -> None:
+    from sosml_friction.identification.number_text import plus_minus
     from sosml_friction.report.common.table import terminal_table
     from sosml_friction.report.fleet.rows import FORMAT, SHOWN, drifts, joint_tables
 
@@ -388,9 +389,10 @@ def _show(command: str, rows: Sequence[FleetRow], out: Path, json: bool) -> None
         blocks += [f'{robot} {joint}'.strip(), terminal_table(SHOWN, lines, sections=True)]
     for (robot, joint, quantity, unit), drift in found.items():
         if drift.is_shown:
+            change = plus_minus(drift.slope, drift.half_width, unit)
             blocks.append(
-                f'{robot} {joint}: {quantity} changes by {drift.slope:.2g} ± '
-                f'{drift.half_width:.1g} {unit} per day, over {drift.count} recordings.'
+                f'{robot} {joint}: {quantity} changes by {change} per day, over {drift.count} '
+                'recordings.'
             )
     if found and not any(drift.is_shown for drift in found.values()):
         blocks.append('No parameter changes over the dates beyond its 95 % interval.')

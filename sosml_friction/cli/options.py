@@ -38,6 +38,12 @@ def folder_option(what: str) -> Any:
     return typer.Option(metavar='DIR', help=what)
 
 
+def mjcf_option(what: str = '') -> Any:
+    """Return an option that takes MuJoCo's model of a robot."""
+    text = "MuJoCo's model (MJCF), in the place of --model and --urdf."
+    return typer.Option(metavar='FILE', help=f'{text} {what}'.strip())
+
+
 def names_option(what: str) -> Any:
     """Return an option that takes names with commas between them."""
     return typer.Option(metavar='NAME,...', help=what)
@@ -110,14 +116,28 @@ def stated_model(
     armature: list[str] | None,
     urdf: Path | None = None,
     namespace: str | None = None,
+    mjcf: Path | None = None,
+    free_rotors: bool = False,
 ) -> ModelSource:
-    """Return ``model``, or what it and the bag say with the armature that was stated."""
-    if not armature:
+    """
+    Return ``model``, or what it and the bag say with the armature that was stated, or ``mjcf``.
+
+    :param free_rotors: whether an armature of 0 in ``mjcf`` is one that is not known.
+    :raises ConfigurationError: if ``mjcf`` is not the only model.
+    """
+    known = parse_values('--armature', armature or [])
+    if mjcf is not None:
+        if model is not None or urdf is not None or (known and not free_rotors):
+            other = '--model, --urdf' + ('' if free_rotors else ', --armature')
+            raise ConfigurationError(f'--mjcf is the model: leave out {other}')
+        from sosml_friction.mujoco.reading import read_mjcf
+
+        return read_mjcf(mjcf, free_rotors).with_armature(known, 'stated with the recording')
+    if not known:
         return model
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.recorded_robot import stated_armature
 
-    known = parse_values('--armature', armature)
     return stated_armature(Bag.open(bag, namespace), bag, model, urdf, known)
 
 
@@ -160,6 +180,7 @@ UrdfOption = Annotated[
     Path | None,
     typer.Option(help="URDF file; default: the bag's robot_description, then the model's."),
 ]
+MjcfOption = Annotated[Path | None, mjcf_option()]
 FiguresOption = Annotated[
     str | None,
     typer.Option(

@@ -35,6 +35,7 @@ def simulate(
             help="URDF file; default: that of --model, else the bag's robot_description."
         ),
     ] = None,
+    mjcf: options.MjcfOption = None,
     namespace: options.NamespaceOption = None,
     figures: options.FiguresOption = None,
     open_report: options.OpenOption = False,
@@ -68,7 +69,7 @@ def simulate(
     folder = check_output_folder(out or Path(f'{bag_name(bag)}_simulation'), KIND)
     require_writable(folder)
     with progress(f'reading {bag}') as step:
-        source = options.stated_model(bag, model, armature, urdf, namespace)
+        source = options.stated_model(bag, model, armature, urdf, namespace, mjcf)
         found, nominal, provenance = simulate_bag(bag, source, urdf, namespace, horizon, step)
         step('drawing the report')
         write_simulation(folder, found, nominal, provenance)

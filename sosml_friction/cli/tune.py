@@ -51,6 +51,7 @@ def tune(
     model: options.ModelOption = None,
     armature: options.ArmatureOption = None,
     urdf: options.UrdfOption = None,
+    mjcf: options.MjcfOption = None,
     namespace: options.NamespaceOption = None,
     out: Annotated[
         Path | None,
@@ -78,7 +79,7 @@ def tune(
         gains.STATED, (position_noise, velocity_noise, friction_jump, reversal_time), strict=True
     )
     with progress(f'reading {bag}') as step:
-        source = options.stated_model(bag, model, armature, urdf, namespace)
+        source = options.stated_model(bag, model, armature, urdf, namespace, mjcf)
         recorded = read_recorded_robot(bag, source, urdf, namespace)
         joints = recorded.robot.names
         known = {name: gains.parse_stated(name, values or [], joints) for name, values in given}

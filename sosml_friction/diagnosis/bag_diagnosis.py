@@ -25,11 +25,16 @@ from sosml_friction.regression.settings import DiagnosisSettings
 
 @dataclass(frozen=True)
 class BagDiagnosis:
-    """Hold a diagnosis, the model that was put to the test, and what it rests on."""
+    """
+    Hold a diagnosis, the model that was put to the test, and what it rests on.
+
+    ``holdout`` is the other recording, on which the gain was measured; None: there was none.
+    """
 
     diagnosis: Diagnosis
     nominal: RobotModelFile
     provenance: Mapping[str, Any]
+    holdout: JointLog | None = None
 
 
 def diagnose_bags(
@@ -151,7 +156,8 @@ def diagnose_logs(
         'diagnosed': datetime.now(timezone.utc).isoformat(timespec='seconds'),
     }
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held, *fitted))
-    return BagDiagnosis(diagnosis, nominal, provenance)
+    other = None if holdout is None else holdout[1]
+    return BagDiagnosis(diagnosis, nominal, provenance, other)
 
 
 def _require_same_robot(

@@ -8,6 +8,7 @@ import numpy as np
 
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.inertia import Inertia
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
@@ -50,7 +51,7 @@ def untold_inertia(
             'inertia',
             'warning',
             name,
-            f'the effort of {name} has an inertia of {seen:.2g} ± {Z_95 * error:.2g} {unit}, '
+            f'the effort of {name} has an inertia of {plus_minus(seen, Z_95 * error, unit)}, '
             f'and the model {nominal:.3g}: correct its armature or record faster motion; here the '
             'inertia is fitted freely, and no gear that gives is looked for',
             {'seen': seen, 'seen_std_error': error, 'model': nominal},

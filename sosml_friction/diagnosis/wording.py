@@ -13,7 +13,8 @@ from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, 
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
-from sosml_friction.identification.term_parameters import spread_text
+from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
 
@@ -43,7 +44,7 @@ def describe(cause: Cause) -> str:
         name = name.removesuffix(f'_{p.unit}')
         unit = '' if p.unit == '1' else f' {p.unit}'
         more = _of_harmonics(cause, name)
-        numbers.append(f'{_words(name)} {p.value:.4g}{spread_text(p)}{more}{unit}')
+        numbers.append(f'{_words(name)} {size_text(p)}{more}{unit}')
     reasons = {p.reason for _, p in told if NOT_IDENTIFIABLE in p.flags and p.experiment}
     why = ''.join(f'; known together only, as {reason}' for reason in sorted(reasons))
     return f'{where}: {_words(cause.effect)} ({", ".join(numbers)}{why})'
@@ -55,7 +56,7 @@ def _of_harmonics(cause: Cause, name: str) -> str:
     if kind is None or name not in kind.inner:
         return ''
     others = (cause.parameters.get(f'{name}_{k}') for k in range(2, len(cause.parameters) + 1))
-    return ''.join(f', {p.value:.4g}{spread_text(p)}' for p in others if p is not None)
+    return ''.join(f', {size_text(p)}' for p in others if p is not None)
 
 
 def sentence_of(
@@ -104,7 +105,7 @@ def carry_over_lines(cause: Cause) -> list[str]:
     if gain is None or gain.carries_over:
         return []
     worse = ', '.join(
-        f'{-removed.value:.2g} ± {Z_95 * removed.std_error:.2g} {unit}'
+        plus_minus(-removed.value, Z_95 * removed.std_error, unit)
         for removed, unit in zip(gain.removed, gain.units, strict=True)
     )
     if gain.size_recurs:
@@ -130,7 +131,7 @@ def gain_line(cause: Cause) -> str:
         return ''
     parts = [
         f'{joint} {gain.without[i]:.3g} -> {gain.with_it[i]:.3g} {gain.units[i]} '
-        f'({_number(gain.removed[i], "g")} {gain.units[i]} removed)'
+        f'({_number(gain.removed[i], gain.units[i])} removed)'
         for i, joint in enumerate(gain.joints)
     ]
     return f'{_words(cause.effect)} ({cause.joint}): {", ".join(parts)}'
@@ -258,9 +259,9 @@ def _rest(selection: Selection, names: tuple[str, ...]) -> str:
     return text
 
 
-def _number(x: Uncertain, form: str = 'f') -> str:
+def _number(x: Uncertain, unit: str = '') -> str:
     """Return a number with half of its 95 % interval."""
-    return f'{x.value:.2{form}} ± {Z_95 * x.std_error:.2{form}}'
+    return plus_minus(x.value, Z_95 * x.std_error, unit)
 
 
 def _words(identifier: str) -> str:

@@ -2,14 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A diagnosis of an MJCF, back in MuJoCo: the extended model as MJCF, and what it is worth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S
 from sosml_friction.diagnosis.extended_model.extension import extended_model
@@ -32,31 +33,33 @@ _WINDOWS = 60
 _TOUCHED = 0.05
 
 
-def with_simulator(
-    found: BagDiagnosis, mjcf: Path, bag: Path, holdout: Path | None, namespace: str | None = None
-) -> BagDiagnosis:
+def trust_of_a_simulation(said: Mapping[str, float]) -> dict[str, float]:
+    """Return by how much of itself each group may be off: friction of a simulator is a guess."""
+    return {'friction': inf, **said}
+
+
+def with_simulator(found: BagDiagnosis, mjcf: Path) -> BagDiagnosis:
     """
     Return a diagnosis with its gain in MuJoCo, and the extended model in ``simulator.document``.
 
-    On ``holdout``, or on what was diagnosed where there is none. Effort is that of inverse
+    On its ``holdout``, or on what was diagnosed where there is none. Effort is that of inverse
     dynamics with friction, along the smoothed motion; position is simulated forward.
 
     :param mjcf: the file that was put to the test.
-    :param bag: the first recording, for its name.
     """
-    diagnosis, nominal = found.diagnosis, found.nominal
+    diagnosis, nominal, holdout = found.diagnosis, found.nominal, found.holdout
     laboratory = diagnosis.laboratory
     if laboratory is None:
         return found
     stretches: Sequence[Signals] = laboratory.signals
     if holdout is not None:
-        log = read_recorded_robot(holdout, nominal, None, namespace, own_urdf=True).log
+        log = unwrapped(holdout.select(laboratory.robot.names))
         settings = replace(DiagnosisSettings(), band=diagnosis.band_hz)
         stretches = laboratory.seen_alike(
             prepare([log], nominal, laboratory.robot, settings, laboratory.signals[0].scales)
         )
     extended = extended_model(nominal, diagnosis, found.provenance)
-    on = bag.name if holdout is None else holdout.name
+    on = (found.provenance['holdout'] or found.provenance['bags'][0])['bag']
     motion = KnownMotion(f'the motion in {on}', tuple(stretches))
     target, unwritten = MjcfTarget(motion, mjcf, nominal), list[str]()
     try:

@@ -15,6 +15,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.consistent_inertias import nearest_bodies
@@ -135,7 +136,8 @@ class BodyRefit:
             )
         clearest = sorted(self.deviations.items(), key=lambda item: -_sigmas(item[1]))[:3]
         told = ', '.join(
-            f'{name} {p.value:+.3g} ± {half_width(p):.2g} {p.unit}' for name, p in clearest
+            f'{name} {"+" if p.value > 0.0 else ""}{plus_minus(p.value, half_width(p), p.unit)}'
+            for name, p in clearest
         )
         text += f' (clearest: {told})' if told else ''
         if self.refused:

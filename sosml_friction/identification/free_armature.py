@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.regression.estimate import Estimate
@@ -69,7 +70,7 @@ def fitted_armature(
             told = replace(
                 told,
                 flags=(AT_BOUND,),
-                reason=f'the effort has {-value:.2g} ± {Z_95 * error:.2g} {unit} less inertia '
+                reason=f'the effort has {plus_minus(-value, Z_95 * error, unit)} less inertia '
                 'than the bodies of the URDF, so it is taken for 0',
             )
         result[joint] = told

@@ -25,6 +25,7 @@ from sosml_friction.identification.joint_relations import (
     velocity_relation,
 )
 from sosml_friction.identification.law.jackknife import jackknife_errors
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.signal_noise import signal_noise
 
@@ -391,9 +392,7 @@ def _slope(log: JointLog, i: int) -> FloatArray:
 
 def _scale(value: float, error: float) -> str:
     """Return a factor with its error where that is known."""
-    if not np.isfinite(error):
-        return f'{value:.4g}'
-    return f'{value:.4g} ± {2.0 * error:.1g}'
+    return plus_minus(value, 2.0 * error)
 
 
 def _percent(share: float) -> str:

@@ -187,7 +187,8 @@ def analyse_log(
     fit, ripple, checks = _with_ripple(log, robot, fit, checks)
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
     if body is not None and body.deviations:
-        provenance['rigid_body'] = body.to_dict()
+        earlier = nominal.provenance.get('rigid_body', {})
+        provenance['rigid_body'] = {**earlier, **body.to_dict()}
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple

@@ -14,7 +14,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
 from sosml_friction.identification.term_parameters import (
-    spread_text,
+    size_text,
     term_parameters,
     with_interval,
 )
@@ -146,9 +146,7 @@ class TermFit:
         for term in self.terms:
             for name, p in term.parameters.items():
                 flags = f'  [{", ".join(p.flags)}]' if p.flags else ''
-                lines.append(
-                    f'  {term.label} {name} = {p.value:.5g}{spread_text(p)} {p.unit}{flags}'
-                )
+                lines.append(f'  {term.label} {name} = {size_text(p)} {p.unit}{flags}')
             if term.objection:
                 lines.append(f'  {term.label}: {term.objection}')
         for i, name in enumerate(self.names):

@@ -14,6 +14,8 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
+from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.estimate import Estimate
@@ -85,17 +87,15 @@ def with_interval(
     return replace(p, interval=(low, high), flags=flags, reason=reason)
 
 
-def spread_text(p: Parameter) -> str:
-    """Return what follows a value: half of its 95 % interval, or its range; '' if not known."""
+def size_text(p: Parameter) -> str:
+    """Return a value with half of its 95 % interval, or its range; alone if neither is known."""
     if not math.isfinite(p.std_error) or p.std_error <= 0.0:
-        return ''
-    if p.interval is None:
-        return f' ± {Z_95 * p.std_error:.2g}'
-    low, high = p.interval
-    if NOT_IDENTIFIABLE in p.flags and p.reason != _HOLDS_ZERO:
+        return f'{p.value:.4g}'
+    if p.interval is not None and NOT_IDENTIFIABLE in p.flags and p.reason != _HOLDS_ZERO:
+        low, high = p.interval
         upper = f'to {high:.3g}' if math.isfinite(high) else 'up'
-        return f' (somewhere from {low:.3g} {upper})'
-    return f' ± {0.5 * (high - low):.2g}'
+        return f'{p.value:.3g} (somewhere from {low:.3g} {upper})'
+    return plus_minus(p.value, half_width(p))
 
 
 def _followed(

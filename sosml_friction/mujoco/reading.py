@@ -11,6 +11,8 @@ springs of joints become armature and terms.
 
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -47,18 +49,28 @@ class Frame(NamedTuple):
         return Frame(self.at + self.turn @ at, self.turn @ turn)
 
 
-def read_mjcf(path: str | Path) -> RobotModelFile:
+def read_mjcf(path: str | Path, free_rotors: bool = False) -> RobotModelFile:
     """
     Read an MJCF file; all its named hinges and slides are joints.
 
     Friction of nothing at all, MJCF's default, is friction that is not known. Joints that are
     not recorded, free and ball joints and those without a name are held where the MJCF has them.
 
+    :param free_rotors: whether an armature of 0, MJCF's default, is one that is not known.
     :raises ConfigurationError: if it cannot be read or compiled, no joint has a name, a name is
         taken twice by a link, gravity is not that of the earth, or it has what has no place in a
         model: gravity compensation, springs or damping that are no line.
     """
-    return model_of(compiled(Path(path)), Path(path).stem)
+    model = model_of(compiled(Path(path)), Path(path).stem)
+    if not free_rotors:
+        return model
+    joints = {
+        name: replace(joint, armature=replace(joint.armature, value=nan))
+        if joint.armature.value == 0.0
+        else joint
+        for name, joint in model.joints.items()
+    }
+    return replace(model, joints=joints)
 
 
 def model_of(m: Any, name: str) -> RobotModelFile:
@@ -103,7 +115,11 @@ def model_of(m: Any, name: str) -> RobotModelFile:
         name,
         joints,
         ElementTree.tostring(robot, encoding='unicode'),
-        provenance={'not_known': dict.fromkeys(joints, _ALL_OF_IT)},
+        # These bodies come before those of a robot_description beside the recording.
+        provenance={
+            'not_known': dict.fromkeys(joints, _ALL_OF_IT),
+            'rigid_body': {'written': ['mjcf'], 'refused': {}},
+        },
         effects=tuple(_springs(m, joints)),
         remarks=tuple(remarks + _couplings(m)),
     )

@@ -15,6 +15,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.report.fit.results import write_results
 
@@ -134,7 +135,7 @@ def summary(analysis: BagAnalysis) -> str:
         coulomb = joint.friction.parameters['coulomb']
         viscous = joint.friction.parameters['viscous']
         parts.append(
-            f'{name}: coulomb {coulomb.value:.4g} +- {half_width(coulomb):.2g} {coulomb.unit}, '
-            f'viscous {viscous.value:.4g} +- {half_width(viscous):.2g} {viscous.unit}'
+            f'{name}: coulomb {plus_minus(coulomb.value, half_width(coulomb), coulomb.unit)}, '
+            f'viscous {plus_minus(viscous.value, half_width(viscous), viscous.unit)}'
         )
     return '; '.join(parts)

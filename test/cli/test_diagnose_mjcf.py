@@ -1,10 +1,11 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""``sosml diagnose --mjcf``: MuJoCo as the plant, and as the model that is put to the test."""
+"""``--mjcf``: MuJoCo as the plant, and as the model that is fitted or put to the test."""
 
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import mujoco
@@ -12,9 +13,13 @@ import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
+import sosml_friction as sf
 from sosml_friction.bags.joint_log_bag import write_joint_log
+from sosml_friction.bags.recorded_robot import read_recorded_robot
 from sosml_friction.cli.main import main
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.mujoco import apply_friction
+from sosml_friction.mujoco.reading import read_mjcf
 from sosml_friction.report.diagnosis import document as document_of
 from validation.motion import reference
 from validation.mujoco_plant import JOINTS, Arm, hide, simulate
@@ -68,3 +73,41 @@ def test_an_mjcf_is_the_model(folder, monkeypatch, capsys):
     assert main(['diagnose', 'bag', '--mjcf', 'absent.xml', '--out', 'no']) == 2
     assert 'MJCF absent.xml cannot be read' in capsys.readouterr().err
     assert not Path('no').exists()
+
+
+def test_a_fit_takes_bodies_from_mjcf_and_finds_rotors_that_it_leaves_out(
+    folder, monkeypatch, capsys
+):
+    monkeypatch.chdir(folder)
+    own = Path('robot.xml').read_text()
+    Path('bare.xml').write_text(re.sub(' armature="[^"]*"', '', own))
+    # A robot_description beside the recording whose bodies are not those of the MJCF.
+    Path('light.xml').write_text(own.replace('mass="2.2"', 'mass="0.5"'))
+    log = simulate(Arm(), reference('multisine', 8.0), np.random.default_rng(5))
+    write_joint_log(log, Path('described'), sf.Model.from_mjcf('light.xml').urdf)
+    bare = read_mjcf('bare.xml', free_rotors=True)
+    assert read_recorded_robot('described', bare).nominal.urdf == bare.urdf
+    terms = ['coulomb', 'viscous']
+    command = ['fit', 'described', '--mjcf', 'bare.xml', '--terms', ','.join(terms)]
+    assert main([*command, '--out', 'fit', '--json']) == 0
+    capsys.readouterr()
+    of_log = sf.fit(log, mjcf='bare.xml', terms=terms).model.content
+    for i, name in enumerate(JOINTS):
+        armature = of_log.joints[name].armature
+        assert abs(armature.value - Arm().armature[i]) < 3.0 * armature.std_error
+        found = of_log.joints[name].friction.parameters
+        assert found['coulomb'].value == pytest.approx(Arm().coulomb[i], rel=0.1)
+        assert sf.Model.read('fit').parameters()[name]['coulomb'].value == pytest.approx(
+            found['coulomb'].value, rel=1e-6
+        )
+
+
+def test_one_model_is_asked_for(folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    log = sf.load('bag')
+    for call in (sf.fit, sf.diagnose):
+        with pytest.raises(ConfigurationError, match='give model or mjcf'):
+            call(log)
+    for command in ('fit', 'simulate', 'tune'):
+        assert main([command, 'bag', '--mjcf', 'robot.xml', '--urdf', 'x']) == 2
+        assert '--mjcf is the model: leave out --model, --urdf' in capsys.readouterr().err

@@ -23,7 +23,7 @@ from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.wording import SIZE_UNKNOWN, describe
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.log_analysis import analyse_log
-from sosml_friction.identification.term_parameters import spread_text
+from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
@@ -95,7 +95,7 @@ def test_fit_and_diagnosis_hold_the_friction_at_standstill_and_agree(slowest):
             held[name] += low <= STRIBECK <= high
         agree += ends[0][0] <= ends[1][1] and ends[1][0] <= ends[0][1]
         flagged += NOT_IDENTIFIABLE in of_diagnosis.flags
-        print(f'{slowest} {seed}: {np.round(ends, 3).tolist()} {spread_text(of_diagnosis)}')
+        print(f'{slowest} {seed}: {np.round(ends, 3).tolist()} {size_text(of_diagnosis)}')
     print(f'slowest {slowest} rad/s: held {held}, agree {agree}, open {flagged} of {SEEDS}')
     assert min(held.values()) >= 0.88 * SEEDS
     assert agree >= 0.88 * SEEDS
@@ -112,7 +112,7 @@ def test_a_size_that_is_not_known_is_told_in_words_and_no_number():
     assert document['parameters']['gap']['std_error'] is None
     known = replace(cause, effect='spring')
     assert known.to_dict()['size_known']
-    assert '± 2e-05 rad' in describe(known)
+    assert '0.002000 ± 0.000020 rad' in describe(known)
 
 
 def test_a_range_is_told_in_the_place_of_an_error_where_sizes_are_known_together_only():

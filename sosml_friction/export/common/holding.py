@@ -18,6 +18,9 @@ from sosml_friction.model.terms.kinds.term import TERMS
 
 #: Most simulations in the search of the best constants.
 _ROUNDS = 80
+#: Weight of the model's own C and B against one sample, as a share: where speeds do not tell one
+#: from the other they stay, and where they do this moves them by a thousandth or so.
+_OWN = 1e-3
 #: What every target has a field for.
 CONSTANTS = ('coulomb', 'viscous')
 
@@ -125,8 +128,14 @@ def _steady(
         return None
     whole = columns[:, 2 : 2 + len(terms)].sum(axis=1)
     held = columns[:, 2 + len(terms) :].sum(axis=1)
-    constants, left = nnls(columns[:, :2], whole - held)
-    return constants, float(left) / np.sqrt(len(whole)), float(np.sqrt(np.mean(whole**2)))
+    # Each unknown in units of the effort that it makes.
+    rows = np.sqrt(_OWN) * np.diag(np.linalg.norm(columns[:, :2], axis=0))
+    start = np.array([own[key] for key in CONSTANTS])
+    constants, _ = nnls(
+        np.vstack([columns[:, :2], rows]), np.concatenate([whole - held, rows @ start])
+    )
+    left = whole - held - columns[:, :2] @ constants
+    return constants, float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(whole**2)))
 
 
 def _along(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.number_text import rounded
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.terms.stribeck import fade
 
@@ -65,7 +66,7 @@ def dissipation_check(
             DISSIPATION,
             True,
             f'The law takes energy at every speed: the bias of {bias:.3g} {effort_unit} is '
-            f'{share:.0f} % of the least friction, {level.min():.3g} {effort_unit}.',
+            f'{rounded(share)} % of the least friction, {level.min():.3g} {effort_unit}.',
         )
     way = 'backwards' if bias > 0.0 else 'forwards'
     first, last = w[beyond][[0, -1]]

@@ -19,6 +19,7 @@ from sosml_friction.identification.law.law_stack import (
     row_noise,
     stack_rows,
 )
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.several.bag_agreement import (
     Agreement,
@@ -423,7 +424,7 @@ def spread_over(bags: Mapping[str, Parameter]) -> Parameter:
     w = 1.0 / (1.0 / w + between)
     ends = np.array([p.interval or (np.nan, np.nan) for p in known.values()])
     told = ', '.join(
-        f'{label} {p.value:.3g} ± {half_width(p):.2g} {p.unit}' for label, p in known.items()
+        f'{label} {plus_minus(p.value, half_width(p), p.unit)}' for label, p in known.items()
     )
     return Parameter(
         float(w @ values / w.sum()),

@@ -23,7 +23,7 @@ class Viscous(EffortTerm):
     parameter_error: ClassVar[bool] = True
     reported_as: ClassVar[Mapping[str, str]] = {'viscous': 'change'}
     of_law: ClassVar[bool] = True
-    held_by: ClassVar[tuple[str, ...]] = ('isaaclab', 'mjcf', 'ros2-control', 'sdf', 'urdf')
+    held_by: ClassVar[tuple[str, ...]] = ('isaaclab', 'mjcf', 'ros2-control', 'sdf', 'urdf', 'usd')
     axis: ClassVar[str] = 'speed'
     free_axis: ClassVar[str] = 'speed'
     one_power: ClassVar[bool] = True

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sosml_friction.identification.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
 from sosml_friction.identification.parameter_interval import NON_NEGATIVE, allowed_range
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.drawing import (
@@ -22,7 +23,6 @@ from sosml_friction.report.common.drawing import (
     new_figure,
 )
 from sosml_friction.report.common.labels import symbols_of
-from sosml_friction.report.common.number_text import NOT_IDENTIFIABLE_TEXT, range_text, value_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -30,6 +30,7 @@ _MARKS = (
     rf'(<use xlink:href="#(\w+)" {_PLACE} style="([^"]*)"/>'
     rf'(?:\s*<use xlink:href="#\2" {_PLACE} style="\3"/>){{{_CLOUD},}})'
 )
+_FINE = re.compile(r'(-?\d+\.\d\d)\d+')
 _SETTINGS: dict[Any, Any] = {'svg.fonttype': 'none', 'svg.hashsalt': 'sosml_friction'}
 
 
@@ -53,7 +54,8 @@ def to_svg(figure: Figure, caption: str = '', themed: bool = True) -> str:
     text = re.sub(r' *<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
     text = re.sub(r'<g id="([A-Za-z]+)[\w.]*">', _group, text)
     text = re.sub(_MARKS, lambda match: _cloud(match, text), text)
-    text = re.sub(r'(-?\d+\.\d\d)\d+', r'\1', text)
+    # Places to a hundredth of a point; what is written, as the numbers of an axis, stays.
+    text = re.sub(r'<[^>]*>', lambda tag: re.sub(_FINE, r'\1', tag[0]), text)
     text = re.sub(r'(?<= d=")[^"]+', _line, text)
     text = re.sub(r'; font-family: [^;"]*', '', text)
     colours: dict[str, str] = {}

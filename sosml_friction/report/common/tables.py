@@ -10,11 +10,7 @@ from rich.text import Text
 
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
-from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.labels import SYMBOLS, in_order, observer_label, symbols_of
-from sosml_friction.report.common.number_text import (
+from sosml_friction.identification.number_text import (
     NOT_IDENTIFIABLE_TEXT,
     UNKNOWN,
     error_text,
@@ -22,6 +18,10 @@ from sosml_friction.report.common.number_text import (
     truth_text,
     value_text,
 )
+from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.parameter import Parameter
+from sosml_friction.report.common.labels import SYMBOLS, in_order, observer_label, symbols_of
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.fit.findings import sampling_text
 from sosml_friction.report.fit.joint_view import JointView, joint_views

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.identification.number_text import UNKNOWN, format_number, number_text, words
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.number_text import UNKNOWN, format_number, number_text, words
 from sosml_friction.report.common.output import to_plain
 from sosml_friction.report.common.table import FittingTable, terminal_table
 

@@ -12,8 +12,8 @@ from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import gain_line
+from sosml_friction.identification.number_text import words
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.report.common.number_text import words
 from sosml_friction.report.common.output import (
     OutputKind,
     to_plain,

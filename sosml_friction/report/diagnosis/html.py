@@ -13,6 +13,7 @@ from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import describe
+from sosml_friction.identification.number_text import words
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.drawing import page_of
 from sosml_friction.report.common.figure import DETAIL, METHOD, SUMMARY, figures_of, pictures
@@ -26,7 +27,6 @@ from sosml_friction.report.common.html_page import (
     paragraph,
     verdict,
 )
-from sosml_friction.report.common.number_text import words
 from sosml_friction.report.diagnosis.tables import (
     by_cause,
     causes,

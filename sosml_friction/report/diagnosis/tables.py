@@ -8,16 +8,17 @@ from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 from sosml_friction.diagnosis.residual.refitted_parameters import refitted_parameters
 from sosml_friction.diagnosis.wording import SIZE_UNKNOWN
-from sosml_friction.model.parameter import Z_95
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.report.common.html_page import heading
-from sosml_friction.report.common.number_text import (
+from sosml_friction.identification.number_text import (
     format_number,
     number_text,
     percent,
+    plus_minus,
     rounded,
     words,
 )
+from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
+from sosml_friction.report.common.html_page import heading
 from sosml_friction.report.common.table import html_table
 
 
@@ -64,8 +65,8 @@ def gain(diagnosis: Diagnosis) -> str:
                 f'{found.inverse_before[i]:.4g} → {found.inverse_after[i]:.4g} {unit}',
                 f'{found.relative_before[i]:.2f} → {found.relative_after[i]:.2f} %',
                 f'{before:.3g} → {after:.3g} {length}',
-                f'{found.forward_ratio[i]:.3f}',
-                f'{found.forward_error[i]:.3f}',
+                format_number(found.forward_ratio[i], found.forward_error[i]),
+                rounded(found.forward_error[i]),
             )
         )
     columns = {
@@ -91,7 +92,7 @@ def by_cause(diagnosis: Diagnosis) -> str:
                     f'{own.without[i]:.4g} → {own.with_it[i]:.4g} {own.units[i]}',
                     format_number(removed.value, removed.std_error),
                     rounded(removed.std_error),
-                    f'{recurs.value:.2f} ± {Z_95 * recurs.std_error:.2f}',
+                    plus_minus(recurs.value, Z_95 * recurs.std_error),
                     'yes' if own.carries_over else 'no',
                 )
             )

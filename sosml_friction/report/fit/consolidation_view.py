@@ -11,6 +11,14 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from sosml_friction.identification.friction_fit import FrictionFit
+from sosml_friction.identification.number_text import (
+    UNKNOWN,
+    error_text,
+    interval_text,
+    truth_text,
+    value_text,
+    words,
+)
 from sosml_friction.identification.parameter_interval import missed_truths
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import (
@@ -23,14 +31,6 @@ from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.drawing import Style, bag_style
 from sosml_friction.report.common.labels import SYMBOLS, observer_label
-from sosml_friction.report.common.number_text import (
-    UNKNOWN,
-    error_text,
-    interval_text,
-    truth_text,
-    value_text,
-    words,
-)
 from sosml_friction.report.common.parameter_bars import ParameterRow
 from sosml_friction.report.common.table import Markup, html_table, terminal_table
 from sosml_friction.report.fit.findings import law_remarks, law_sentence

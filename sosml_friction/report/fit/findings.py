@@ -14,6 +14,12 @@ from sosml_friction.bags.sampling import lost_share
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.number_text import (
+    format_number,
+    plus_minus,
+    range_text,
+    value_text,
+)
 from sosml_friction.identification.parameter_interval import (
     covers,
     excluding,
@@ -23,7 +29,6 @@ from sosml_friction.identification.parameter_interval import (
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import observer_label, symbols_of
-from sosml_friction.report.common.number_text import format_number, range_text, rounded, value_text
 from sosml_friction.report.fit.joint_view import JointView
 
 #: In the place of an observer: what is said of two of them.
@@ -39,8 +44,7 @@ def joint_sentence(view: JointView) -> str:
     fit = view.model.fit
     text = law_sentence(view.name, fit.parameters, fit.law, fit.slowest)
     if view.load is not None and view.preferred == REGRESSION:
-        percent = 100.0 * view.load.value, 100.0 * half_width(view.load)
-        share = f'{format_number(*percent)} ± {rounded(percent[1])} %'
+        share = plus_minus(100.0 * view.load.value, 100.0 * half_width(view.load), '%')
         text += f'; {share} of its load is friction besides'
     return f'{text} ({observer_label(view.preferred)}, ± is half of the 95 % interval).'
 
@@ -244,10 +248,8 @@ def _remarks(view: JointView) -> Iterator[tuple[str, str]]:
 
 def _with_error(parameter: Parameter) -> str:
     half = half_width(parameter)
-    number = format_number(parameter.value, half)
-    if not math.isfinite(half):
-        return f'{number} {parameter.unit} (uncertainty unknown)'
-    return f'{number} ± {rounded(half)} {parameter.unit}'
+    unknown = '' if math.isfinite(half) else ' (uncertainty unknown)'
+    return plus_minus(parameter.value, half, parameter.unit) + unknown
 
 
 def _quantity(name: str, parameter: Parameter, what: str) -> str:

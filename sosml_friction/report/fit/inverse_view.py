@@ -10,15 +10,15 @@ from rich.text import Text
 
 from sosml_friction.identification.inverse_model import InverseFit, InverseFits
 from sosml_friction.identification.log_analysis import BagAnalysis
-from sosml_friction.report.common.html_page import heading
-from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.common.number_text import (
+from sosml_friction.identification.number_text import (
     error_text,
     format_number,
     interval_text,
     value_text,
     words,
 )
+from sosml_friction.report.common.html_page import heading
+from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.table import html_table, terminal_table
 
 _COLUMNS = {

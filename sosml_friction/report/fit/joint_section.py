@@ -6,11 +6,7 @@ from collections.abc import Mapping
 from html import escape
 
 from sosml_friction.identification.friction_fit import JointFit
-from sosml_friction.report.common.drawing import is_crowded
-from sosml_friction.report.common.figure import METHOD, pictures
-from sosml_friction.report.common.html_page import folded, heading, items, paragraph
-from sosml_friction.report.common.labels import fit_label, observer_label, symbols_of
-from sosml_friction.report.common.number_text import (
+from sosml_friction.identification.number_text import (
     error_text,
     interval_text,
     rounded,
@@ -18,6 +14,10 @@ from sosml_friction.report.common.number_text import (
     value_text,
     words,
 )
+from sosml_friction.report.common.drawing import is_crowded
+from sosml_friction.report.common.figure import METHOD, pictures
+from sosml_friction.report.common.html_page import folded, heading, items, paragraph
+from sosml_friction.report.common.labels import fit_label, observer_label, symbols_of
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import (
     derived_sentence,

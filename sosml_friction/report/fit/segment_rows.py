@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from io import StringIO
 
 from sosml_friction.identification.joint_motion import level_spreads
+from sosml_friction.identification.number_text import format_number
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.report.common.html_page import folded
 from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.table import Column, html_table
 from sosml_friction.report.fit.joint_view import JointView
 

@@ -8,16 +8,16 @@ from typing import Any
 
 from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
+from sosml_friction.identification.number_text import (
+    number_text,
+    rounded,
+    truth_text,
+)
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
 from sosml_friction.report.common.labels import PLAIN, observer_label, symbols_of
-from sosml_friction.report.common.number_text import (
-    number_text,
-    rounded,
-    truth_text,
-)
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import model_questions
 from sosml_friction.report.fit.joint_view import JointView

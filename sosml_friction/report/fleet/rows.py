@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sosml_friction.identification.fitted_model import preferred_observer
+from sosml_friction.identification.number_text import format_number, plus_minus
 from sosml_friction.identification.several.drift import Drift, drift_of
-from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.table import Column
 
 FORMAT = 'sosml_friction/fleet/1'
@@ -175,8 +175,7 @@ def joint_tables(rows: Iterable[FleetRow]) -> dict[tuple[str, str], list[list[st
 def _short(row: FleetRow) -> str:
     """Return a value and half of its interval, its interval alone, or what is told of it."""
     if row.value is not None and row.low is not None and row.high is not None:
-        half = 0.5 * (row.high - row.low)
-        return f'{format_number(row.value, half)} ± {half:.2g}'
+        return plus_minus(row.value, 0.5 * (row.high - row.low))
     if row.value is not None:
         return format_number(row.value)
     if row.low is not None:

@@ -10,8 +10,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from sosml_friction.identification.number_text import UNKNOWN
 from sosml_friction.report.common.labels import observer_label
-from sosml_friction.report.common.number_text import UNKNOWN
 from sosml_friction.report.common.table import Column, terminal_table
 from sosml_friction.report.study.view import case_text, findings
 from sosml_friction.study.metrics import Score

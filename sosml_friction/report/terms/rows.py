@@ -5,14 +5,14 @@
 import math
 
 from sosml_friction.identification.free_armature import armature_sentence
-from sosml_friction.identification.term_fit import TermFit
-from sosml_friction.report.common.number_text import (
+from sosml_friction.identification.number_text import (
     error_text,
     format_number,
     interval_text,
     value_text,
     words,
 )
+from sosml_friction.identification.term_fit import TermFit
 
 COLUMNS = {
     'joint': 'w', 'term': '', 'parameter': '', 'value': 'n', 'standard error': 'n',

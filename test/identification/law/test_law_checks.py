@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.identification.law.law_checks import dissipation_check, odd_even_check
+from sosml_friction.identification.number_text import rounded
 
 
 def best(**values):
@@ -34,7 +35,9 @@ def test_a_bias_above_coulomb_friction_drives_the_joint():
 def test_a_bias_below_friction_passes_with_its_share(bias):
     check = dissipation_check(best(coulomb=0.5, viscous=0.1, bias=bias), 'Nm', 0.01, 1.0)
     assert check.passed
-    assert f'{100.0 * abs(bias) / 0.501:.0f} % of the least friction, 0.501 Nm' in check.sentence
+    assert (
+        f'{rounded(100.0 * abs(bias) / 0.501)} % of the least friction, 0.501 Nm' in check.sentence
+    )
 
 
 def test_negative_friction_speeds_are_named_where_viscous_friction_saves_the_rest():

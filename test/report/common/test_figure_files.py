@@ -3,6 +3,7 @@
 """Figures as files hold what the figures show."""
 
 import csv
+import re
 from io import StringIO
 
 import numpy as np
@@ -91,3 +92,25 @@ def test_a_cloud_of_points_is_one_path_of_as_many_dots():
     text = to_svg(made)
     assert text.count('<use') < 50
     assert text.count('h0') == 500
+
+
+def test_the_numbers_of_an_axis_keep_their_digits():
+    made = drawing.new_figure(6.0, 4.0)
+    axes = made.subplots()
+    axes.plot([0.0, 1.0], [-4e-3, 4e-3])
+    axes.set_yticks([-2.5e-3, 0.00125])
+    axes.set_title('0.00125 Nm')
+    text = to_svg(made)
+    assert {'0.00125', '0.00125 Nm'} <= set(re.findall(r'<text[^>]*>([^<]*)<', text))
+    assert not re.search(r'[xyd]="[^"]*\.\d{3}', text)
+
+
+@pytest.mark.parametrize('size', [0.2, 3e-4, 2.5e-5])
+def test_small_numbers_leave_room_for_the_label_of_their_axis(size):
+    made = drawing.new_figure(10.0, 6.4)
+    for axes in made.subplots(1, 2, sharey=True):
+        axes.plot([0.0, 1.0], [-size, size])
+        drawing.label_axes(axes, 'time [s]', 'mean unexplained effort [Nm]')
+    drawing.fix_axes(made, (0.85, 0.15, 0.95, 0.12))
+    made.draw_without_rendering()
+    assert made.axes[0].yaxis.label.get_window_extent().x0 >= 0.0

@@ -17,8 +17,8 @@ from sosml_friction.diagnosis.decision.confusability import Confusability
 from sosml_friction.diagnosis.residual.lookalikes import ambiguous_pairs, most_alike
 from sosml_friction.diagnosis.residual.variance_steps import variance_steps
 from sosml_friction.diagnosis.wording import describe
+from sosml_friction.identification.number_text import words
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.number_text import words
 from sosml_friction.report.diagnosis.html import answer, clauses, render_diagnosis
 from sosml_friction.report.diagnosis.tables import controls, experiments, parameters
 from sosml_friction.report.figures.diagnosis.confusability_map import MOST, ConfusabilityMap

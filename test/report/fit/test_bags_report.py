@@ -13,10 +13,10 @@ from rich.console import Console
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.number_text import interval_text, value_text
 from sosml_friction.identification.several.bag_points import bag_points
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common import figure
-from sosml_friction.report.common.number_text import interval_text, value_text
 from sosml_friction.report.figures.bags.law import BagsLaw
 from sosml_friction.report.fit import html
 from sosml_friction.report.fit.consolidation_view import (

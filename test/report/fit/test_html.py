@@ -8,8 +8,8 @@ from html import escape
 
 import pytest
 
+from sosml_friction.identification.number_text import format_number
 from sosml_friction.report.common import figure
-from sosml_friction.report.common.number_text import format_number
 from sosml_friction.report.common.table import Column, Markup, html_table
 from sosml_friction.report.fit import html as report
 from sosml_friction.report.fit.findings import joint_sentence, notes

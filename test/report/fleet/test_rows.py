@@ -98,8 +98,8 @@ def test_the_terminal_s_lines_go_by_quantity_and_date_and_show_open_ranges():
         *fit_rows('early', 'arm', fitted(DAY, 0.4)),
     ]
     assert joint_tables(rows)['arm', 'elbow'] == [
-        ['coulomb', '1970-01-02', 'early', '0.400 ± 0.02', 'Nm'],
-        ['', '1970-01-03', 'late', '0.410 ± 0.02', 'Nm'],
+        ['coulomb', '1970-01-02', 'early', '0.400 ± 0.020', 'Nm'],
+        ['', '1970-01-03', 'late', '0.410 ± 0.020', 'Nm'],
         ['stribeck', '1970-01-02', 'early', '0 to open', 'Nm'],
         ['', '1970-01-03', 'late', '0 to open', 'Nm'],
     ]

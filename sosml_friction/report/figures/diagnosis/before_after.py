@@ -8,9 +8,9 @@ from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.diagnosis import Diagnosis
+from sosml_friction.identification.number_text import format_number
 from sosml_friction.report.common import drawing
 from sosml_friction.report.common.figure import SUMMARY, Figure
-from sosml_friction.report.common.number_text import format_number
 
 
 class BeforeAfter(Figure[Diagnosis]):

@@ -4,10 +4,10 @@
 
 from matplotlib.figure import Figure as Drawing
 
+from sosml_friction.identification.number_text import words
 from sosml_friction.identification.term_residual import TermAxis
 from sosml_friction.report.common.drawing import AFTER, GREY, label_axes, new_figure
 from sosml_friction.report.common.figure import Figure
-from sosml_friction.report.common.number_text import words
 
 
 class Component(Figure[TermAxis]):

@@ -3,20 +3,23 @@
 """Numbers show what their uncertainty supports, and what is not identifiable is no number."""
 
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-from sosml_friction.report.common.labels import SYMBOLS
-from sosml_friction.report.common.number_text import (
+import sosml_friction
+from sosml_friction.identification.number_text import (
     error_text,
     format_interval,
     format_number,
     interval_text,
+    plus_minus,
     value_text,
 )
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.report.common.labels import SYMBOLS
 
 VALUES = st.floats(-1e9, 1e9)
 UNCERTAINTIES = st.floats(1e-12, 1e9)
@@ -46,6 +49,29 @@ def test_no_digit_is_below_a_hundredth_of_the_uncertainty(value, uncertainty):
     digits, _, exponent = text.partition('e')
     last_place = int(exponent or 0) - len(digits.partition('.')[2])
     assert 10.0**last_place > 0.0099 * uncertainty or last_place == 0
+
+
+@pytest.mark.parametrize(
+    ('value', 'half', 'text'),
+    [
+        (0.4275, 0.19, '0.43 ± 0.19 Nm'),
+        (30.9, 0.29, '30.90 ± 0.29 Nm'),
+        (-0.05093, 0.043, '-0.051 ± 0.043 Nm'),
+        (0.0004, 0.043, '0.000 ± 0.043 Nm'),
+        (10.23, 0.0998, '10.230 ± 0.100 Nm'),
+        (1412.7, 35.0, '1413 ± 35 Nm'),
+        (0.4275, math.nan, '0.4275 Nm'),
+        (0.4275, 0.0, '0.4275 Nm'),
+    ],
+)
+def test_a_value_has_the_digits_that_its_error_bears(value, half, text):
+    assert plus_minus(value, half, 'Nm') == text
+
+
+def test_no_sentence_writes_an_error_in_digits_of_its_own():
+    root = Path(sosml_friction.__file__).parent
+    own = [p.name for p in root.rglob('*.py') if '± {' in p.read_text(encoding='utf-8')]
+    assert own == ['number_text.py']
 
 
 @settings(deadline=None)

@@ -55,6 +55,14 @@ def rounded(value: float) -> str:
     return format_number(value, value)
 
 
+def plus_minus(value: float, half: float, unit: str = '') -> str:
+    """Return a value and half of its interval, each with the digits that the latter supports."""
+    end = f' {unit}' if unit else ''
+    if not (math.isfinite(half) and half > 0.0):
+        return format_number(value) + end
+    return f'{format_number(value, half)} ± {rounded(half)}{end}'
+
+
 def percent(share: float) -> str:
     """Return a share of one in percent, empty where it is not known."""
     return f'{100.0 * share:.2f} %' if math.isfinite(share) else ''
@@ -104,7 +112,7 @@ def number_text(name: str, parameter: Parameter) -> str:
     if not math.isfinite(parameter.std_error) and parameter.interval is not None:
         # From a profile, lopsided: half of it is no error of the value.
         return f'{value_text(name, parameter)} ({format_interval(*parameter.interval)})'
-    return f'{format_number(parameter.value, half)} ± {rounded(half)}'
+    return plus_minus(parameter.value, half)
 
 
 def error_text(parameter: Parameter) -> str:
