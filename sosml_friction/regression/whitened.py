@@ -74,7 +74,7 @@ class WhitenedRegression:
         if leave_out:
             rows = rows.without_standstill(resting)
             left = library_residual(rows)
-        whitening = Whitening.fit(rows, left, resting, leave_out)
+        whitening = Whitening.fit(rows, left, resting, leave_out, settings.tolerance)
         y = whitening.apply(rows.residual)
         if len(y) < _BLOCK_ROWS * settings.blocks:
             raise DataError(

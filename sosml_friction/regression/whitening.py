@@ -46,6 +46,7 @@ class Whitening:
         left: Sequence[Sequence[FloatArray]],
         resting: Sequence[Signals],
         leave_out: bool,
+        tolerance: float,
     ) -> Whitening:
         """
         Return the whitening of the noise in a residual.
@@ -53,6 +54,7 @@ class Whitening:
         :param left: what the library leaves of each joint, by stretch (K,).
         :param resting: the stretches with their rests.
         :param leave_out: leave out standstill.
+        :param tolerance: relative error of a nominal parameter that is normal.
         """
         models = []
         for i, stretches in enumerate(left):
@@ -60,7 +62,7 @@ class Whitening:
             told = [x for s, x in zip(rows.signals, stretches, strict=True) if i not in s.silent]
             calm = _calm(rows.signals, i, stretches) if leave_out else told
             models.append(fit_noise(calm or stretches, least))
-        contacts = _contacts(rows, left, resting)
+        contacts = _contacts(rows, left, resting, tolerance**2)
         if contacts.mask.any():
             for i, stretches in enumerate(left):
                 calm = _calm(rows.signals, i, stretches, contacts.mask[:, i])
@@ -119,13 +121,19 @@ def _calm(
 
 
 def _contacts(
-    rows: BandRows, left: Sequence[Sequence[FloatArray]], resting: Sequence[Signals]
+    rows: BandRows,
+    left: Sequence[Sequence[FloatArray]],
+    resting: Sequence[Signals],
+    second: float,
 ) -> Contacts:
     """
     Return where the residual of the library is far beyond noise.
 
     A joint at rest has any friction up to that of motion, to either side: what is within twice
-    that is no push.
+    that is no push. Nor is what a model whose numbers are refitted may be wrong by in its
+    equations.
+
+    :param second: that, as a share of effort: the square of the tolerance, the second order.
     """
     friction = 2.0 * _coulomb(rows)
     parts = [
@@ -134,7 +142,7 @@ def _contacts(
             resting, (np.stack(own, axis=1) for own in zip(*left, strict=True)), strict=True
         )
     ]
-    residual, moving, times, load = [], [], [], []
+    residual, moving, times, load, wrong = [], [], [], [], []
     band = rows.signals[0].band
     for s, part in zip(rows.signals, parts, strict=True):
         kept = slice(s.band.first, None, s.band.factor)
@@ -144,6 +152,7 @@ def _contacts(
         moving.append(in_motion(s, len(part))[ORDER:])
         times.append(s.time[kept][: len(part)][ORDER:])
         load.append(body[kept][: len(part)][ORDER:])
+        wrong.append(second * np.abs(s.band.apply(s.tau))[: len(part)][ORDER:])
     return find_contacts(
         np.concatenate(residual),
         np.concatenate(times),
@@ -152,6 +161,7 @@ def _contacts(
         np.concatenate(moving),
         np.concatenate([part[ORDER:] for part in rows.residual]),
         -(-band.half // band.factor) + ORDER,
+        np.concatenate(wrong),
     )
 
 

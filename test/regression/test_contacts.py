@@ -68,6 +68,19 @@ def test_noise_has_no_two_levels(noise):
     assert not find_contacts(e, t, STEP).mask.any()
 
 
+def test_what_a_model_may_be_wrong_by_is_no_push_and_more_than_that_is(noise):
+    t, e = noise
+    fast = ((t > 40.0) & (t < 41.0)).astype(float)[:, None]
+
+    def found(push):
+        wrong = 0.0012 * 100.0 * fast
+        return bool(find_contacts(e + push * fast, t, STEP, wrong=wrong).contacts)
+
+    assert not found(0.5)
+    assert found(3.0)
+    assert find_contacts(e + 0.5 * fast, t, STEP).contacts
+
+
 @pytest.mark.parametrize(('change', 'found'), [(-1.8, False), (1.8, False), (3.5, True)])
 def test_what_friction_may_be_at_rest_is_no_push_and_more_than_that_is(change, found):
     """A joint that sticks has any friction up to its 1 N, to either side: 2 N apart."""
