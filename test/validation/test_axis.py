@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from validation.axis_campaign import judge_guess, trial
+from validation.axis_campaign import judge_guess, trial, truly_off, without
 from validation.axis_plant import (
     CATALOGUE,
     OUTSIDE,
@@ -70,6 +70,19 @@ def test_a_guessed_friction_is_right_by_names_and_sizes():
     assert judge_guess({'verdict': 'unknown_structure', 'causes': []}, off, '') == (
         'unknown_structure'
     )
+
+
+def test_a_nominal_parameter_that_is_truly_off_is_right_with_its_size_alone():
+    def document(value):
+        size = {'change': {'value': value, 'std_error': 0.1}}
+        cause = {'effect': 'coulomb', 'joint': 'axis', 'rivals': [], 'parameters': size}
+        return {'verdict': 'named', 'causes': [cause]}
+
+    assert truly_off(document(1.0), {'coulomb': 1.1}, '') == ['coulomb']
+    assert truly_off(document(2.0), {'coulomb': 1.1}, '') == []
+    assert truly_off(document(0.8), {'coulomb': 0.8}, '') == []
+    assert without(document(1.0), ['coulomb'])['verdict'] == 'nothing_above_floor'
+    assert without(document(1.0), [])['verdict'] == 'named'
 
 
 def test_a_trial_of_the_campaign_names_what_is_hidden():
