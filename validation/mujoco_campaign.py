@@ -13,8 +13,8 @@ guess, off by a factor exp(0.3 N(0, 1)), or 0, MuJoCo's default, in every third 
 from __future__ import annotations
 
 import argparse
-import json
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from sosml_friction.mujoco.reading import read_mjcf
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.diagnosis.document import diagnosis_document
 from validation.judge import judge
+from validation.kept_trials import kept_trials, outcomes
 from validation.motion import reference
 from validation.mujoco_plant import (
     OUTSIDE,
@@ -41,14 +42,14 @@ from validation.mujoco_plant import (
     truth,
 )
 
-#: Seed of all trials beside their number and effect: nothing was tuned on these.
+#: Seed of all trials beside their number and effect, unless another is given.
 SEED = 20261124
 
 
-def trial(kind: str, effect: str, k: int, motion: str = 'rich') -> dict[str, Any]:
+def trial(seed: int, kind: str, effect: str, k: int, motion: str = 'rich') -> dict[str, Any]:
     """Return what was hidden, what was answered, and what that is worth."""
     code = list(effect.encode())
-    rng = np.random.default_rng([SEED, k, *code])
+    rng = np.random.default_rng([seed, k, *code])
     noise = 2.0 if kind == 'null' and k % 2 else 1.0
     plain, joint = make_arm(rng), k % 2
     arm, snr = plain, None
@@ -102,18 +103,7 @@ def ask(folder: Path) -> dict[str, Any]:
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Return counts of outcomes by kind and effect, and the gains in MuJoCo."""
-    lines = ['| kind | effect | n | outcomes | spurious |', '|---|---|---|---|---|']
-    keys = dict.fromkeys((row['kind'], row['effect']) for row in rows)
-    for kind in dict.fromkeys(kind for kind, _ in keys):
-        effects = [key for key in keys if key[0] == kind and key[1]]
-        for key in [*effects, (kind, None)]:
-            own = [r for r in rows if r['kind'] == kind and key[1] in (None, r['effect'])]
-            counts: dict[str, int] = {}
-            for row in own:
-                counts[row['outcome']] = counts.get(row['outcome'], 0) + 1
-            shown = ', '.join(f'{n} {name}' for name, n in sorted(counts.items()))
-            spurious = sum(row.get('spurious') or 0 for row in own)
-            lines.append(f'| {kind} | {key[1] or "all"} | {len(own)} | {shown} | {spurious} |')
+    lines = outcomes(rows)
     for what in ('inverse', 'forward'):
         ends = [('_before_percent', '_after_percent'), ('_before', '_after')][what == 'forward']
         pairs = [
@@ -139,23 +129,17 @@ def main() -> int:
                                      description=__doc__)  # fmt: skip
     parser.add_argument('--out', type=Path, default=Path('mujoco_campaign'))
     parser.add_argument('--seeds', type=int, default=3, help='trials of each of the ten effects')
+    parser.add_argument('--seed', type=int, default=SEED, help='of all that is drawn')
     parser.add_argument('--first', type=int, default=0, help='number of the first trial')
     parser.add_argument('--nulls', type=int, default=0, help='trials without an effect')
     parser.add_argument('--outside', type=int, default=0, help='trials of each effect outside')
     parser.add_argument('--effects', default=','.join(TEN))
     given = parser.parse_args()
-    given.out.mkdir(parents=True, exist_ok=True)
     first = given.first
     plan = [('single', e, first + k) for k in range(given.seeds) for e in given.effects.split(',')]
     plan += [('null', '', first + k) for k in range(given.nulls)]
     plan += [('outside', e, first + k) for k in range(given.outside) for e in OUTSIDE]
-    for kind, effect, k in plan:
-        file = given.out / f'{kind}-{effect}-{k}.json'
-        if not file.is_file():
-            row = trial(kind, effect, k)
-            file.write_text(json.dumps(row, indent=1))
-            print(kind, effect, k, row['outcome'], row.get('causes'), flush=True)
-    rows = [json.loads(path.read_text()) for path in sorted(given.out.glob('*.json'))]
+    rows = kept_trials(plan, partial(trial, given.seed), given.out)
     print(table(rows))
     return 0
 

@@ -195,12 +195,13 @@ def find_contacts(
     moving: BoolArray | None = None,
     expected: FloatArray | None = None,
     reach: int = 0,
+    wrong: FloatArray | None = None,
 ) -> Contacts:
     """
     Return the stretches in which a residual is pushed to one side far beyond its usual size.
 
-    By its mean over 0.24 s, against the median size of such means: a push has a mean, where a
-    resonance swings to both sides.
+    By its mean over 0.24 s, against the median size of such means and what the model may be wrong
+    by: a push has a mean, where a resonance swings to both sides.
 
     :param residual: what the whole library leaves (rows, n) [Nm or N].
     :param times: of the rows (rows,) [s].
@@ -210,11 +211,13 @@ def find_contacts(
     :param expected: what the nominal model leaves (rows, n) [Nm or N]: a push that is on as often
         as off is on where this is larger; None for ``residual``.
     :param reach: rows that a filter spreads the end of a push over.
+    :param wrong: by how much the model may be wrong (rows, n) [Nm or N]; None for nothing.
     """
     rows = len(residual)
     moving = np.ones(residual.shape, dtype=np.bool_) if moving is None else moving
     m = max(2, round(_WINDOW_S / step))
     mask = np.zeros(residual.shape, dtype=bool)
+    wrong = np.zeros(residual.shape) if wrong is None else wrong
     if rows < _FEWEST_WINDOWS * m:
         return Contacts((), mask)
     contacts: list[Contact] = []
@@ -226,19 +229,22 @@ def find_contacts(
         residual = np.where(spoiled[:, None], 0.0, residual)
     for i in np.flatnonzero(moving.any(axis=0)).tolist():
         mean = np.abs(np.convolve(residual[:, i], np.full(m, 1.0 / m), mode='same'))
-        relative = mean / _usual(mean[moving[:, i]])
+        doubt = np.convolve(wrong[:, i], np.full(m, 1.0 / m), mode='same')
+        relative = mean / (_usual(mean[moving[:, i]]) + doubt)
         over = maximum_filter1d((relative > _OVER).astype(np.int8), m) > 0
         kept = [(a, b) for a, b in runs(over) if relative[a:b].max() > _CLEAR]
         if not kept or len(kept) > _MANY or sum(b - a for a, b in kept) > _MOST * rows:
             nominal = residual if expected is None else expected
-            own, mine = _pushes(i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach)
+            own, mine = _pushes(
+                i, residual[:, i], nominal[:, i], moving[:, i], times, m, reach, wrong[:, i]
+            )
             contacts += own
             mask[:, i] |= mine
             continue
-        size = _usual(np.abs(residual[moving[:, i], i]))
+        variance = _usual(np.abs(residual[moving[:, i], i])) ** 2
         for a, b in kept:
             mask[a:b, i] = True
-            total = float((residual[a:b, i] ** 2).sum()) / size**2
+            total = float((residual[a:b, i] ** 2).sum()) / variance
             contacts.append(Contact(i, float(times[a]), float(times[b - 1]), total))
     return Contacts(tuple(contacts), mask, impacts)
 
@@ -251,6 +257,7 @@ def _pushes(
     times: FloatArray,
     least: int,
     reach: int,
+    wrong: FloatArray,
 ) -> tuple[list[Contact], BoolArray]:
     """
     Return the pushes of a residual (rows,) that is at one of two levels, and the rows they spoil.
@@ -276,7 +283,10 @@ def _pushes(
     upper = residual > edge
     # Ends of shorter pushes would spoil more than that share of the rows.
     least = max(least, round(reach / (1.0 - _MOST_PUSHED)))
-    if apart < _OVER * within or np.count_nonzero(np.diff(upper)) * least > len(residual):
+    doubt = max(float(wrong[moving & side].mean()) for side in (~upper, upper))
+    if apart < _OVER * (within + doubt) or np.count_nonzero(np.diff(upper)) * least > len(
+        residual
+    ):
         return nothing
     sizes = [abs(float(np.median(expected[moving & side]))) for side in (~upper, upper)]
     pushed = moving & (upper if sizes[1] > sizes[0] else ~upper)

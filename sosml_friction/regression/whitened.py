@@ -76,7 +76,7 @@ class WhitenedRegression:
         if leave_out:
             rows = rows.without_standstill(resting)
             left = library_residual(rows)
-        whitening = Whitening.fit(rows, left, leave_out)
+        whitening = Whitening.fit(rows, left, resting, leave_out, settings.tolerance)
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)

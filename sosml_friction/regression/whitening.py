@@ -41,13 +41,20 @@ class Whitening:
 
     @classmethod
     def fit(
-        cls, rows: BandRows, left: Sequence[Sequence[FloatArray]], leave_out: bool
+        cls,
+        rows: BandRows,
+        left: Sequence[Sequence[FloatArray]],
+        resting: Sequence[Signals],
+        leave_out: bool,
+        tolerance: float,
     ) -> Whitening:
         """
         Return the whitening of the noise in a residual.
 
         :param left: what the library leaves of each joint, by stretch (K,).
+        :param resting: the stretches with their rests.
         :param leave_out: leave out standstill.
+        :param tolerance: relative error of a nominal parameter that is normal.
         """
         models = []
         for i, stretches in enumerate(left):
@@ -55,7 +62,7 @@ class Whitening:
             told = [x for s, x in zip(rows.signals, stretches, strict=True) if i not in s.silent]
             calm = _calm(rows.signals, i, stretches) if leave_out else told
             models.append(fit_noise(calm or stretches, least))
-        contacts = _contacts(rows, left)
+        contacts = _contacts(rows, left, resting, tolerance**2)
         if contacts.mask.any():
             for i, stretches in enumerate(left):
                 calm = _calm(rows.signals, i, stretches, contacts.mask[:, i])
@@ -113,10 +120,29 @@ def _calm(
     return pieces
 
 
-def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
-    """Return where the residual of the library is far beyond noise."""
-    parts = [np.stack([x[s] for x in left], axis=1) for s in range(len(rows.signals))]
-    residual, moving, times, load = [], [], [], []
+def _contacts(
+    rows: BandRows,
+    left: Sequence[Sequence[FloatArray]],
+    resting: Sequence[Signals],
+    second: float,
+) -> Contacts:
+    """
+    Return where the residual of the library is far beyond noise.
+
+    A joint at rest has any friction up to that of motion, to either side: what is within twice
+    that is no push. Nor is what a model whose numbers are refitted may be wrong by in its
+    equations.
+
+    :param second: that, as a share of effort: the square of the tolerance, the second order.
+    """
+    friction = 2.0 * _coulomb(rows)
+    parts = [
+        x - np.where(in_motion(s, len(x)), 0.0, np.clip(x, -friction, friction))
+        for s, x in zip(
+            resting, (np.stack(own, axis=1) for own in zip(*left, strict=True)), strict=True
+        )
+    ]
+    residual, moving, times, load, wrong = [], [], [], [], []
     band = rows.signals[0].band
     for s, part in zip(rows.signals, parts, strict=True):
         kept = slice(s.band.first, None, s.band.factor)
@@ -126,6 +152,7 @@ def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
         moving.append(in_motion(s, len(part))[ORDER:])
         times.append(s.time[kept][: len(part)][ORDER:])
         load.append(body[kept][: len(part)][ORDER:])
+        wrong.append(second * np.abs(s.band.apply(s.tau))[: len(part)][ORDER:])
     return find_contacts(
         np.concatenate(residual),
         np.concatenate(times),
@@ -134,4 +161,18 @@ def _contacts(rows: BandRows, left: Sequence[Sequence[FloatArray]]) -> Contacts:
         np.concatenate(moving),
         np.concatenate([part[ORDER:] for part in rows.residual]),
         -(-band.half // band.factor) + ORDER,
+        np.concatenate(wrong),
     )
+
+
+def _coulomb(rows: BandRows) -> FloatArray:
+    """Return the level of friction (n,) that the nominal columns alone have in the recordings."""
+    names, signals = rows.nominal.names, rows.signals[0]
+    result = np.nan_to_num(signals.scales.coulomb)
+    X, y = np.concatenate(rows.nominal_columns), np.concatenate(rows.residual)
+    for i, joint in enumerate(signals.robot.names):
+        name = f'{joint} coulomb'
+        if name in names:
+            x, *_ = np.linalg.lstsq(X[:, i], y[:, i], rcond=None)
+            result[i] += x[names.index(name)]
+    return np.asarray(np.abs(result))

@@ -6,8 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from known_robots import SLIDER_MASS, recording, slider_model
 
+from sosml_friction.model.terms.stribeck import Stribeck
 from sosml_friction.regression.contacts import find_contacts, find_impacts
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
 
 STEP = 0.02
 
@@ -61,3 +66,38 @@ def test_two_levels_that_change_with_every_other_sample_are_no_push(noise):
 def test_noise_has_no_two_levels(noise):
     t, e = noise
     assert not find_contacts(e, t, STEP).mask.any()
+
+
+def test_what_a_model_may_be_wrong_by_is_no_push_and_more_than_that_is(noise):
+    t, e = noise
+    fast = ((t > 40.0) & (t < 41.0)).astype(float)[:, None]
+
+    def found(push):
+        wrong = 0.0012 * 100.0 * fast
+        return bool(find_contacts(e + push * fast, t, STEP, wrong=wrong).contacts)
+
+    assert not found(0.5)
+    assert found(3.0)
+    assert find_contacts(e + 0.5 * fast, t, STEP).contacts
+
+
+@pytest.mark.parametrize(('change', 'found'), [(-1.8, False), (1.8, False), (3.5, True)])
+def test_what_friction_may_be_at_rest_is_no_push_and_more_than_that_is(change, found):
+    """A joint that sticks has any friction up to its 1 N, to either side: 2 N apart."""
+    step, dwell = 4e-3, 100
+    s = np.linspace(0.0, 1.0, 300)
+    move = 0.1 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    ends = np.full(dwell, 0.1)
+    q = np.tile(np.concatenate([move, ends, 0.1 - move, 0.0 * ends]), 20)
+    v = np.gradient(q, step)
+    # The sign of the last motion stays.
+    moved = np.where(np.abs(v) > 1e-9, np.arange(len(q)), 0)
+    sign = np.sign(v[np.maximum.accumulate(moved)])
+    tau = SLIDER_MASS * np.gradient(v, step) + sign + 200.0 * v
+    tau += np.random.default_rng(0).normal(0.0, 0.5, len(q))
+    tau[4 * 400 - dwell : 4 * 400] += change
+    log, model = recording(('slider',), step * np.arange(len(q)), q, tau), slider_model(1.0, 200.0)
+    settings = DiagnosisSettings()
+    signals = prepare([log], model, model.make_robot(), settings)
+    contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
+    assert bool(contacts.contacts) is found

@@ -11,7 +11,8 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
-from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
+from sosml_friction.regression.estimate import far_from_reversals
+from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -20,6 +21,9 @@ class Scorer:
     """
     Score candidates beside a fit.
 
+    An impossible candidate says that the model is wrong in a way without a name. How friction
+    turns around is no such way: a joint that sticks has any friction up to that of motion, before
+    it moves. So what is beside reversals is no evidence for an impossible one.
     ``refused``: effect and joint of candidates that are impossible whatever their amplitude, and
     why.
     """
@@ -27,6 +31,8 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
+        self._far = far_from_reversals(laboratory, laboratory.system.Z)
+        self._last: tuple[Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
@@ -40,10 +46,11 @@ class Scorer:
         """Return a candidate at the best point of its grid beside a fit."""
         s = fit.score(columns)
         inner, grid = candidate.grid[s.best], columns.C.shape[2]
-        return self._finding(candidate.effect, candidate.joint, inner, s, columns, grid)
+        return self._finding(fit, candidate.effect, candidate.joint, inner, s, columns, grid)
 
     def _finding(
         self,
+        beside: Fit,
         effect: Term,
         joint: int,
         inner: Inner,
@@ -56,15 +63,31 @@ class Scorer:
 
         Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points).
         """
+        fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
+        objection = effect.implausible(fit) or self.refused.get((effect.identifier, joint), '')
+        if objection:
+            s = self._without_reversals(beside, s, columns)
         rows = float(self.laboratory.known[columns.rows].sum())
         k = max(int((s.amplitude != 0.0).sum()) + len(effect.refined), 1)
         bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
-        fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         return Finding(
-            effect, joint, inner, s, columns, float(bic),
-            objection=effect.implausible(fit) or self.refused.get((effect.identifier, joint), ''),
+            effect, joint, inner, s, columns, float(bic), objection=objection,
             reduced=effect.reduces_to(fit),
         )  # fmt: skip
+
+    def _without_reversals(self, beside: Fit, s: Score, columns: CandidateColumns) -> Score:
+        """Return a score with what the rows that are far from reversals say of its gains."""
+        if self._last is None or self._last[0] is not beside:
+            system = beside.system
+            Z = self._far[:, :, None] * system.Z
+            far = System.make(Z, system.bound, system.prior, system.blocks)
+            self._last = beside, Fit.make(far, self._far * beside.target.y)
+        fit = self._last[1]
+        C = columns.C[:, :, s.best : s.best + 1] * self._far[:, columns.rows, None, None]
+        there = fit.score(CandidateColumns.make(fit.system, columns.rows, C))
+        return replace(
+            s, gain=there.gain, cv_gain=there.cv_gain, cv_se=there.cv_se, energy=there.energy
+        )
 
     def refine(self, fit: Fit, finding: Finding) -> Finding:
         """Return a finding with its continuous inner parameters where the cost is least."""
@@ -74,4 +97,4 @@ class Scorer:
         if not any(name in known for name in effect.refined):
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)
-        return self._finding(effect, joint, inner, s, columns, grid)
+        return self._finding(fit, effect, joint, inner, s, columns, grid)

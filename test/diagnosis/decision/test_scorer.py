@@ -1,0 +1,49 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What counts as evidence for a candidate that is impossible."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_robots import slider_model, slider_recording
+
+from sosml_friction.diagnosis.decision.scorer import Scorer
+from sosml_friction.model.terms.stribeck import Stribeck
+from sosml_friction.regression.estimate import far_from_reversals
+from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.whitened import WhitenedRegression
+
+
+@pytest.fixture(scope='module')
+def laboratory():
+    """Return a slider's recording in which only a Stribeck term is looked for."""
+    model, settings = slider_model(20.0, 200.0), DiagnosisSettings()
+    signals = prepare([slider_recording(seed=1)], model, model.make_robot(), settings)
+    return WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+def test_what_is_beside_reversals_is_no_evidence_for_an_impossible_cause(laboratory, sign):
+    """A joint that sticks has less friction than in motion: that is no negative Stribeck term."""
+    (columns,) = laboratory.columns
+    (candidate,) = laboratory.candidates
+    far = far_from_reversals(laboratory, laboratory.system.Z)
+    g = len(candidate.grid) // 2
+    effect = sign * 5.0 * columns.C[:, :, g, 0]
+    noise = np.random.default_rng(0).standard_normal(effect.shape)
+
+    def bic(part):
+        its = replace(laboratory, y=noise + part)
+        fit = Fit.make(its.system, its.y)
+        found = Scorer(its).finding(fit, candidate, columns)
+        assert bool(found.objection) == (sign < 0.0)
+        return found.delta_bic
+
+    everywhere, beside = bic(effect), bic(np.where(far, 0.0, effect))
+    assert everywhere > 10.0
+    assert (beside > 10.0) == (sign > 0.0)
