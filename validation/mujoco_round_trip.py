@@ -7,9 +7,9 @@ What is left of a model in MuJoCo: its effort beside that of the package's plant
 
 A pendulum with Stribeck friction under PD control with feed-forward of inertia and gravity, the
 same controller in both. The error is that of the commanded effort, as a share of friction, both
-root mean squares over the motion. Least is what the best of all constants leave, looked for in
-MuJoCo itself: no other pair does better on this motion. Creep is the speed under half of Coulomb
-friction at rest. The last columns are the time of a step, the module included.
+root mean squares over the motion. Least is what the best constants leave that a search in
+MuJoCo itself finds, which begins at those that are written. Creep is the speed under half of
+Coulomb friction at rest. The last columns are the time of a step, the module included.
 """
 
 from __future__ import annotations

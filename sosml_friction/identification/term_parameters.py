@@ -14,7 +14,7 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.number_text import format_interval, plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.terms.stribeck import fade
@@ -29,6 +29,8 @@ _SLOWEST = 0.02
 #: A sample is steady where its sign of motion is settled to this share, and its speed changes by
 #: less than itself within a cycle of the band.
 _SETTLED = 0.99
+#: Share of friction that is none.
+_NOTHING = 1e-6
 _HOLDS_ZERO = 'its interval holds 0: these data do not show it'
 
 
@@ -166,7 +168,7 @@ def _at_slowest(reach: DataReach, profile: Profile) -> str:
         v_s, exponent = point.inner['stribeck_velocity'], point.inner['exponent']
         left = float(fade(reach.slowest, v_s, exponent))
         ends += [left * float(point.amplitude[0] + way * point.half[0]) for way in (-1.0, 1.0)]
-    return (
-        f'at {reach.speed(reach.slowest)} it is {max(min(ends), 0.0):.3g} to {max(ends):.3g} '
-        f'{reach.effort_unit}'
-    )
+    if max(ends) < _NOTHING * reach.level:
+        return f'at {reach.speed(reach.slowest)} nothing is left of it'
+    known = format_interval(max(min(ends), 0.0), max(ends))
+    return f'at {reach.speed(reach.slowest)} it is {known} {reach.effort_unit}'

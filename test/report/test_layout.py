@@ -46,6 +46,10 @@ addEventListener('load', () => {
       && x.getBoundingClientRect().right > innerWidth + 1)
     .map(x => x.tagName + ': ' + x.textContent.slice(0, 40));
   if (document.documentElement.scrollWidth > innerWidth) wide.push('the page');
+  document.querySelectorAll('tr').forEach(x => {
+    // A sentence that is squeezed into a column of a word.
+    if (x.getBoundingClientRect().height > 300) wide.push('tall: ' + x.textContent.slice(0, 40));
+  });
   const over = [];
   for (const svg of document.querySelectorAll('svg')) {
     const texts = [...svg.querySelectorAll('text')].filter(x => x.textContent.trim());

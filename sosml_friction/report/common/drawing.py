@@ -160,7 +160,9 @@ def log_axis(axes: Axes) -> None:
     def text(x: float, _: int | None) -> str:
         low, high = axes.get_xlim()
         whole = abs(np.log10(x) - np.rint(np.log10(x))) < 1e-9
-        return f'{x:g}' if whole or high < _DENSE * low else ''
+        # One number alone is no scale.
+        few = np.floor(np.log10(high)) <= np.ceil(np.log10(low))
+        return f'{x:g}' if whole or few or high < _DENSE * low else ''
 
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(text))

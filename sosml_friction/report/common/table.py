@@ -16,6 +16,8 @@ from rich.text import Text
 
 #: Width of a table that is not printed to a terminal.
 _PLAIN_WIDTH = 100
+#: Characters from which a cell is a sentence: it stays wide where the page is narrow.
+_LONG = 60
 
 
 class Column(NamedTuple):
@@ -58,7 +60,7 @@ def html_table(
 
     def cells(tag: str, texts: Sequence[str], extra: str = '') -> str:
         return ''.join(
-            f'<{tag}{extra}{_class(column.style)}>'
+            f'<{tag}{extra}{_class(column.style or ("t" if len(text) > _LONG else ""))}>'
             f'{text if isinstance(text, Markup) else escape(text)}</{tag}>'
             for column, text in zip(columns, texts, strict=True)
         )

@@ -24,7 +24,7 @@ class Component(Figure[TermAxis]):
     )
 
     def draw(self, view: TermAxis) -> Drawing:
-        figure = new_figure(7.0, 3.4)
+        figure = new_figure(6.4, 3.4)
         ax = figure.subplots()
         ax.errorbar(
             view.x, view.seen, yerr=view.error, fmt='o', color=GREY, markersize=4, linewidth=1.0
