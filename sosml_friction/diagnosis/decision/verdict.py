@@ -55,13 +55,13 @@ def _an_impossible_one_explains_more(selection: Selection) -> bool:
     """
     Tell whether one that is possible was refused for an impossible one that explains more.
 
-    Or, where none is possible, that one explains so much: but no gear of negative stiffness, which
-    noise of position alone makes, nor what acts at reversals.
+    Where none is possible, free curves tell what is left: noise of position makes gears of
+    negative stiffness, and friction that is smooth at standstill a negative Stribeck term.
     """
     rejected = selection.rejected
     return (
         selection.masked is not None
         and rejected is not None
-        and not (rejected.objection and rejected.effect.at_reversals)
+        and not rejected.objection
         and rejected.score.cv_gain > rejected.floor
     )
