@@ -14,7 +14,8 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: all effort is a candidate, tolerated within its share.
 TORQUE_CONSTANT = 'torque_constant'
 GROUPS = ('masses', 'armature', 'friction', TORQUE_CONSTANT)
-_FRICTION = ('coulomb', 'viscous', 'bias', 'stribeck')
+#: A bias is the sensor's and not friction: who guesses a friction says nothing of it.
+_FRICTION = ('coulomb', 'viscous', 'stribeck')
 
 
 def check_trust(trust: Mapping[str, float]) -> None:

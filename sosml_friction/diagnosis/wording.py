@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.identification.number_text import plus_minus
@@ -81,7 +82,7 @@ def sentence_of(
         if told:
             text += f'; in part it looks like {told}'
         return (
-            f'{text}. {_where_unknown(selection, names)}{gains}'
+            f'{text}. {_where_unknown(selection, names)}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
         )
     if all(cause.effect in DATA_CAUSES for cause in causes):
@@ -91,6 +92,16 @@ def sentence_of(
     return (
         f'{lead}: {_told(causes)}. {gains}{_contradicted((*causes, *tolerated))}'
         f'{_outside(causes)}{_rest(selection, names)}{end}'
+    )
+
+
+def _not_shown(causes: Sequence[Cause]) -> str:
+    """Return which terms by speed may be nothing, a sentence each with a blank after it."""
+    return ''.join(
+        f'{cause.joint} depends on speed, but not surely by {_words(cause.effect)}, which may be '
+        'nothing: another function of speed does as well. '
+        for cause in causes
+        if not_shown(cause)
     )
 
 

@@ -55,6 +55,16 @@ def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
     return runs(still)
 
 
+def still(q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray) -> BoolArray:
+    """Return where joints are slow enough to stick, in passing too, (N, n)."""
+    result = np.zeros(q.shape, dtype=np.bool_)
+    for i in range(q.shape[1]):
+        own = np.ascontiguousarray(q[:, i])
+        for begin, end in resting(own, band, _most(i, limit, speed, band)):
+            result[begin:end, i] = True
+    return result
+
+
 def stopping_joints(
     stretches: Sequence[tuple[FloatArray, Band]],
     limit: FloatArray,

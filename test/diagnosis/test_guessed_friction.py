@@ -19,14 +19,14 @@ from sosml_friction.regression.signals import prepare
 WITHOUT = ('cogging', 'backlash', 'joint_elasticity', 'thermal_drift', 'encoder_eccentricity')
 
 
-def diagnosed(model, stribeck=0.0, **settings):
+def diagnosed(model, stribeck=0.0, bias=0.0, **settings):
     """Return the diagnosis of friction 20 s + 200 v, of more at low speed, of a slider [N]."""
 
     def sign(q, v):
         s = dahl_path(q, 4e-5)
         return s * (1.0 + stribeck / 20.0 * np.exp(-np.abs(v) / 0.03))
 
-    log = slider_recording(seed=1, sign=sign)
+    log = slider_recording(lambda v: np.full_like(v, bias), seed=1, sign=sign)
     return diagnose([log], model, None, DiagnosisSettings(nulls=5, **settings), WITHOUT)
 
 
@@ -52,6 +52,14 @@ def test_a_friction_that_is_not_trusted_is_refitted_and_no_cause():
     assert found.refit['slider viscous'] == pytest.approx(-300.0, abs=5.0)
     (cause,) = diagnosed(model, 12.5, trust={'friction': np.inf}).causes
     assert cause.effect == 'stribeck'
+
+
+def test_a_bias_is_told_where_the_friction_is_guessed():
+    found = diagnosed(slider_model(15.0, 500.0), bias=6.0, trust={'friction': np.inf})
+    (cause,) = found.causes
+    assert 'effort_bias' in (cause.effect, *cause.rivals)
+    assert {cause.effect, *cause.rivals} <= {'effort_bias', 'asymmetric_friction'}
+    assert found.refit['slider coulomb'] == pytest.approx(5.0, abs=0.5)
 
 
 @pytest.mark.parametrize(

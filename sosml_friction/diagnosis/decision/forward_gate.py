@@ -38,6 +38,8 @@ def forward_gate(
             break
         selection.accepted = fewer
         selection.rejected = replace(last, failed=(FORWARD_WORSE,))
+        # What masked another one, beside it, does not mask this.
+        selection.masked = None
         selection.fit = refit
         after = without
     return before, after

@@ -108,7 +108,8 @@ def remainder(
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
     residual = far * _residual(fit, fit.baseline)
-    alone = far * _residual(Fit(laboratory.system, fit.target, before), before)
+    alone_fit = Fit(laboratory.system, fit.target, before)
+    alone = far * _residual(alone_fit, before)
     energy = np.array([np.sum(x**2, axis=0) for x in (alone, residual, result.left)])
     named = np.maximum(energy[0] - energy[1], 0.0)
     left = np.where(energy[1] > 0.0, energy[2] / np.where(energy[1] > 0.0, energy[1], 1.0), 1.0)
@@ -117,7 +118,8 @@ def remainder(
     acted = {int(row) for finding in accepted for row in finding.columns.rows}
     own_axes = {(f.effect.free_axis, f.joint) for f in accepted if not f.effect.of_robot}
     found = []
-    for (i, _), (axis, friction), own in zip(curves, axes, result.energy, strict=True):
+    for curve, (axis, friction), own in zip(curves, axes, result.energy, strict=True):
+        i = curve[0]
         feigned = _FEIGNED * laboratory.feigned if axis in (ACCELERATION, LOAD) else 0.0
         # The price of two parameters, as curves that are seen have, and clear evidence.
         price = 2.0 * float(np.log(rows[i]))
@@ -130,7 +132,17 @@ def remainder(
             least = settings.tolerance**2
             # Neither is any friction of the nominal: of 300 recordings one other had such a curve.
             floor = price if friction else floor
-        share = own / max(named[i] + own, 1e-300) if i in acted else 1.0
+        share = 1.0
+        if i in acted:
+            beside = named[i]
+            if own > floor and (axis, i) not in own_axes:
+                # What the curve could stand for speaks for neither.
+                without, with_it = (
+                    float(np.sum(fit_curves(one, [curve], far).left[:, i] ** 2))
+                    for one in (alone_fit, fit)
+                )
+                beside = max(without - with_it, 0.0)
+            share = own / max(beside + own, 1e-300)
         name = f'{FRICTION_BY}{axis}' if friction else axis
         found.append(Leftover(name, i, own, floor, share, least))
     for i in sorted(set(told) - acted):

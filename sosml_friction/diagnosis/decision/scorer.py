@@ -7,13 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.arrays import BoolArray
+from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.rests import still
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -21,9 +24,10 @@ class Scorer:
     """
     Score candidates beside a fit.
 
-    An impossible candidate says that the model is wrong in a way without a name. How friction
-    turns around is no such way: a joint that sticks has any friction up to that of motion, before
-    it moves. So what is beside reversals is no evidence for an impossible one.
+    How friction turns around is no cause: a joint that sticks has any friction up to that of
+    motion, before it moves. So what has no evidence but beside reversals has none, unless it acts
+    there; and what is beside reversals is none for an impossible candidate, which would say that
+    the model is wrong in a way without a name.
     ``refused``: effect and joint of candidates that are impossible whatever their amplitude, and
     why.
     """
@@ -31,7 +35,7 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._far = far_from_reversals(laboratory, laboratory.system.Z)
+        self._far = far_from_reversals(laboratory, laboratory.system.Z) & _moving(laboratory)
         self._last: tuple[Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
@@ -65,11 +69,13 @@ class Scorer:
         """
         fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         objection = effect.implausible(fit) or self.refused.get((effect.identifier, joint), '')
-        if objection:
-            s = self._without_reversals(beside, s, columns)
         rows = float(self.laboratory.known[columns.rows].sum())
         k = max(int((s.amplitude != 0.0).sum()) + len(effect.refined), 1)
-        bic = s.gain - k * np.log(rows) - 2.0 * np.log(grid)
+        price = float(k * np.log(rows) + 2.0 * np.log(grid))
+        if s.gain - price >= BIC_CLOSE and (objection or not effect.at_reversals):
+            far = self._without_reversals(beside, s, columns)
+            s = far if objection or far.gain - price < BIC_CLOSE else s
+        bic = s.gain - price
         return Finding(
             effect, joint, inner, s, columns, float(bic), objection=objection,
             reduced=effect.reduces_to(fit),
@@ -98,3 +104,13 @@ class Scorer:
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)
         return self._finding(fit, effect, joint, inner, s, columns, grid)
+
+
+def _moving(laboratory: WhitenedRegression) -> BoolArray:
+    """Return the whitened rows (rows, n) in which a joint is too fast to stick."""
+    parts = []
+    for signals, rows in zip(laboratory.signals, laboratory.rows.residual, strict=True):
+        band, scales = signals.band, signals.scales
+        stuck = still(signals.q, band, scales.sign_limit, scales.speed)
+        parts.append(~stuck[band.first :: band.factor][: len(rows)][ORDER:])
+    return np.concatenate(parts)

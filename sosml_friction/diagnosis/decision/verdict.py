@@ -8,6 +8,7 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.model.terms.kinds.term import TERMS
 
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
@@ -16,12 +17,28 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
     """Return one of :data:`VERDICTS`; that data are bad is found before there is a selection."""
     if selection.accepted and _causes_are_not_all(selection):
         return 'unknown_structure'
+    if any(not_shown(cause) for cause in causes):
+        return 'unknown_structure'
     # A fault of the data leaves no residual: it does not explain one.
     if any(cause.effect not in FAULTS for cause in causes):
         return 'ambiguous' if any(cause.rivals for cause in causes) else 'named'
     if selection.remainder.beyond_chance or _an_impossible_one_explains_more(selection):
         return 'unknown_structure'
     return 'named' if causes else 'nothing_above_floor'
+
+
+def not_shown(cause: Cause) -> bool:
+    """
+    Tell whether a term by speed may as well be nothing, as far as its interval says.
+
+    Then another function of speed does as well in its place: a drag bends friction as the far end
+    of a Stribeck term does, and no slow motion tells the two apart.
+    """
+    kind = TERMS.classes.get(cause.effect)
+    if kind is None or not kind.one_power or kind.parameter_error or cause.rivals:
+        return False
+    intervals = [cause.parameters[name].interval for name in kind.amplitudes]
+    return any(interval is not None and interval[0] <= 0.0 for interval in intervals)
 
 
 def _causes_are_not_all(selection: Selection) -> bool:
@@ -35,10 +52,16 @@ def _causes_are_not_all(selection: Selection) -> bool:
 
 
 def _an_impossible_one_explains_more(selection: Selection) -> bool:
-    """Tell whether one that is possible was refused for an impossible one that explains more."""
+    """
+    Tell whether one that is possible was refused for an impossible one that explains more.
+
+    Where none is possible, free curves tell what is left: noise of position makes gears of
+    negative stiffness, and friction that is smooth at standstill a negative Stribeck term.
+    """
     rejected = selection.rejected
     return (
         selection.masked is not None
         and rejected is not None
+        and not rejected.objection
         and rejected.score.cv_gain > rejected.floor
     )

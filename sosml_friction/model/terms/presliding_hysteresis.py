@@ -32,6 +32,7 @@ class PreslidingHysteresis(EffortTerm):
     inner: ClassVar[Mapping[str, str]] = {'displacement': '{length}'}
     refined: ClassVar[tuple[str, ...]] = ('displacement',)
     size_known: ClassVar[bool] = False
+    at_reversals: ClassVar[bool] = True
     axis: ClassVar[str] = 'displacement'
     free_axis: ClassVar[str] = 'speed'
 

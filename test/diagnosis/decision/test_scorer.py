@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What counts as evidence for a candidate that is impossible."""
+"""What counts as evidence for a candidate, and what is how friction turns around."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ def laboratory():
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])
-def test_what_is_beside_reversals_is_no_evidence_for_an_impossible_cause(laboratory, sign):
-    """A joint that sticks has less friction than in motion: that is no negative Stribeck term."""
+def test_what_is_beside_reversals_is_evidence_for_those_alone_that_act_there(
+    monkeypatch, laboratory, sign
+):
+    """A joint that sticks has any friction: that is no Stribeck term, of either sign."""
     (columns,) = laboratory.columns
     (candidate,) = laboratory.candidates
     far = far_from_reversals(laboratory, laboratory.system.Z)
@@ -46,4 +48,6 @@ def test_what_is_beside_reversals_is_no_evidence_for_an_impossible_cause(laborat
 
     everywhere, beside = bic(effect), bic(np.where(far, 0.0, effect))
     assert everywhere > 10.0
-    assert (beside > 10.0) == (sign > 0.0)
+    assert beside < 10.0
+    monkeypatch.setattr(Stribeck, 'at_reversals', True)
+    assert (bic(np.where(far, 0.0, effect)) > 10.0) == (sign > 0.0)

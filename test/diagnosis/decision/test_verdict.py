@@ -75,3 +75,18 @@ def test_a_simulated_position_that_changes_by_chance_is_called_that():
     causes = [cause_of('coulomb', True)]
     assert '1e+03 -> 950 mrad (chance)' in told(causes, unmoved(0.95))
     assert '1e+03 -> 500 mrad.' in told(causes, unmoved(0.5))
+
+
+@pytest.mark.parametrize(
+    ('interval', 'verdict'),
+    [(None, 'named'), ((0.1, 0.4), 'named'), ((-0.1, 0.4), 'unknown_structure')],
+)
+def test_a_stribeck_term_that_may_be_nothing_is_some_function_of_speed(interval, verdict):
+    size = Parameter(0.2, 'Nm', 0.05, interval)
+    numbers = {'stribeck_velocity': Parameter(0.3, 'rad/s'), 'exponent': Parameter(1.0, '1')}
+    cause = Cause('stribeck', 'elbow', {'stribeck': size, **numbers}, {})
+    selection = Selection(None, None)
+    assert verdict_of([cause], selection) == verdict
+    sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
+    said = 'elbow depends on speed, but not surely by stribeck, which may be nothing'
+    assert (said in sentence) == (verdict != 'named')

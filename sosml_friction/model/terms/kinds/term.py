@@ -55,7 +55,8 @@ class Term(ABC):
     and what is seen then. ``worn``: it comes with a person or cable and goes with them;
     ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
     ``size_known``: its numbers are right within their errors, not only that it is there;
-    ``unspoken``: parameters that a sentence leaves out.
+    ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: what shows it may be
+    beside reversals alone.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
@@ -82,6 +83,7 @@ class Term(ABC):
     size_known: ClassVar[bool] = True
     with_body: ClassVar[tuple[str, ...]] = ()
     unspoken: ClassVar[tuple[str, ...]] = ()
+    at_reversals: ClassVar[bool] = False
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''
     held_by: ClassVar[tuple[str, ...]] = ()

@@ -36,6 +36,7 @@ class TransmissionTerm(Term):
     """
 
     amplitudes: ClassVar[Mapping[str, str]] = {'amplitude': '1'}
+    at_reversals: ClassVar[bool] = True
     axis = 'effort'
     # Load and inertia in the equation are the nominal body's.
     with_body = ('stiffness',)
