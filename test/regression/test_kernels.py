@@ -160,7 +160,7 @@ def test_columns_of_single_precision_are_multiplied_in_double():
     left = rng.standard_normal((2, 1500))
     assert products(left, C) == pytest.approx(left @ C.astype(float), rel=1e-13, abs=1e-11)
     weights = rng.standard_normal((1, ORDER + 1))
+    wanted = convolve_rows(C[:, None].astype(float), weights)
     whitened = convolve_rows(C[:, None], weights)
     assert whitened.dtype == np.float32
-    wanted = convolve_rows(C[:, None].astype(float), weights)
     assert whitened == pytest.approx(wanted, rel=1e-6, abs=1e-6)
