@@ -31,7 +31,7 @@ from sosml_friction.report.common.table import print_table, terminal_table
 if TYPE_CHECKING:
     from sosml_friction.bags.joint_log import JointLog
 
-JOINTS, EFFECTS = (1, 2, 4, 7), (2, 6, 12, 99)
+JOINTS, EFFECTS = (1, 2, 4, 7), (4, 8, 99)
 #: Duration [s], rate [Hz].
 BY_JOINTS, AS_DEMO = (60.0, 250.0), (46.0, 1000.0)
 
@@ -82,6 +82,7 @@ def run(command: str, n: int, seconds: float, rate: float, effects: int = 99) ->
         check=True,
     )
     found: list[float] = json.loads(done.stdout.splitlines()[-1])
+    print(f'{command}, {n} joints, {seconds:g} s: {found[0]:.1f} s', file=sys.stderr)
     return found
 
 
