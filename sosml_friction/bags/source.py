@@ -68,7 +68,7 @@ def log_source(log: JointLog, name: str) -> Source:
     """Return which recording a log is that no bag holds, by its joints, stamps and samples."""
     digest = hashlib.sha256('\n'.join(log.names).encode())
     for samples in (log.t_ns, log.q, log.v, log.tau, log.temperature):
-        digest.update(b'' if samples is None else samples.tobytes())
+        digest.update(b'' if samples is None else samples.ravel().data)
     return Source(name, digest.hexdigest())
 
 

@@ -7,9 +7,6 @@ from scipy.ndimage import convolve1d
 
 from sosml_friction.arrays import FloatArray
 
-#: Weights from which on Fourier's way is the faster. Chosen, no measurement.
-_LONG = 64
-
 
 def first_derivative(x: FloatArray, step: float) -> FloatArray:
     """Return dx/dt by the five-point rule, its error of order step^4, (N, ...)."""
@@ -31,11 +28,4 @@ def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
     pad = min(len(weights) // 2, len(x) - 1)
     ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
     longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
-    # Fourier would spread what is not known.
-    if len(weights) > _LONG and np.isfinite(x).all():
-        # It takes longer to import than most of what comes here to compute.
-        from scipy.signal import oaconvolve
-
-        whole = oaconvolve(longer, weights.reshape(-1, *[1] * (x.ndim - 1)), 'same', axes=0)
-        return np.asarray(whole[pad : pad + len(x)])
     return np.asarray(convolve1d(longer, weights, axis=0, mode='nearest')[pad : pad + len(x)])

@@ -9,6 +9,8 @@ from sosml_friction.arrays import FloatArray
 
 #: A guess within this share of a bound is at the bound: rounding of double precision, and more.
 _AT = 1e-12
+#: A bound that hurts by less [square root of the cost] holds.
+SAME = 1e-9
 
 
 @njit(cache=True)
@@ -86,7 +88,7 @@ def bounded_from(
                 gain = slope * np.sqrt(1.0 / G[k, k])
                 if state[k] > 0:
                     gain = -gain
-                if gain > worst + 1e-9:
+                if gain > worst + SAME:
                     worst, which = gain, k
         if which < 0:
             break

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
-from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
+from sosml_friction.regression.bounded import SAME, bounded_from, bounded_least_squares
 from sosml_friction.regression.kernels import convolve_rows, products, squares
 from sosml_friction.regression.noise_model import NoiseModel
 
@@ -27,6 +27,9 @@ _FREE = 1e-10
 UNIFORM = 3.0
 #: A deviation this close to its bound, as a share, is at it.
 AT_BOUND = 0.999
+#: Points of a grid whose deviations at bounds are others before these are looked up anew, and the
+#: points of a grid for which that is not worth its inverse. Chosen, no measurement.
+_MISSES = 3
 #: Ridge of a candidate's own columns of norm 1: some grids have collinear columns.
 _REGULAR = 1e-8
 
@@ -363,9 +366,13 @@ def _sweep(
 
     Candidates are not bounded. Amplitudes are eliminated first, so that one small bounded problem
     is left for each point of the grid, solved from the answer before; the first from ``start``.
+    Along a large grid the deviations that are at a bound change seldom: while they do not, the
+    inverse of the others' equations is that without the candidate and a correction of rank k.
     """
     g, k = d.shape
     p = len(r)
+    free, misses = np.zeros(p, dtype=np.bool_), _MISSES
+    K = np.zeros((p, p))
     gains = np.empty(g)
     solutions = np.empty((g, p + k))
     errors = np.empty((g, k))
@@ -384,9 +391,19 @@ def _sweep(
         cross = B[i] * size * scale.reshape(p, 1)
         right = d[i] * size
         solved = np.linalg.solve(own, cross.T)
-        reduced = scaled - cross @ solved
         aim = r * scale - cross @ np.linalg.solve(own, right)
-        x = bounded_from(reduced, aim, low, high, x)
+        known = False
+        if g > _MISSES:
+            if misses >= _MISSES:
+                misses = 0
+                free = (x > low) & (x < high)
+                K = _inverse_of(scaled, free)
+            known, y = _with_free(scaled, cross, own, solved, aim, low, high, free, K, x)
+        if known:
+            x = y
+        else:
+            misses += 1
+            x = bounded_from(scaled - cross @ solved, aim, low, high, x)
         c = np.linalg.solve(own, right - cross.T @ x)
         gains[i] = (
             2.0 * (np.dot(r * scale, x) + np.dot(right, c))
@@ -403,6 +420,59 @@ def _sweep(
         for j in range(k):
             errors[i, j] = np.sqrt(max(covariance[j, j], 0.0)) * size[j]
     return gains, solutions, errors
+
+
+@njit(cache=True)
+def _inverse_of(G: FloatArray, free: BoolArray) -> FloatArray:
+    """Return the inverse of the equations of the free ones, zero elsewhere, (p, p)."""
+    at = np.flatnonzero(free)
+    part = np.empty((len(at), len(at)))
+    for i in range(len(at)):
+        part[i] = G[at[i]][at]
+    inverse = np.linalg.inv(part)
+    result = np.zeros(G.shape)
+    for i in range(len(at)):
+        for j in range(len(at)):
+            result[at[i], at[j]] = inverse[i, j]
+    return result
+
+
+@njit(cache=True)
+def _with_free(
+    G: FloatArray,
+    cross: FloatArray,
+    own: FloatArray,
+    solved: FloatArray,
+    aim: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    free: BoolArray,
+    K: FloatArray,
+    before: FloatArray,
+) -> tuple[bool, FloatArray]:
+    """
+    Return whether the answer has these ``free`` deviations, and the answer if so.
+
+    Of :func:`~sosml_friction.regression.bounded.bounded_from` with G - cross own^-1 cross',
+    by Woodbury's identity; ``solved`` is own^-1 cross', K that of :func:`_inverse_of`.
+    """
+    x = np.where(free, 0.0, before)
+    for i in range(len(x)):
+        if not free[i] and low[i] < before[i] < high[i]:
+            return False, x
+    b = aim - G @ x + cross @ (solved @ x)
+    Kb, Kc = K @ b, K @ cross
+    x += Kb + Kc @ np.linalg.solve(own - cross.T @ Kc, cross.T @ Kb)
+    slope = aim - G @ x + cross @ (solved @ x)
+    for i in range(len(x)):
+        if free[i]:
+            if not low[i] <= x[i] <= high[i]:
+                return False, x
+        elif high[i] > low[i]:
+            pull = slope[i] / np.sqrt(G[i, i] - np.dot(cross[i], solved[:, i]))
+            if pull * (1.0 if x[i] <= low[i] else -1.0) > SAME:
+                return False, x
+    return True, x
 
 
 def falls(

@@ -11,17 +11,24 @@ from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
 _ROWS = 512
 
 
-@njit(cache=True)
 def convolve_rows(x: ColumnArray, weights: FloatArray) -> ColumnArray:
     """
     Return sum_l weights[i, l] x[k + L - 1 - l, i], (K - L + 1, m, c): a FIR filter along rows.
 
-    :param x: (K, m, c), of which the result has the precision; weights: (m, L), the newest
-        sample's first.
+    What is of single precision is overwritten: there is too much of it to have it twice.
+
+    :param x: (K, m, c); weights: (m, L), the newest sample's first.
     """
-    rows, m, c = x.shape
+    count = max(len(x) - weights.shape[1] + 1, 0)
+    result = x[:count] if x.dtype == np.float32 else np.empty((count, *x.shape[1:]))
+    _convolve(x, weights, result)
+    return result
+
+
+@njit(cache=True)
+def _convolve(x: ColumnArray, weights: FloatArray, result: ColumnArray) -> None:
+    m, c = x.shape[1:]
     length = weights.shape[1]
-    result = np.empty((max(rows - length + 1, 0), m, c), x.dtype)
     row = np.empty(c)
     for k in range(len(result)):
         for i in range(m):
@@ -31,8 +38,8 @@ def convolve_rows(x: ColumnArray, weights: FloatArray) -> ColumnArray:
                 w = weights[i, lag]
                 for j in range(c):
                     row[j] += w * x[k + length - 1 - lag, i, j]
+            # No later row needs this one of x.
             result[k, i] = row
-    return result
 
 
 def products(left: FloatArray, columns: ColumnArray) -> FloatArray:

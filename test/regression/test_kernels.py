@@ -12,8 +12,14 @@ from scipy.signal import firwin, lfilter, upfirdn
 from sosml_friction.model.terms.cogging import lines
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.bounded import bounded_from, bounded_least_squares
-from sosml_friction.regression.evidence import CandidateColumns, System, make_blocks, whiten_all
-from sosml_friction.regression.kernels import acts, convolve_rows, hats, squares
+from sosml_friction.regression.evidence import (
+    CandidateColumns,
+    Fit,
+    System,
+    make_blocks,
+    whiten_all,
+)
+from sosml_friction.regression.kernels import acts, convolve_rows, hats, products, squares
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 
 
@@ -123,3 +129,38 @@ def test_a_cause_is_weighed_beside_any_others_whenever_it_was_found():
         late = accepted[3].beside_first(3).beside(system)
         afresh = CandidateColumns.make(system, both, columns[3])
         np.testing.assert_allclose(late.B, afresh.B, rtol=1e-12, atol=1e-10)
+
+
+@pytest.mark.parametrize('bound', [0.02, 0.1, np.inf])
+def test_a_point_of_a_large_grid_has_the_score_that_it_has_alone(bound):
+    """Along a grid it is computed from the points before; bounds hold some deviations or none."""
+    rng = np.random.default_rng(6)
+    rows, p = 420, 8
+    Z = rng.standard_normal((rows, 1, p))
+    y = Z[:, 0] @ rng.normal(0.0, 0.08, p) + 0.2 * rng.standard_normal(rows)
+    system = System.make(Z, np.full(p, bound), np.full(p, np.inf), make_blocks(rows, 14, 7))
+    C = rng.standard_normal((rows, 1, 30, 2))
+    C += (Z @ rng.standard_normal((p, 60))).reshape(C.shape)
+    fit = Fit.make(system, y[:, None])
+    whole = fit.score(CandidateColumns.make(system, np.array([0]), C))
+    alone = [
+        fit.score(CandidateColumns.make(system, np.array([0]), C[:, :, k : k + 1]))
+        for k in range(30)
+    ]
+    assert whole.gains == pytest.approx([one.gain for one in alone], abs=1e-8)
+    assert whole.x == pytest.approx(alone[whole.best].x, abs=1e-8)
+    if np.isfinite(bound):
+        held = [tuple(np.abs(one.x) >= 0.999 * bound) for one in alone]
+        assert len({*held}) > 1
+
+
+def test_columns_of_single_precision_are_multiplied_in_double():
+    rng = np.random.default_rng(7)
+    C = rng.standard_normal((1500, 6)).astype(np.float32)
+    left = rng.standard_normal((2, 1500))
+    assert products(left, C) == pytest.approx(left @ C.astype(float), rel=1e-13, abs=1e-11)
+    weights = rng.standard_normal((1, ORDER + 1))
+    wanted = convolve_rows(C[:, None].astype(float), weights)
+    whitened = convolve_rows(C[:, None], weights)
+    assert whitened.dtype == np.float32
+    assert whitened == pytest.approx(wanted, rel=1e-6, abs=1e-6)
