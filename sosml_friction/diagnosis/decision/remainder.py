@@ -18,6 +18,7 @@ from sosml_friction.diagnosis.decision.leftover import (
     LOAD,
     NEIGHBOURS,
     SPEED,
+    TIME,
     TONE,
     Leftover,
 )
@@ -116,6 +117,7 @@ def remainder(
     explained = np.clip(1.0 - left, 0.0, 1.0)
     # A joint that no cause acts in has none that could be the whole.
     acted = {int(row) for finding in accepted for row in finding.columns.rows}
+    warming = {f.joint for f in accepted if f.effect.axis == TIME}
     own_axes = {(f.effect.free_axis, f.joint) for f in accepted if not f.effect.of_robot}
     found = []
     for curve, (axis, friction), own in zip(curves, axes, result.energy, strict=True):
@@ -135,8 +137,9 @@ def remainder(
         share = 1.0
         if i in acted:
             beside = named[i]
-            if own > floor and (axis, i) not in own_axes:
-                # What the curve could stand for speaks for neither.
+            if own > floor and axis == TIME and i not in warming:
+                # No other cause is a function of time: what such a curve could stand for as well
+                # speaks for neither.
                 without, with_it = (
                     float(np.sum(fit_curves(one, [curve], far).left[:, i] ** 2))
                     for one in (alone_fit, fit)
