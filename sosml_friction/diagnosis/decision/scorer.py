@@ -15,6 +15,7 @@ from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.kernels import runs
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rests import still
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -35,7 +36,7 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._far = far_from_reversals(laboratory, laboratory.system.Z) & _moving(laboratory)
+        self._far = _sliding(laboratory, far_from_reversals(laboratory, laboratory.system.Z))
         self._last: tuple[Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
@@ -106,11 +107,20 @@ class Scorer:
         return self._finding(fit, effect, joint, inner, s, columns, grid)
 
 
-def _moving(laboratory: WhitenedRegression) -> BoolArray:
-    """Return the whitened rows (rows, n) in which a joint is too fast to stick."""
+def _sliding(laboratory: WhitenedRegression, far: BoolArray) -> BoolArray:
+    """
+    Return the whitened rows (rows, n) in which a joint neither turns around nor sticks as it does.
+
+    A joint may stick for long before and after its velocity changes sign: all of such a run is
+    beside the reversal. A motion that is as slow and keeps its direction is a motion.
+    """
     parts = []
     for signals, rows in zip(laboratory.signals, laboratory.rows.residual, strict=True):
         band, scales = signals.band, signals.scales
         stuck = still(signals.q, band, scales.sign_limit, scales.speed)
-        parts.append(~stuck[band.first :: band.factor][: len(rows)][ORDER:])
-    return np.concatenate(parts)
+        parts.append(stuck[band.first :: band.factor][: len(rows)][ORDER:])
+    result = far.copy()
+    for own, stuck in zip(result.T, np.concatenate(parts).T, strict=True):
+        for begin, end in runs(np.ascontiguousarray(stuck)):
+            own[begin:end] &= own[begin:end].all()
+    return result
