@@ -71,11 +71,14 @@ class Scorer:
         fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
         objection = effect.implausible(fit) or self.refused.get((effect.identifier, joint), '')
         rows = float(self.laboratory.known[columns.rows].sum())
-        k = max(int((s.amplitude != 0.0).sum()) + len(effect.refined), 1)
+        amplitudes = int((s.amplitude != 0.0).sum())
+        k = max(amplitudes + len(effect.refined), 1)
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
         if s.gain - price >= BIC_CLOSE and (objection or not effect.at_reversals):
             far = self._without_reversals(beside, s, columns)
-            s = far if objection or far.gain - price < BIC_CLOSE else s
+            # All rows chose the inner parameters: of those far off amplitudes alone are asked.
+            asked = amplitudes * float(np.log(max(self._far.sum(), 1)))
+            s = far if objection or far.gain - asked < BIC_CLOSE else s
         bic = s.gain - price
         return Finding(
             effect, joint, inner, s, columns, float(bic), objection=objection,
