@@ -20,8 +20,8 @@ def format_number(value: float, uncertainty: float = math.nan) -> str:
     """
     Return ``value`` rounded to two significant digits of its uncertainty.
 
-    Without an uncertainty it gets four significant digits. From 1e6 on, and where digits beyond
-    the sixth decimal count, it is in the form 1.2e-07.
+    Without an uncertainty it gets four significant digits. From 1e6 on, and below 0.01 where
+    digits beyond the sixth decimal count, it is in the form 1.2e-07.
 
     :param uncertainty: standard error or the like, in the unit of the value.
     """
@@ -40,7 +40,7 @@ def format_number(value: float, uncertainty: float = math.nan) -> str:
     leading = _leading(rounded)
     # A double has no more than 15 digits to show.
     place = max(place, leading - 14)
-    if leading >= 6 or place < -6:
+    if leading >= 6 or (place < -6 and leading < -2):
         return f'{rounded:.{max(leading - place, 0)}e}'
     return f'{rounded:.{max(0, -place)}f}'
 

@@ -22,11 +22,11 @@ from sosml_friction.diagnosis.decision.leftover import (
     TONE,
     Leftover,
 )
+from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
 from sosml_friction.diagnosis.decision.tone import strongest_tone
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
-from sosml_friction.regression.estimate import far_from_reversals
-from sosml_friction.regression.evidence import Baseline, CandidateColumns, Fit
+from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -88,15 +88,16 @@ class Remainder:
         return [x for x in self.found if x.significant]
 
 
-def remainder(
-    laboratory: WhitenedRegression, before: Baseline, fit: Fit, accepted: Sequence[Finding]
-) -> Remainder:
+def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Finding]) -> Remainder:
     """
     Return what is left beside accepted causes.
 
-    :param before: the fit without causes; ``fit``: with the accepted ones.
+    The nominal is that of the rows in which joints slide, as curves are sought in these alone.
+
+    :param fit: with the accepted causes.
     """
-    far, settings = far_from_reversals(laboratory, laboratory.system.Z), laboratory.settings
+    far, settings = sliding(laboratory), laboratory.settings
+    alone_fit, fit = (fit_within(x, fit.target.y, far) for x in (laboratory.system, fit.system))
     rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
     curves: list[tuple[int, FloatArray]] = []
@@ -108,9 +109,7 @@ def remainder(
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
-    residual = far * _residual(fit, fit.baseline)
-    alone_fit = Fit(laboratory.system, fit.target, before)
-    alone = far * _residual(alone_fit, before)
+    alone, residual = _residual(alone_fit), _residual(fit)
     energy = np.array([np.sum(x**2, axis=0) for x in (alone, residual, result.left)])
     named = np.maximum(energy[0] - energy[1], 0.0)
     left = np.where(energy[1] > 0.0, energy[2] / np.where(energy[1] > 0.0, energy[1], 1.0), 1.0)
@@ -172,8 +171,8 @@ def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:
     return found
 
 
-def _residual(fit: Fit, baseline: Baseline) -> FloatArray:
-    return np.asarray(fit.target.y - fit.system.Z @ baseline.x)
+def _residual(fit: Fit) -> FloatArray:
+    return np.asarray(fit.target.y - fit.system.Z @ fit.baseline.x)
 
 
 def _tones(

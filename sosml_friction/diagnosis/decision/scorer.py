@@ -7,17 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from sosml_friction.arrays import BoolArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
-from sosml_friction.regression.estimate import far_from_reversals
-from sosml_friction.regression.evidence import CandidateColumns, Fit, Score, System
+from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
-from sosml_friction.regression.kernels import runs
-from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.rests import still
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -36,7 +32,7 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._far = _sliding(laboratory, far_from_reversals(laboratory, laboratory.system.Z))
+        self._far = sliding(laboratory)
         self._last: tuple[Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
@@ -88,10 +84,7 @@ class Scorer:
     def _without_reversals(self, beside: Fit, s: Score, columns: CandidateColumns) -> Score:
         """Return a score with what the rows that are far from reversals say of its gains."""
         if self._last is None or self._last[0] is not beside:
-            system = beside.system
-            Z = self._far[:, :, None] * system.Z
-            far = System.make(Z, system.bound, system.prior, system.blocks)
-            self._last = beside, Fit.make(far, self._far * beside.target.y)
+            self._last = beside, fit_within(beside.system, beside.target.y, self._far)
         fit = self._last[1]
         C = columns.C[:, :, s.best : s.best + 1] * self._far[:, columns.rows, None, None]
         there = fit.score(CandidateColumns.make(fit.system, columns.rows, C))
@@ -108,22 +101,3 @@ class Scorer:
             return replace(finding, columns=columns)
         grid = next(len(c.grid) for c in self.laboratory.candidates if c.key == finding.key)
         return self._finding(fit, effect, joint, inner, s, columns, grid)
-
-
-def _sliding(laboratory: WhitenedRegression, far: BoolArray) -> BoolArray:
-    """
-    Return the whitened rows (rows, n) in which a joint neither turns around nor sticks as it does.
-
-    A joint may stick for long before and after its velocity changes sign: all of such a run is
-    beside the reversal. A motion that is as slow and keeps its direction is a motion.
-    """
-    parts = []
-    for signals, rows in zip(laboratory.signals, laboratory.rows.residual, strict=True):
-        band, scales = signals.band, signals.scales
-        stuck = still(signals.q, band, scales.sign_limit, scales.speed)
-        parts.append(stuck[band.first :: band.factor][: len(rows)][ORDER:])
-    result = far.copy()
-    for own, stuck in zip(result.T, np.concatenate(parts).T, strict=True):
-        for begin, end in runs(np.ascontiguousarray(stuck)):
-            own[begin:end] &= own[begin:end].all()
-    return result

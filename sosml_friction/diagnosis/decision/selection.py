@@ -46,4 +46,4 @@ class Selection:
 
     def judge_remainder(self, laboratory: WhitenedRegression) -> None:
         """Find what is left beside the causes that are accepted now."""
-        self.remainder = remainder(laboratory, self.before, self.fit, self.accepted)
+        self.remainder = remainder(laboratory, self.fit, self.accepted)

@@ -1,0 +1,42 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Where joints slide: what is beside reversals says little of a cause."""
+
+import numpy as np
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.regression.estimate import far_from_reversals
+from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.rests import still
+from sosml_friction.regression.whitened import WhitenedRegression
+
+
+def sliding(laboratory: WhitenedRegression) -> BoolArray:
+    """
+    Return the whitened rows (rows, n) in which a joint neither turns around nor sticks as it does.
+
+    A joint may stick for long before and after its velocity changes sign: all of such a run is
+    beside the reversal. A motion that is as slow and keeps its direction is a motion.
+    """
+    parts = []
+    for signals, rows in zip(laboratory.signals, laboratory.rows.residual, strict=True):
+        band, scales = signals.band, signals.scales
+        stuck = still(signals.q, band, scales.sign_limit, scales.speed)
+        parts.append(stuck[band.first :: band.factor][: len(rows)][ORDER:])
+    result = far_from_reversals(laboratory, laboratory.system.Z)
+    for own, stuck in zip(result.T, np.concatenate(parts).T, strict=True):
+        for begin, end in runs(np.ascontiguousarray(stuck)):
+            own[begin:end] &= own[begin:end].all()
+    return result
+
+
+def fit_within(system: System, y: FloatArray, rows: BoolArray) -> Fit:
+    """
+    Return the fit of whitened rows ``y`` (rows, n) that some of them (rows, n) alone would have.
+
+    The others may have pushed parameters of the nominal to a bound.
+    """
+    own = System.make(rows[:, :, None] * system.Z, system.bound, system.prior, system.blocks)
+    return Fit.make(own, rows * y)
