@@ -90,6 +90,7 @@ validate: $(STAMP)
 	  test/identification/test_identifiability.py test/study/test_targets.py \
 	  test/identification/test_emulated_quantisation.py test/identification/test_busy_machine.py \
 	  test/identification/test_emulated_trajectories.py test/identification/test_rippling_loop.py \
+	  test/identification/test_ripple.py \
 	  test/diagnosis/test_sizes.py test/validation/test_campaign.py
 
 .PHONY: campaign
