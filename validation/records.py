@@ -204,7 +204,8 @@ def damiao(data: Path, tool: Tool) -> Iterator[Row]:
         ('it saturates', 'at the limit of its speed'),
     ):
         at = said.find(word)
-        clause = said[max(0, at - 60) : at + len(word)] if at >= 0 else 'not said'
+        begin = max(said.rfind(mark, 0, at) for mark in (': ', ', ')) + 2
+        clause = said[begin : at + len(word)] if at >= 0 else 'not said'
         yield Row('Damiao motor 3', what, 'told', clause, word in said)
 
 
