@@ -284,15 +284,20 @@ RECORDS: dict[str, Callable[[Path, Tool], Iterator[Row]]] = {
 }
 
 
-def main() -> int:
-    """Print the table as Markdown; return 1 if a bar is missed."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def add_data(parser: argparse.ArgumentParser) -> None:
+    """Add the option that says where the records are."""
     parser.add_argument(
         '--data',
         type=Path,
         default=Path(os.environ.get('SOSML_FRICTION_DATA', '../shared/data')),
         help='folder of the records (SOSML_FRICTION_DATA, else ../shared/data)',
     )
+
+
+def main() -> int:
+    """Print the table as Markdown; return 1 if a bar is missed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    add_data(parser)
     parser.add_argument('--only', help=f'one of {", ".join(RECORDS)}')
     arguments = parser.parse_args()
     missed = 0

@@ -11,7 +11,6 @@ changed (temperature, load, place) differs too: a small p says that the interval
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -26,7 +25,7 @@ import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.law.law_fit import LawFit
-from validation.records import Tool
+from validation.records import Tool, add_data
 
 _MAPS = Path(__file__).resolve().parents[1] / 'config' / 'import'
 _ROTORS = (0.0, 3.7434, 0.0, 0.0708, 0.2342, 0.4365)
@@ -122,12 +121,7 @@ def compare(one: LawFit, other: LawFit) -> tuple[list[str], float, float]:
 def main() -> int:
     """Print the table as Markdown."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        '--data',
-        type=Path,
-        default=Path(os.environ.get('SOSML_FRICTION_DATA', '../shared/data')),
-        help='folder of the records (SOSML_FRICTION_DATA, else ../shared/data)',
-    )
+    add_data(parser)
     data = parser.parse_args().data.resolve()
     print('| record | joint | parameters, one and other | d^2 | p |\n|---|---|---|---|---|')
     with tempfile.TemporaryDirectory() as scratch:
