@@ -70,7 +70,8 @@ class Scorer:
         amplitudes = int((s.amplitude != 0.0).sum())
         k = max(amplitudes + len(effect.refined), 1)
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
-        if s.gain - price >= BIC_CLOSE and (objection or not effect.at_reversals):
+        told = not effect.at_reversals or (objection and not effect.reversals_alone)
+        if s.gain - price >= BIC_CLOSE and told:
             far = self._without_reversals(beside, s, columns)
             # All rows chose the inner parameters: of those far off amplitudes alone are asked.
             asked = amplitudes * float(np.log(max(self._far.sum(), 1)))

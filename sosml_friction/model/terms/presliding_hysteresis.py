@@ -33,6 +33,7 @@ class PreslidingHysteresis(EffortTerm):
     refined: ClassVar[tuple[str, ...]] = ('displacement',)
     size_known: ClassVar[bool] = False
     at_reversals: ClassVar[bool] = True
+    reversals_alone: ClassVar[bool] = True
     axis: ClassVar[str] = 'displacement'
     free_axis: ClassVar[str] = 'speed'
 

@@ -56,7 +56,7 @@ class Term(ABC):
     ``with_body``: inner parameters that are in proportion to the nominal body, and as wrong;
     ``size_known``: its numbers are right within their errors, not only that it is there;
     ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: what shows it may be
-    beside reversals alone.
+    beside reversals alone; ``reversals_alone``: it acts nowhere else.
 
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
@@ -84,6 +84,7 @@ class Term(ABC):
     with_body: ClassVar[tuple[str, ...]] = ()
     unspoken: ClassVar[tuple[str, ...]] = ()
     at_reversals: ClassVar[bool] = False
+    reversals_alone: ClassVar[bool] = False
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''
     held_by: ClassVar[tuple[str, ...]] = ()
