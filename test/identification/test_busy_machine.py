@@ -112,11 +112,7 @@ def test_what_is_identified_is_within_the_bounds_of_an_idle_machine(lockstep):
 
 @pytest.mark.skipif(not FULL, reason='6 minutes: make validate')
 def test_intervals_hold_though_effort_was_lost():
-    """
-    Of 95 % intervals, fewer than the bound would be seen once in 1000 campaigns.
-
-    Also where nobody says how it was lost: the whole change from the hold is unsure.
-    """
+    """Of 95 % intervals, fewer than the bound would be seen once in 1000 campaigns."""
     robot = nominal_robot()
     truth = read_model(share_directory() / 'config' / 'emulated_exoskeleton')
     held, total = 0, 0
