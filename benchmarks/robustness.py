@@ -12,7 +12,6 @@ the first half second, mean over seeds. Run with ``make robustness`` (a minute o
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from typing import NamedTuple
 
@@ -27,6 +26,7 @@ from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.table import print_table, terminal_table
 from sosml_friction.study.condition import encoder_noise, observe
 from sosml_friction.study.motion import POSTURE, Reference, reversal, slow
+from sosml_friction.study.parallel import run_all, workers
 from sosml_friction.study.plant import (
     PERIOD,
     SMOOTHING_VELOCITY,
@@ -119,8 +119,8 @@ def errors(world: World) -> dict[str, tuple[float, float]]:
 
 def main() -> None:
     """Print the table."""
-    with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(errors, WORLDS))
+    with workers(2) as pool:
+        results = run_all(pool, errors, WORLDS)
     print(
         f'RMSE of the shoulder [mNm], one gain set by recipe: mean (std) over {len(SEEDS)} seeds'
     )

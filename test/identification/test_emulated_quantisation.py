@@ -12,7 +12,6 @@ length with more seeds and prints the table.
 from __future__ import annotations
 
 import os
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +21,7 @@ from lockstep import (
     emulated_exoskeleton,
     nominal_robot,
 )
+from over_seeds import over_seeds
 from shipped_observers import settings_of, shipped_estimator
 
 from sosml_friction.bags.joint_log import JointLog
@@ -140,11 +140,7 @@ def truth() -> dict[str, float]:
 @pytest.fixture(scope='module')
 def errors() -> dict[tuple[str, str], np.ndarray]:
     """Return relative errors (seeds,) by way of measuring and parameter, and print the table."""
-    if SEEDS == 1:
-        runs = [identify(0)]
-    else:
-        with ProcessPoolExecutor(2) as pool:
-            runs = list(pool.map(identify, range(SEEDS)))
+    runs = over_seeds(__file__, 'identify', range(SEEDS))
     known = truth()
     table = {key: np.array([run[key] for run in runs]) for key in runs[0]}
     print(f'\nT1 and T3 through the wire, {JOINT}, SOSML, {SEEDS} seeds')

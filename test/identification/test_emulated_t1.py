@@ -10,7 +10,6 @@ the table.
 from __future__ import annotations
 
 import os
-from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from lockstep import (
     nominal_robot,
 )
 from lockstep_run import run_lockstep
+from over_seeds import over_seeds
 from scipy.stats import binom
 from shipped_observers import settings_of, shipped_estimator
 
@@ -60,8 +60,7 @@ def identify(seed: int) -> dict[tuple[str, str, str], tuple[float, float, float,
 @pytest.fixture(scope='module')
 def results() -> dict[tuple[str, str, str], np.ndarray]:
     """Return (seeds, 4) by joint, observer and parameter, and print the table."""
-    with ProcessPoolExecutor(2) as pool:
-        runs = list(pool.map(identify, range(SEEDS)))
+    runs = over_seeds(__file__, 'identify', range(SEEDS))
     table = {key: np.array([run[key] for run in runs]) for key in runs[0]}
     truth = truths()
     print(f'\nT1 on the emulated exoskeleton, {SEEDS} seeds, method auto')

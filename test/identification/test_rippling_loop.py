@@ -10,14 +10,13 @@ cores); ``make validate`` runs it. Seeds 1 to 10 were used for development, thes
 from __future__ import annotations
 
 import os
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
 from lockstep import emulated_exoskeleton, nominal_robot
 from lockstep_run import run_lockstep
+from over_seeds import over_seeds
 from scipy.stats import binom
 
 from sosml_friction.bags.joint_log import JointLog
@@ -134,10 +133,10 @@ def identify(seed: int, rippling: bool) -> Run:
 def runs() -> dict[str, list[Run]]:
     """Return what each plant has by seed, and print tables."""
     seeds = range(101, 101 + SEEDS)
-    found = {}
-    with ProcessPoolExecutor(min(2, SEEDS)) as pool:
-        for plant, rippling in PLANTS.items():
-            found[plant] = list(pool.map(partial(identify, rippling=rippling), seeds))
+    found = {
+        plant: over_seeds(__file__, 'identify', seeds, rippling)
+        for plant, rippling in PLANTS.items()
+    }
     for plant, some in found.items():
         fits = [one for one, _, _ in some]
         for title in BAGS:
