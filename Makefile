@@ -155,7 +155,7 @@ lint: $(STAMP)
 
 .PHONY: clean
 clean:
-	@rm -rf $(VENV) build install log dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .numba_cache
+	@rm -rf $(VENV) build install log dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamp comes last, so an installation that was cut short does not count.

@@ -20,20 +20,10 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.study.run import Study, StudySettings, run_study
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-CACHES = REPOSITORY / '.numba_cache'
 # gw0, gw1, ... in a process that runs its share of the tests (pytest -n), empty in any other.
 WORKER = os.environ.get('PYTEST_XDIST_WORKER', '')
 # The niceness of a worker's tests that do not need to be on time.
 BEHIND = min(os.getpriority(os.PRIO_PROCESS, 0) + 5, 19)
-
-# Numba takes a compiled function from its cache until its own file changes, not one that it calls.
-# Only where workers are not yet or never started.
-if not WORKER:
-    _sources = max(path.stat().st_mtime for path in (REPOSITORY / 'sosml_friction').rglob('*.py'))
-    for _folder in (REPOSITORY / 'sosml_friction', CACHES):
-        for _cached in _folder.rglob('*.nbi'):
-            if _cached.stat().st_mtime < _sources:
-                _cached.unlink(missing_ok=True)
 
 # The first example of a test may have to compile; no test judges by the clock, none draws a seed.
 settings.register_profile('no_clock', deadline=None, derandomize=True)
@@ -55,11 +45,7 @@ def pytest_xdist_setupnodes(specs: list[Any]) -> None:
     for number, spec in enumerate(specs):
         # The other cores are the other workers'.
         spec.env.setdefault('OPENBLAS_NUM_THREADS', '1')
-        if number == 0:
-            continue
-        # Two processes that compile one function for two types at once can mix up its entries.
-        spec.env['NUMBA_CACHE_DIR'] = str(CACHES / f'worker_{number}')
-        if domain is not None:
+        if number and domain is not None:
             # Nodes of one worker do not hear those of another: strides meet after 101, a prime.
             spec.env['ROS_DOMAIN_ID'] = str((int(domain) - 1 + 37 * number) % 101 + 1)
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
-    ('arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'),
+    ('arrays', 'compiled', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'),
     ('model',),
     ('bags',),
     ('observers',),
@@ -31,6 +31,7 @@ LAYERS = (
 #: A layer that may know less than all that is below it.
 ONLY = {
     'arrays': set(),
+    'compiled': set(),
     'exceptions': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},

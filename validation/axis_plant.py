@@ -15,8 +15,9 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
-from numba import njit
 from scipy.signal import butter, sosfiltfilt
+
+from sosml_friction.compiled import compiled
 
 STEP, CONTROL, RECORD = 25e-6, 20, 80
 PERIOD = RECORD * STEP
@@ -140,7 +141,7 @@ def moves(seed: int, duration: float = 70.0) -> np.ndarray:
     return np.concatenate(parts)[: int(duration / dt)]
 
 
-@njit(cache=True)
+@compiled
 def _run(reference: np.ndarray, number: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return position, velocity and force of the motor at the rate of recording."""
     (motor, carriage, coulomb, viscous, asymmetry, stribeck, slow, tight, root, drag, more, when,

@@ -99,16 +99,9 @@ def reason(survivors: Sequence[dict[str, str]], old: str, new: str) -> str:
     )
 
 
-def forget_compiled(copy: Path) -> None:
-    """Delete what is compiled: Numba does not see that a function it calls has changed."""
-    for path in copy.rglob('*.nb[ic]'):
-        path.unlink()
-
-
 def run(path: str, plan: dict, copy: Path) -> Iterator[tuple[bool, str, str]]:
     """Yield whether each change was noticed, what it is, and why it need not be."""
     source = (copy / path).read_text(encoding='utf-8')
-    compiled = 'njit' in source
     tests = shlex.join([sys.executable, '-m', 'pytest', '-qx', '-p', 'no:cacheprovider'])
     command = f'{tests} {shlex.join(plan["tests"])}'
     start = time.monotonic()
@@ -122,14 +115,10 @@ def run(path: str, plan: dict, copy: Path) -> Iterator[tuple[bool, str, str]]:
         init([Path(path)], db, {})
         todo = mutations(db, source)
     for mutation in todo:
-        if compiled:
-            forget_compiled(copy)
         result = mutate_and_test([mutation], command, timeout)
         old, new = changed_lines(result.diff or '')
         says = f'{path}:{mutation.start_pos[0]}: {old}  ->  {new}'
         yield result.is_killed, says, reason(plan.get('survivors', ()), old, new)
-    if compiled:
-        forget_compiled(copy)
 
 
 def main() -> int:

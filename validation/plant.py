@@ -15,8 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from scipy.signal import lfilter
+
+from sosml_friction.compiled import compiled
 
 PERIOD, SUBSTEPS = 2e-3, 10
 #: First moments and inertias about the joint of each body, length of the upper arm, gravity.
@@ -110,7 +111,7 @@ class Run:
     tau: np.ndarray
 
 
-@njit(cache=True)
+@compiled
 def inertia(body, elbow):
     """Return m11, m12 and m22 of bodies without rotors, at a position of the elbow."""
     _, second, i1, i2, m2 = body
@@ -118,7 +119,7 @@ def inertia(body, elbow):
     return i1 + i2 + m2 * L1**2 + 2.0 * across, i2 + across, i2
 
 
-@njit(cache=True)
+@compiled
 def forces(body, q, v, tilt):
     """Return what Coriolis effect and gravity need (2,) of bodies whose base is tilted."""
     first, second, _, _, m2 = body
@@ -128,7 +129,7 @@ def forces(body, q, v, tilt):
     return upper + hang - h * (2.0 * v[0] * v[1] + v[1] ** 2), hang + h * v[0] ** 2
 
 
-@njit(cache=True)
+@compiled
 def effort_of(body, q, v, a, armature):
     """Return the effort (2,) of a motion without friction, rotors included."""
     m11, m12, m22 = inertia(body, q[1])
@@ -139,7 +140,7 @@ def effort_of(body, q, v, a, armature):
     )
 
 
-@njit(cache=True)
+@compiled
 def _run(reference, speed, acceleration, par, body, tilt, two_mass, extra, nominal, kp, kd):
     """Return position and speed of the motors and the effort at the controller's samples."""
     count = len(reference)

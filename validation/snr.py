@@ -22,9 +22,9 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from scipy.optimize import lsq_linear
 
+from sosml_friction.compiled import compiled
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.regression.band import Band
 from validation import plant as bp
@@ -38,7 +38,7 @@ USUAL_BAND = 22.5
 TOLERANCE, _ASKEW = 0.035, 0.3
 
 
-@njit(cache=True)
+@compiled
 def _nominal(q, v, a, body, slip):
     """Return the nominal effort (N, 2) along a measured motion."""
     share = np.array([0.4, 0.3, 0.2, 0.1])

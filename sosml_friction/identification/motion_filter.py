@@ -3,12 +3,12 @@
 """A Kalman filter over position, velocity and friction, and its way back, compiled."""
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def smooth_motion(
     h: FloatArray,
     q: FloatArray,
@@ -128,7 +128,7 @@ def smooth_motion(
     return v, spread, likelihood
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _transition(
     h: float,
     mobility: FloatArray,
@@ -165,7 +165,7 @@ def _transition(
         A[2 * n + i, 2 * n + i] = kept
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _solve_both(M: FloatArray, F: FloatArray, G: FloatArray) -> None:
     """Overwrite F and G with their solutions of M Y = F and M Y = G; M is lost."""
     n = len(M)
@@ -193,7 +193,7 @@ def _solve_both(M: FloatArray, F: FloatArray, G: FloatArray) -> None:
                     G[a, b] -= factor * G[c, b]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _predict(
     n: int,
     half: float,
@@ -225,7 +225,7 @@ def _predict(
         P[2 * n + i, 2 * n + i] += friction[i] * (1.0 - kept**2)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _turn(
     A: FloatArray, x: FloatArray, P: FloatArray, moved: FloatArray, work: FloatArray
 ) -> None:

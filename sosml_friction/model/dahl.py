@@ -10,9 +10,9 @@ stiff, and it does not creep under a constant load as a smooth sign does.
 import math
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 
 def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -> FloatArray:
@@ -25,7 +25,7 @@ def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -
     return np.asarray(target + (z - target) * np.exp(-np.abs(dx) / displacement))
 
 
-@njit(cache=True)
+@compiled
 def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
     """
     Return z (N,), between -1 and 1, along a path x (N,) from z = 0.

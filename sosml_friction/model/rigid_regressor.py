@@ -12,13 +12,13 @@ and joint i, of the screw S_i, carries S_i . (moment, force) of all bodies beyon
 """
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.rigid_terms import place, work_space
 
 
-@njit(cache=True)
+@compiled
 def rigid_regressor(
     tree: FloatArray, bodies: IndexArray, q: FloatArray, v: FloatArray, a: FloatArray
 ) -> FloatArray:
@@ -96,14 +96,14 @@ def rigid_regressor(
     return result
 
 
-@njit(cache=True)
+@compiled
 def _add_cross(size: float, x: FloatArray, y: FloatArray, to: FloatArray) -> None:
     to[0] += size * (x[1] * y[2] - x[2] * y[1])
     to[1] += size * (x[2] * y[0] - x[0] * y[2])
     to[2] += size * (x[0] * y[1] - x[1] * y[0])
 
 
-@njit(cache=True)
+@compiled
 def _turn(R: FloatArray, x: FloatArray, to: FloatArray) -> None:
     for k in range(3):
         to[k] = R[k, 0] * x[0] + R[k, 1] * x[1] + R[k, 2] * x[2]

@@ -16,16 +16,16 @@ base's origin and in its axes, where they add up without a transformation.
 import math
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 #: Numbers of :func:`rigid_terms` for each joint: rotation, origin, screw (turning, sliding), twist
 #: likewise, mass, mass times centre, inertia (xx, xy, xz, yy, yz, zz), angular momentum, linear.
 WORK = 40
 
 
-@njit(cache=True)
+@compiled
 def rigid_terms(
     tree: FloatArray,
     q: FloatArray,
@@ -97,7 +97,7 @@ def rigid_terms(
         p[i] = total
 
 
-@njit(cache=True)
+@compiled
 def place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float) -> None:
     """Write where a joint and its body are, how they move, and the body's inertia and momentum."""
     angle, rate = b[50] * q + b[51], b[50] * v
@@ -147,7 +147,7 @@ def place(b: FloatArray, parent: FloatArray, w: FloatArray, q: float, v: float) 
     w[39] = mass * vz + ox * cy - oy * cx
 
 
-@njit(cache=True)
+@compiled
 def work_space(tree: FloatArray) -> FloatArray:
     """Return the ``work`` of :func:`rigid_terms`."""
     return np.empty((len(tree), WORK))

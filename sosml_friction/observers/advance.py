@@ -5,9 +5,9 @@
 import math
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.rigid_terms import rigid_terms, work_space
 
 #: What became of a sample: with the stamp of the one before; nothing usable, no start; a start;
@@ -22,7 +22,7 @@ OUTCOME = 7
 BEGUN, STAMP, RUNNING, SAMPLES, REPEATS, RETURNS, GAPS, NOT_FINITE, LACKS = range(9)
 
 
-@njit(cache=True)
+@compiled
 def advance(
     tree: FloatArray,
     weights: FloatArray,

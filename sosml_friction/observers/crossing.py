@@ -18,12 +18,12 @@ out, because with it a joint that is held would cross without end.
 import math
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def crossing_probability(
     x: FloatArray, P: FloatArray, mobility_row: FloatArray, forcing: FloatArray, h: float
 ) -> float:

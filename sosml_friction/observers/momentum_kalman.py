@@ -19,14 +19,14 @@ become asymmetric.
 """
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.momentum_samples import Columns
 
 
-@njit(cache=True)
+@compiled
 def measurement_variance(inertia_row: FloatArray, position_noise: FloatArray) -> float:
     """
     Return R_i = sum_j M_ij^2 s_j^2 [Nm^2 s^4], how encoder noise of all joints enters X_i.
@@ -41,7 +41,7 @@ def measurement_variance(inertia_row: FloatArray, position_noise: FloatArray) ->
     return variance
 
 
-@njit(cache=True)
+@compiled
 def begin(x: FloatArray, P: FloatArray, p: float, R: float, h: float, q: float) -> None:
     """
     Write the state at a start, in place: momentum ``p`` as measured, tau_e zero.
@@ -63,7 +63,7 @@ def begin(x: FloatArray, P: FloatArray, p: float, R: float, h: float, q: float) 
     P[2, 2] = q
 
 
-@njit(cache=True)
+@compiled
 def predict(x: FloatArray, P: FloatArray, h: float, u: float, integral: float, q: float) -> None:
     """
     Advance state and covariance over one interval, in place, exactly for held u and white w.
@@ -95,7 +95,7 @@ def predict(x: FloatArray, P: FloatArray, h: float, u: float, integral: float, q
     P[2, 1] = P[1, 2]
 
 
-@njit(cache=True)
+@compiled
 def update(x: FloatArray, P: FloatArray, R: float) -> tuple[float, float]:
     """
     Take the measurement that x[0] is zero, in place.
@@ -124,13 +124,13 @@ def update(x: FloatArray, P: FloatArray, R: float) -> tuple[float, float]:
     return innovation, S
 
 
-@njit(cache=True)
+@compiled
 def is_finite(x: FloatArray) -> bool:
     """Return whether a joint has an estimate; if not it has to start afresh."""
     return bool(np.isfinite(x[0]) and np.isfinite(x[1]) and np.isfinite(x[2]))
 
 
-@njit(cache=True)
+@compiled
 def estimate_or_restart(x: FloatArray, begun: BoolArray, joint: int, p: float) -> float:
     """
     Return a joint's tau_e; NaN if its state is not finite, and it then begins afresh at ``p``.
@@ -145,7 +145,7 @@ def estimate_or_restart(x: FloatArray, begun: BoolArray, joint: int, p: float) -
     return np.nan
 
 
-@njit(cache=True)
+@compiled
 def run_filter(
     x: FloatArray,
     P: FloatArray,

@@ -4,12 +4,11 @@
 
 import math
 
-from numba import njit
-
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def take_plain_sample(
     t_s: float,
     sample: FloatArray,

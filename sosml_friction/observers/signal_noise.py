@@ -3,10 +3,10 @@
 """Resolution and white noise of a sampled signal, from its differences."""
 
 import numpy as np
-from numba import njit
 from scipy.special import comb
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 
 def difference_noise(difference: FloatArray, order: int) -> FloatArray:
@@ -22,7 +22,7 @@ def difference_noise(difference: FloatArray, order: int) -> FloatArray:
     return np.asarray(1.4826 * np.median(np.abs(difference), axis=0) / gain)
 
 
-@njit(cache=True)
+@compiled
 def seen_noise(signals: FloatArray) -> FloatArray:
     """
     Return the quantum and the standard deviation of white noise of each column, (2, n).

@@ -3,9 +3,9 @@
 """Least squares within bounds, from the normal equations."""
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 #: A guess within this share of a bound is at the bound: rounding of double precision, and more.
 _AT = 1e-12
@@ -13,7 +13,7 @@ _AT = 1e-12
 SAME = 1e-9
 
 
-@njit(cache=True)
+@compiled
 def bounded_least_squares(
     G: FloatArray, r: FloatArray, low: FloatArray, high: FloatArray
 ) -> FloatArray:
@@ -29,7 +29,7 @@ def bounded_least_squares(
     return bounded_from(G, r, low, high, x)
 
 
-@njit(cache=True)
+@compiled
 def bounded_from(
     G: FloatArray, r: FloatArray, low: FloatArray, high: FloatArray, start: FloatArray
 ) -> FloatArray:

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
+from sosml_friction.compiled import compiled
 from sosml_friction.regression.bounded import SAME, bounded_from, bounded_least_squares
 from sosml_friction.regression.kernels import convolve_rows, products, squares
 from sosml_friction.regression.noise_model import NoiseModel
@@ -351,7 +351,7 @@ class Fit:
         )
 
 
-@njit(cache=True)
+@compiled
 def _sweep(
     G: FloatArray,
     r: FloatArray,
@@ -422,7 +422,7 @@ def _sweep(
     return gains, solutions, errors
 
 
-@njit(cache=True)
+@compiled
 def _inverse_of(G: FloatArray, free: BoolArray) -> FloatArray:
     """Return the inverse of the equations of the free ones, zero elsewhere, (p, p)."""
     at = np.flatnonzero(free)
@@ -437,7 +437,7 @@ def _inverse_of(G: FloatArray, free: BoolArray) -> FloatArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def _with_free(
     G: FloatArray,
     cross: FloatArray,

@@ -3,9 +3,9 @@
 """Loops over columns, compiled: whitening, sums of squares, lines in position, hats."""
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
+from sosml_friction.compiled import compiled
 
 #: Rows of single precision that are made double at a time. Chosen, no measurement.
 _ROWS = 512
@@ -25,7 +25,7 @@ def convolve_rows(x: ColumnArray, weights: FloatArray) -> ColumnArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def _convolve(x: ColumnArray, weights: FloatArray, result: ColumnArray) -> None:
     m, c = x.shape[1:]
     length = weights.shape[1]
@@ -52,7 +52,7 @@ def products(left: FloatArray, columns: ColumnArray) -> FloatArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def squares(part: ColumnArray) -> FloatArray:
     """Return sum over rows and joints of part' part at each point of a grid, (g, k, k)."""
     rows, m, g, k = part.shape
@@ -71,7 +71,7 @@ def squares(part: ColumnArray) -> FloatArray:
     return result
 
 
-@njit(cache=True)
+@compiled
 def hats(x: FloatArray, knots: FloatArray) -> FloatArray:
     """
     Return hat functions of x, (N, knots): 1 at their knot, 0 at the others, lines between.

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
@@ -104,7 +104,7 @@ def _acceleration(known: tuple[float, ...], t: float, q: float, v: float) -> flo
     return float((effort - bias - B * v - C * np.tanh(v / v0)) / M)
 
 
-@njit(cache=True)
+@compiled
 def _run(
     theta: FloatArray,
     reference: FloatArray,

@@ -5,14 +5,14 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from numba import njit
 from numba.extending import register_jitable
+
+from sosml_friction.compiled import compiled
 
 #: A number, in compiled code, or an array of any shape.
 State = TypeVar('State')
 
 
-# Numba keeps compiled callers by their own file's date: after a change here remove __pycache__.
 @register_jitable  # type: ignore[untyped-decorator]
 def runge_kutta_step(
     acceleration: Callable[[Any, float, State, State], State],
@@ -42,12 +42,12 @@ def runge_kutta_step(
     return _sum(q, v, v2, v3, v4, a1, a2, a3, a4, h)
 
 
-@njit(cache=True)
+@compiled
 def _ahead(q: Any, v: Any, speed: Any, a: Any, h: float) -> Any:
     return q + h * speed, v + h * a
 
 
-@njit(cache=True)
+@compiled
 def _sum(
     q: Any, v: Any, v2: Any, v3: Any, v4: Any, a1: Any, a2: Any, a3: Any, a4: Any, h: float
 ) -> Any:

@@ -3,10 +3,10 @@
 """One joint of a robot, driven by its measured effort in many windows."""
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.simulation.integrator import runge_kutta_step
 
@@ -20,7 +20,7 @@ def _acceleration(known: tuple[float, ...], t: float, q: float, v: float) -> flo
     return float((force - friction - mass_rate * v - other_rate) / (mass + t * mass_rate))
 
 
-@njit(cache=True)
+@compiled
 def simulate_joint_windows(
     theta: FloatArray,
     x0: FloatArray,

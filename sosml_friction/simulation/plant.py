@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.stribeck import fade
@@ -71,7 +71,7 @@ _COLUMNS = (
     'coulomb', 'viscous', 'stribeck', 'bias', 'viscous_asymmetry', 'stribeck_asymmetry',
     'stribeck_velocity', 'exponent',
 )  # fmt: skip
-_fade = njit(cache=True)(fade)
+_fade = compiled(fade)
 
 
 def friction_table(laws: Sequence[FrictionLaw]) -> FloatArray | None:
@@ -87,7 +87,7 @@ def friction_table(laws: Sequence[FrictionLaw]) -> FloatArray | None:
     return np.array(rows, dtype=float).reshape(len(rows), len(_COLUMNS) + 1)
 
 
-@njit(cache=True)
+@compiled
 def table_torque(table: FloatArray, v: FloatArray) -> FloatArray:
     """Return tau_f (n,) [Nm or N] at ``v``: the sum of the laws' terms, row by row."""
     tau = np.empty(len(v))

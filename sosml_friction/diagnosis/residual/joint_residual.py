@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 
 _BINS = 24
@@ -74,7 +74,7 @@ def joint_residuals(diagnosis: Diagnosis) -> Iterator[JointResidual]:
         yield JointResidual(diagnosis, i, axes, measured[:, i], before[:, i], after[:, i])
 
 
-@njit(cache=True)
+@compiled
 def way_since_reversal(q: FloatArray, least: float) -> FloatArray:
     """
     Return |q - q_r|, (N,), q_r the extreme of position where it turned around last.

@@ -5,9 +5,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 
 #: Bandwidth [rad/s] and damping ratio of the loop where no gains are recorded: of an actuator's
 #: own position loop. Chosen: along T1 the stated error is within a fifth of MuJoCo's for loops
@@ -68,7 +68,7 @@ def follow(path: Path, law: Law) -> tuple[FloatArray, FloatArray]:
                    _DENSE * law.top)  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def _follow(
     q: FloatArray,
     v: FloatArray,

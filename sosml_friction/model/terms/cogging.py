@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
@@ -75,7 +75,7 @@ class Cogging(EffortTerm):
         return {'frequency': (_PERIODS * _TURN / span, _MOST * _SPACING / span)}
 
 
-@njit(cache=True)
+@compiled
 def lines(q: FloatArray, first: float, step: float, count: int) -> FloatArray:
     """
     Return cos w q and sin w q, (N, count, 2), of the frequencies first, first + step, ...

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.observer import Observer, Recipe
@@ -18,7 +18,7 @@ from sosml_friction.observers.search_space import SearchRange, SearchSpace
 CUTOFF = SearchRange(0.3, 1e4)
 
 
-@njit(cache=True)
+@compiled
 def run_first_order(
     state: FloatArray,
     h: FloatArray,

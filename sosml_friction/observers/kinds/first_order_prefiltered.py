@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.first_order import CUTOFF, FirstOrder
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
@@ -16,7 +16,7 @@ from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
-@njit(cache=True)
+@compiled
 def _transition(c0: float, wf: float, h: float) -> tuple[float, float, float]:
     """Return exp(-wf h), exp(-c0 h) and how much of the first lag reaches the second one."""
     apart = abs(c0 - wf) * h
@@ -25,7 +25,7 @@ def _transition(c0: float, wf: float, h: float) -> tuple[float, float, float]:
     return np.exp(-wf * h), np.exp(-c0 * h), c0 * h * np.exp(-min(c0, wf) * h) * shape
 
 
-@njit(cache=True)
+@compiled
 def _run(
     f: FloatArray,
     r: FloatArray,

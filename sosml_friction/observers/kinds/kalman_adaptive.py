@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
@@ -30,7 +30,7 @@ _MEMORY = 0.95
 _DEADBEAT = 100.0
 
 
-@njit(cache=True)
+@compiled
 def _correlation(innovation: float, means: FloatArray) -> float:
     """
     Return how an innovation goes with those before it, and take it into the running means.
@@ -49,7 +49,7 @@ def _correlation(innovation: float, means: FloatArray) -> float:
     return innovation * past / means[1] * math.sqrt((1.0 + _MEMORY) / (1.0 - _MEMORY))
 
 
-@njit(cache=True)
+@compiled
 def _run(
     x: FloatArray,
     P: FloatArray,

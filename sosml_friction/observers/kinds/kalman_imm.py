@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.crossing import crossing_probability
 from sosml_friction.observers.kinds.kalman import JUMP, RATE, SWEEP, Kalman
@@ -28,7 +28,7 @@ from sosml_friction.observers.search_space import SearchRange, SearchSpace
 _LEAST_WEIGHT = 1e-100
 
 
-@njit(cache=True)
+@compiled
 def _merge(
     mean: FloatArray,
     covariance: FloatArray,
@@ -55,7 +55,7 @@ def _merge(
             covariance[b, a] = covariance[a, b]
 
 
-@njit(cache=True)
+@compiled
 def _mix(
     x: FloatArray, P: FloatArray, weight: FloatArray, crossing: float, memory: float, jump: float
 ) -> None:
@@ -85,7 +85,7 @@ def _mix(
     weight[1] = jumped / (none + jumped)
 
 
-@njit(cache=True)
+@compiled
 def _weigh(weight: FloatArray, innovation: FloatArray, S: FloatArray) -> None:
     """
     Multiply the weights by the likelihoods of the innovations, in place.
@@ -103,7 +103,7 @@ def _weigh(weight: FloatArray, innovation: FloatArray, S: FloatArray) -> None:
     weight[1] = second / (first + second)
 
 
-@njit(cache=True)
+@compiled
 def _run(
     x: FloatArray,
     P: FloatArray,

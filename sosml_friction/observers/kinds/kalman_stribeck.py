@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import Observer, Recipe
@@ -33,7 +33,7 @@ _KNEE = 5.0
 _STATES = 7
 
 
-@njit(cache=True)
+@compiled
 def _tail(c: float, z: float) -> float:
     """Return exp(c^2 / 2 - c z) Phi(z - c) without overflow."""
     x = (c - z) / math.sqrt(2.0)
@@ -47,7 +47,7 @@ def _tail(c: float, z: float) -> float:
     return 0.5 * math.exp(-0.5 * z * z) * series / (x * math.sqrt(math.pi))
 
 
-@njit(cache=True)
+@compiled
 def expected_law(v: float, s: float, v_s: float, phi: FloatArray, slope: FloatArray) -> None:
     """
     Write the means of sgn(x), x and sgn(x) exp(-|x| / v_s) for x ~ N(v, s^2), and their slopes.
@@ -67,7 +67,7 @@ def expected_law(v: float, s: float, v_s: float, phi: FloatArray, slope: FloatAr
     phi[2], slope[2] = right - left, peak - (right + left) / v_s
 
 
-@njit(cache=True)
+@compiled
 def _friction(
     x: FloatArray, P: FloatArray, v_s: float, v0: float, phi: FloatArray, slope: FloatArray
 ) -> float:
@@ -76,7 +76,7 @@ def _friction(
     return x[2] + x[3] + phi[0] * x[4] + phi[1] * x[5] + phi[2] * x[6]
 
 
-@njit(cache=True)
+@compiled
 def _fresh(x: FloatArray, P: FloatArray, v: float, R: float, h: float, prior: FloatArray) -> None:
     x[:] = 0.0
     x[1] = v
@@ -88,7 +88,7 @@ def _fresh(x: FloatArray, P: FloatArray, v: float, R: float, h: float, prior: Fl
         P[c, c] = prior[c - 2]
 
 
-@njit(cache=True)
+@compiled
 def _advance_rows(
     P: FloatArray, row: FloatArray, h: float, g1: float, g2: float, decay: float, keep: float
 ) -> None:
@@ -102,7 +102,7 @@ def _advance_rows(
         P[2, c] *= keep
 
 
-@njit(cache=True)
+@compiled
 def _predict(
     x: FloatArray,
     P: FloatArray,
@@ -139,7 +139,7 @@ def _predict(
         P[c, c] += noise[c]
 
 
-@njit(cache=True)
+@compiled
 def _correct(x: FloatArray, P: FloatArray, R: float) -> None:
     """Take the measured position in: x[0] is the error of the predicted one."""
     S = P[0, 0] + R
@@ -153,7 +153,7 @@ def _correct(x: FloatArray, P: FloatArray, R: float) -> None:
             P[d, c] = P[c, d]
 
 
-@njit(cache=True)
+@compiled
 def _recover(x: FloatArray, P: FloatArray, R: float, h: float, prior: FloatArray) -> None:
     """
     Go on from a position that the prediction cannot explain, in place.
@@ -167,7 +167,7 @@ def _recover(x: FloatArray, P: FloatArray, R: float, h: float, prior: FloatArray
     P[3:, 3:] = covariance
 
 
-@njit(cache=True)
+@compiled
 def _dissipate(x: FloatArray, P: FloatArray) -> None:
     """
     Move the state to where C, B and S are not negative: friction takes power and gives none.
@@ -186,7 +186,7 @@ def _dissipate(x: FloatArray, P: FloatArray) -> None:
         x[c] = max(x[c], 0.0)
 
 
-@njit(cache=True)
+@compiled
 def _pieces(v: FloatArray, v_next: FloatArray, v_s: FloatArray, v0: FloatArray) -> int:
     """
     Return into how many pieces to cut an interval: no joint passes more than v0 near its knee.
@@ -205,7 +205,7 @@ def _pieces(v: FloatArray, v_next: FloatArray, v_s: FloatArray, v0: FloatArray) 
     return math.ceil(min(count, float(_PIECES)))
 
 
-@njit(cache=True)
+@compiled
 def _velocities(
     x: FloatArray,
     P: FloatArray,
@@ -240,7 +240,7 @@ def _velocities(
     return v_next
 
 
-@njit(cache=True)
+@compiled
 def _run(
     x: FloatArray,
     P: FloatArray,

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.kinds.kalman import RATE, SWEEP, Kalman
 from sosml_friction.observers.momentum_kalman import (
@@ -27,7 +27,7 @@ from sosml_friction.observers.search_space import SearchRange, SearchSpace
 _CROSSING_VELOCITY = 0.02
 
 
-@njit(cache=True)
+@compiled
 def _smooth(
     x: FloatArray,
     P: FloatArray,

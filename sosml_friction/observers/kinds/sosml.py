@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.conditions import Conditions
 from sosml_friction.observers.momentum_samples import MomentumSamples
@@ -16,7 +16,7 @@ from sosml_friction.observers.observer import Observer, Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
-@njit(cache=True)
+@compiled
 def _run(
     state: FloatArray,
     h: FloatArray,

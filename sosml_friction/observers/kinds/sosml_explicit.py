@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.observers.kinds.sosml import Sosml
 from sosml_friction.observers.momentum_samples import Columns, MomentumSamples
 from sosml_friction.observers.observer import Recipe
 from sosml_friction.observers.search_space import SearchRange, SearchSpace
 
 
-@njit(cache=True)
+@compiled
 def _run(
     p_hat: FloatArray,
     sigma: FloatArray,

@@ -18,9 +18,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from known_robots import arm_model
-from numba import njit
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.compiled import compiled
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.library import make_library
@@ -88,7 +88,7 @@ def along(plan):
     return spline(t), spline(t, 1), spline(t, 2)
 
 
-@njit(cache=True)
+@compiled
 def slip(q):
     """Return the sign of motion (N, 2) of three springs in parallel that slip in turn."""
     result = np.zeros(q.shape)

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
-from numba import njit
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.compiled import compiled
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.moved_body import moved_body
@@ -88,7 +88,7 @@ def gear_of(joint: int, stiffness: float, gap: float) -> Gear:
     return Gear(joint, stiffness, gap, _DAMPING)
 
 
-@njit(cache=True)
+@compiled
 def deflection(
     load: FloatArray, inertia: FloatArray, stiffness: float, gap: float, step: float, substeps: int
 ) -> tuple[FloatArray, FloatArray]:
