@@ -203,10 +203,10 @@ class _Reader:
 
     def unit(self, value: dict[str, Any], where: str, known: Mapping[str, Any]) -> str:
         unit = value.get('unit')
-        if unit not in known:
+        if not isinstance(unit, str) or unit not in known:
             said = 'has no unit' if unit is None else f'has the unknown unit {unit!r}'
             raise self.error(where, f'{said}: known are {", ".join(known)}')
-        return str(unit)
+        return unit
 
     def signal(self, value: Any, where: str, quantity: str) -> Signal:
         """Return a checked signal of a joint."""

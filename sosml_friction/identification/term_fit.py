@@ -13,6 +13,7 @@ from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
+from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_parameters import (
     size_text,
     term_parameters,
@@ -25,7 +26,7 @@ from sosml_friction.model.model_folder import (
     JointModel,
     RobotModelFile,
 )
-from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.parameter import AT_BOUND, Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Term
 from sosml_friction.regression.body_width import (
     WIDTHS,
@@ -43,6 +44,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
+#: How the names of those end that are not negative.
+NOT_NEGATIVE = (' coulomb', ' viscous')
+_NOT_NEGATIVE = 'the best fit is at zero, as negative friction is not possible'
 
 
 @dataclass(frozen=True)
@@ -277,21 +281,16 @@ def fit_terms(
     model = model.with_armature({'*': 0.0})
     robot = model.make_robot()
     wanted = parse_terms(terms, robot.names)
-    nominal = _without(model, wanted)
     step('preparing the recordings')
     logs = [block_means(log.select(robot.names))[0] for log in logs]
+    nominal = _without(with_sign_widths(model, logs, robot), wanted)
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
     listed = {term for own in wanted.values() for term in own}
     laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step, listed)
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
-    placed = place(laboratory, keys, step)
-    if settled:
-        placed = settle(laboratory, placed, step)
-    # The order of the list, not that of the search.
-    placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
-    found = estimate(laboratory, placed)
+    laboratory, found = _with_values(laboratory, keys, settled, step)
     fitted = _fitted_terms(laboratory, found, wanted)
     armature = fitted_armature(laboratory, found, body.tolerance)
     names = laboratory.nominal.names
@@ -335,6 +334,34 @@ def _with_body(
     return with_width(laboratory, body.tolerance) if body.is_wider else laboratory, body
 
 
+def _with_values(
+    laboratory: WhitenedRegression,
+    keys: Sequence[tuple[str, int]],
+    settled: bool,
+    step: Callable[[str], None],
+) -> tuple[WhitenedRegression, Estimate]:
+    """
+    Return the values of terms, and the regression in which no friction is negative.
+
+    Coulomb or viscous friction that would be is 0, and the rest is fitted beside that; what errors
+    it makes is not changed by it.
+    """
+    while True:
+        placed = place(laboratory, keys, step)
+        if settled:
+            placed = settle(laboratory, placed, step)
+        # The order of the list, not that of the search.
+        placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
+        found = estimate(laboratory, placed)
+        free = np.array([name.endswith(NOT_NEGATIVE) for name in laboratory.nominal.names])
+        negative = free & np.isinf(laboratory.system.bound)
+        negative &= found.fit.baseline.x[: len(free)] < 0.0
+        if not negative.any():
+            return laboratory, found
+        bound = np.where(negative, 0.0, laboratory.system.bound)
+        laboratory = replace(laboratory, system=replace(laboratory.system, bound=bound))
+
+
 def _without_terms(
     laboratory: WhitenedRegression, wanted: Mapping[str, Sequence[str]]
 ) -> FloatArray:
@@ -364,7 +391,8 @@ def _without(model: RobotModelFile, wanted: Mapping[str, Sequence[str]]) -> Robo
             friction = _nothing(missing, joint) if missing else None
         elif friction is not None and any(TERMS[term].of_law for term in own):
             friction = _less(friction, own)
-        joints[name] = replace(joint, friction=friction)
+        width = joint.sign_width
+        joints[name] = replace(joint, friction=friction, smoothing_velocity=width)
     listed = {(term, name) for name, terms in wanted.items() for term in terms}
     effects = tuple(t for t in model.effects if (t.effect, t.joint) not in listed)
     return replace(model, joints=joints, effects=effects)
@@ -374,7 +402,7 @@ def _nothing(terms: Sequence[str], joint: JointModel) -> FrictionParameters:
     effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
     law = LawDefinition(JOINED.join(terms), tuple(terms))
     parameters = {n: Parameter(0.0, law.unit(n, effort)) for n in law.parameter_names}
-    return FrictionParameters(law.identifier, 0.0, parameters)
+    return FrictionParameters(law.identifier, joint.sign_width, parameters)
 
 
 def _less(friction: FrictionParameters, terms: Sequence[str]) -> FrictionParameters:
@@ -459,10 +487,13 @@ def _fitted_terms(
                 i = names.index(joint)
                 unit = TERMS[term].unit(term, laboratory.robot.effort_units[i])
                 value, error = float(found.fit.baseline.x[k]), float(found.errors[k])
-                negative = term != 'bias' and value < 0.0
-                objection = f'{term} friction would be negative' if negative else ''
-                own = {term: with_interval(Parameter(value, unit, error))}
-                result.append(FittedTerm(term, joint, own, objection))
+                told = with_interval(Parameter(value, unit, error))
+                if laboratory.system.bound[k] == 0.0:
+                    high = Z_95 * error
+                    told = replace(
+                        told, interval=(0.0, high), flags=(AT_BOUND,), reason=_NOT_NEGATIVE
+                    )
+                result.append(FittedTerm(term, joint, {term: told}))
     return tuple(result)
 
 
@@ -493,9 +524,8 @@ def _model(
         for missing in set(law.parameter_names) - set(values):
             effort = 'Nm' if joint.armature.unit == 'kg m2' else 'N'
             values[missing] = Parameter(0.0, law.unit(missing, effort))
-        smoothing = 0.0 if kept is None else kept.smoothing_velocity
         joints[name] = replace(
-            joint, friction=FrictionParameters(law.identifier, smoothing, values)
+            joint, friction=FrictionParameters(law.identifier, joint.sign_width, values)
         )
     more = tuple(
         EffectTerm(term.term, term.joint, term.parameters)

@@ -95,6 +95,11 @@ class JointModel:
     friction: FrictionParameters | None = None
     smoothing_velocity: float = field(default=0.0, compare=False)
 
+    @property
+    def sign_width(self) -> float:
+        """Return v0 of the sign of its friction [rad/s or m/s], 0 for the sign itself."""
+        return (self.friction or self).smoothing_velocity
+
 
 @dataclass(frozen=True)
 class EffectTerm:

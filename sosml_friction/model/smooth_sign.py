@@ -19,3 +19,14 @@ def smooth_sign(v: ArrayLike, smoothing_velocity: float) -> FloatArray:
     if smoothing_velocity == 0.0:
         return np.sign(v)
     return np.tanh(v / smoothing_velocity)
+
+
+def softened(z: FloatArray, v: FloatArray, smoothing_velocity: float) -> FloatArray:
+    """
+    Return z tanh(|v| / v0): a state of friction along a path, whose sign is smooth besides.
+
+    z itself where v0 = 0; tanh(v / v0) where z follows the sign of motion at once.
+    """
+    if smoothing_velocity == 0.0:
+        return z
+    return np.asarray(z * np.abs(smooth_sign(v, smoothing_velocity)))

@@ -2,19 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The nominal model as columns: how far each of its parameters may be off without a cause."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.stribeck import fade
-from sosml_friction.regression.signals import Signals, bump
+from sosml_friction.regression.signals import Signals, bump, sign_state
 
 #: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
 BOUND_SIGMAS = 3.0
@@ -28,6 +27,8 @@ _SOONER, _SHAPE = 0.2, 0.45
 TURNS = {'sooner': 0.3, 'later': 2.0}
 #: The name of friction that turns around late by a time within a sampling interval.
 LATE = 'late'
+#: The name of friction whose sign is smooth over more velocity, and over how many times as much.
+SOFTER, _WIDER = 'softer', 1.5
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
 #: Share of a column that the others must leave for it to count as one of its own.
@@ -95,19 +96,28 @@ def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
 
     z - s of states z that change over less and over more than the fitted displacement,
     s (1 - s^2), which is 0 before and after the build-up, and -s': how friction turns around at a
-    reversal, and at which instant, is not known to a model of Coulomb friction, and no cause.
+    reversal, and at which instant, is not known to a model of Coulomb friction, and no cause. Nor
+    is over which velocity exactly, where the sign is smooth in it.
     """
     s = signals.sign[:, joint]
     late = -first_derivative(s, signals.band.step)
-    return {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
+    columns = {**turn_columns(signals, joint), 'shape': bump(s), LATE: late}
+    scales = signals.scales
+    if scales.width[joint] > 0.0:
+        wider = replace(scales, width=_WIDER * scales.width)
+        over = float(scales.displacement[joint])
+        columns[SOFTER] = sign_state(signals.q, signals.v, joint, over, wider) - s
+    return columns
 
 
 def turn_columns(signals: Recording, joint: int) -> dict[str, FloatArray]:
     """Return z - s of states z that change over less and over more than s, by name."""
-    q = np.ascontiguousarray(signals.q[:, joint])
-    scale = float(signals.scales.displacement[joint])
-    s = signals.sign[:, joint]
-    return {name: dahl_path(q, share * scale) - s for name, share in TURNS.items()}
+    scales = signals.scales
+    over, s = float(scales.displacement[joint]), signals.sign[:, joint]
+    return {
+        name: sign_state(signals.q, signals.v, joint, share * over, scales) - s
+        for name, share in TURNS.items()
+    }
 
 
 def make_nominal(

@@ -18,6 +18,7 @@ from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.smooth_sign import softened
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.stribeck import fade
@@ -59,7 +60,7 @@ class Signals:
 
     ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
-    :func:`~sosml_friction.model.dahl.dahl_path`; ``rigid`` (N, n): M q'' + C q' + g of
+    :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
@@ -253,6 +254,7 @@ def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Sc
         name: np.full(n, np.nan)
         for name in ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
     }
+    width = np.array([joint.sign_width for joint in model.joints.values()])
     for i, joint in enumerate(model.joints.values()):
         if joint.friction is None:
             continue
@@ -272,6 +274,7 @@ def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Sc
         speed=np.maximum(speed, 1e-12),
         span=np.maximum(span, 1e-12),
         effort=effort,
+        width=width,
         **friction,
     )
 
@@ -289,7 +292,7 @@ def make_signals(
     v = first_derivative(q, step)
     a = first_derivative(v, step)
     sign = np.column_stack(
-        [dahl_path(q[:, i].copy(), scales.displacement[i]) for i in range(robot.n)]
+        [sign_state(q, v, i, scales.displacement[i], scales) for i in range(robot.n)]
     )
     regressor = robot.torque_regressors(q, v, a)
     rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
@@ -382,6 +385,20 @@ def prepare(
     return prepared if known else _with_fitted_sign(prepared)
 
 
+def sign_state(
+    q: FloatArray, v: FloatArray, joint: int, displacement: float, scales: Scales
+) -> FloatArray:
+    """
+    Return the sign of a joint's motion as its friction has it, (N,).
+
+    It changes over a displacement, and as smoothly with velocity as the model says.
+
+    :param q: positions (N, n); ``v`` velocities.
+    """
+    z = dahl_path(np.ascontiguousarray(q[:, joint]), displacement)
+    return softened(z, v[:, joint], scales.width[joint])
+
+
 def bump(sign: FloatArray) -> FloatArray:
     """Return s (1 - s^2): 0 before and after a reversal's build-up, another shape within."""
     return sign * (1.0 - sign * sign)
@@ -421,8 +438,8 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         for share in _SIGN_SHARES:
             parts = []
             for signals in prepared:
-                q = np.ascontiguousarray(signals.q[:, i])
-                state = dahl_path(q, float(scales.displacement[i] * share))
+                tried = float(scales.displacement[i] * share)
+                state = sign_state(signals.q, signals.v, i, tried, scales)
                 parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
             both = np.concatenate(parts)
             both = both - U @ (U.T @ both)
@@ -437,7 +454,7 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     result = []
     for signals in prepared:
         sign = np.column_stack(
-            [dahl_path(np.ascontiguousarray(signals.q[:, i]), displacement[i]) for i in range(n)]
+            [sign_state(signals.q, signals.v, i, displacement[i], scales) for i in range(n)]
         )
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))

@@ -22,7 +22,7 @@ def signals():
     """Return five samples of a robot whose first joint turns and whose second slides."""
     zero, nothing = np.zeros((5, 2)), np.zeros(2)
     scales = Scales(*(nothing for _ in range(4)), np.array([3.0, 4.0]),
-                    np.array([0.5, np.nan]), *(nothing for _ in range(4)))  # fmt: skip
+                    np.array([0.5, np.nan]), *(nothing for _ in range(5)))  # fmt: skip
     robot = SimpleNamespace(n=2, effort_units=('Nm', 'N'))
     return Signals(np.arange(5.0), *([zero] * 7), np.zeros((5, 2, 20)), robot, scales, None)
 

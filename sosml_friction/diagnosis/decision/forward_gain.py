@@ -22,7 +22,7 @@ from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, Simula
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.nominal import LATE, TURNS
+from sosml_friction.regression.nominal import LATE, SOFTER, TURNS
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -136,7 +136,7 @@ class ForwardGain:
             elif i >= 0 and what.startswith('reversal '):
                 turn = what.removeprefix('reversal ')
                 # It would need the state of the future; left out with the causes and without.
-                if turn != LATE:
+                if turn not in (LATE, SOFTER):
                     terms.append(
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
                     )

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.dahl import dahl_path
 from sosml_friction.regression.evidence import System
+from sosml_friction.regression.signals import sign_state
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Nominal parameters of null simulations are off by up to this share of their bound: one at its
@@ -65,7 +65,7 @@ def _friction_variant(laboratory: WhitenedRegression, rng: np.random.Generator) 
         difference = np.empty_like(q)
         for i in range(q.shape[1]):
             scale = float(signals.scales.displacement[i] * share[i])
-            z = dahl_path(np.ascontiguousarray(q[:, i]), scale)
+            z = sign_state(q, signals.v, i, scale, signals.scales)
             coulomb = float(np.nan_to_num(signals.scales.coulomb[i]))
             difference[:, i] = coulomb * (z - signals.sign[:, i])
         parts.append(signals.in_band(difference))

@@ -18,7 +18,8 @@ class Scales:
     largest that still counts as a sign; ``speed`` [rad/s or m/s]: the 99 % quantile; ``span``
     [rad or m]: the range of motion; ``effort`` [Nm or N]: root mean square of the measured
     effort; ``coulomb``, ``viscous``, ``stribeck``, ``stribeck_velocity``, ``bias``: nominal
-    friction, NaN where the model has none.
+    friction, NaN where the model has none; ``width`` [rad/s or m/s]: v0 of its sign, 0 for the
+    sign itself.
     """
 
     displacement: FloatArray
@@ -31,6 +32,7 @@ class Scales:
     stribeck: FloatArray
     stribeck_velocity: FloatArray
     bias: FloatArray
+    width: FloatArray
 
     def level(self, joint: int) -> float:
         """Return what a friction term of a joint is measured against [Nm or N]."""
