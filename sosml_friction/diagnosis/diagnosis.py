@@ -45,7 +45,6 @@ from sosml_friction.diagnosis.trust import check_trust, trusting
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
@@ -136,8 +135,7 @@ def diagnose(
             logs[k], together = block_means(log)
             if together > 1:
                 checks.append(Check('means', 'note', '*', block_sentence(logs[k], together)))
-        seen = with_sign_widths(model, logs, robot)
-        signals = with_known(prepare(logs, seen, robot, settings), model)
+        signals = with_known(prepare(logs, model, robot, settings), model)
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         lags = [velocity_lag(logs[0], signals[0], i) for i in told]
         checks += [lag for lag in lags if lag is not None]

@@ -283,7 +283,8 @@ def fit_terms(
     wanted = parse_terms(terms, robot.names)
     step('preparing the recordings')
     logs = [block_means(log.select(robot.names))[0] for log in logs]
-    nominal = _without(with_sign_widths(model, logs, robot), wanted)
+    fitted_laws = [name for name, own in wanted.items() if 'coulomb' in own]
+    nominal = _without(with_sign_widths(model, logs, robot, fitted_laws), wanted)
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
     listed = {term for own in wanted.values() for term in own}
     laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step, listed)

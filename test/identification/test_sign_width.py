@@ -14,6 +14,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_fit import fit_terms
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND
 from sosml_friction.model.smooth_sign import softened
 
@@ -35,18 +36,22 @@ def log() -> JointLog:
     return JointLog(('slider',), np.rint(t * 1e9).astype(np.int64), q, v, tau)
 
 
+def with_width(width: float) -> RobotModelFile:
+    joint = slider_model().joints['slider']
+    friction = replace(joint.friction, smoothing_velocity=width)
+    return replace(slider_model(), joints={'slider': replace(joint, friction=friction)})
+
+
 def test_the_width_of_the_sign_is_found(log):
     model = slider_model()
-    found = with_sign_widths(model, [log], model.make_robot()).joints['slider']
+    found = with_sign_widths(model, [log], model.make_robot(), ['slider']).joints['slider']
     assert found.sign_width == pytest.approx(WIDTH, rel=0.1)
     assert found.friction.smoothing_velocity == found.sign_width
 
 
 def test_a_width_that_the_model_states_stays(log):
-    joint = slider_model().joints['slider']
-    friction = replace(joint.friction, smoothing_velocity=3e-3)
-    model = replace(slider_model(), joints={'slider': replace(joint, friction=friction)})
-    assert with_sign_widths(model, [log], model.make_robot()) == model
+    model = with_width(3e-3)
+    assert with_sign_widths(model, [log], model.make_robot(), ['slider']) == model
 
 
 def test_terms_are_right_where_friction_changes_its_sign_smoothly(log):
@@ -59,8 +64,8 @@ def test_terms_are_right_where_friction_changes_its_sign_smoothly(log):
     assert fit.model.joints['slider'].sign_width == pytest.approx(WIDTH, rel=0.1)
 
 
-def test_a_sign_that_is_smooth_is_no_cause(log):
-    assert diagnose([log], slider_model()).verdict == 'nothing_above_floor'
+def test_a_sign_that_is_as_smooth_as_the_model_says_is_no_cause(log):
+    assert diagnose([log], with_width(WIDTH)).verdict == 'nothing_above_floor'
 
 
 def test_friction_that_would_be_negative_is_zero_and_says_so(log):
