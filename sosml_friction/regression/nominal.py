@@ -28,6 +28,8 @@ _SOONER, _SHAPE = 0.2, 0.45
 TURNS = {'sooner': 0.3, 'later': 2.0}
 #: The name of friction that turns around late by a time within a sampling interval.
 LATE = 'late'
+#: The name of how late effort is reported, within a sampling interval.
+EFFORT_HOLD = 'effort hold'
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
 #: Share of a column that the others must leave for it to count as one of its own.
@@ -166,7 +168,7 @@ def make_nominal(
             share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
-    names.append('effort hold')
+    names.append(EFFORT_HOLD)
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)
