@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -106,12 +106,8 @@ class BodyRefit:
         curved = {term.joint for term in fit.terms if term.term == _STRIBECK}
         return cls(
             with_fitted(changed.model, armature),
-            {n: _law(fit, i) for i, n in enumerate(robot.names) if n in {*variance} - curved},
-            tuple(
-                EffectTerm(term.term, term.joint, term.parameters)
-                for term in fit.terms
-                if term.term == _LOAD
-            ),
+            _laws(fit, {*variance} - curved),
+            _loads(fit),
             fit.body.tolerance,
             fit.body.log_evidence,
             deviations,
@@ -236,7 +232,14 @@ def compare_body(
     step('fitting beside the friction that the data show')
     again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
     fit = replace(again, body=fit.body)
-    return BodyRefit.of(fit, model), _timing(fit, logs)
+    body = BodyRefit.of(fit, model)
+    if body.loads and not body.refused:
+        # Load is what the bodies of the model need: with those that fit it is another one.
+        step('fitting friction by the load of these bodies')
+        fitted = replace(body.model, effects=())
+        last = fit_terms(logs, fitted, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
+        body = replace(body, laws=_laws(last, body.laws), loads=_loads(last))
+    return body, _timing(fit, logs)
 
 
 def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
@@ -254,6 +257,20 @@ def _is_shown(term: FittedTerm) -> bool:
     sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
     return sure and not (
         term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
+    )
+
+
+def _laws(fit: TermFit, joints: Container[str]) -> dict[str, LawFit]:
+    """Return Coulomb and viscous friction of some joints."""
+    return {name: _law(fit, i) for i, name in enumerate(fit.names) if name in joints}
+
+
+def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
+    """Return friction by load."""
+    return tuple(
+        EffectTerm(term.term, term.joint, term.parameters)
+        for term in fit.terms
+        if term.term == _LOAD
     )
 
 

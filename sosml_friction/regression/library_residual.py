@@ -164,7 +164,7 @@ def _left_at_turns(
         return 0.0
 
     def ratio(left: FloatArray) -> float:
-        return float(np.mean(left[turns] ** 2) / max(np.mean(left[moves] ** 2), 1e-300))
+        return float(np.mean(left[turns] ** 2)) / max(float(np.mean(left[moves] ** 2)), 1e-300)
 
     known = moves | turns
     y = known * np.concatenate([part[:, joint] for part in rows.residual])
