@@ -39,6 +39,11 @@ class Selection:
         """Return the normal equations with the accepted causes."""
         return self.fit.system
 
+    @property
+    def price(self) -> float:
+        """Return what is left, and what the BIC asks for the parameters of the accepted."""
+        return self.after.cost + sum(f.score.gain - f.delta_bic for f in self.accepted)
+
     def refit(self, laboratory: WhitenedRegression) -> None:
         """Fit the causes that are accepted now."""
         system = laboratory.system.extended([f.columns for f in self.accepted])
