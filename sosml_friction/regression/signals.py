@@ -61,7 +61,8 @@ class Signals:
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`~sosml_friction.model.dahl.dahl_path`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
-    ``known`` (N, n): what the effects in the model's own list add;
+    ``known`` (N, n): what the effects in the model's own list add; ``more_load`` (N, n): what
+    bodies with the causes that were found need more than the nominal's;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -85,6 +86,7 @@ class Signals:
     band: Band
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
+    more_load: FloatArray | float = 0.0
     feigned: float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
@@ -99,14 +101,14 @@ class Signals:
     @property
     def motion(self) -> Motion:
         """
-        Return the motion as terms look at it; the load is that of the nominal bodies.
+        Return the motion as terms look at it; the load is that of the bodies.
 
         The rotor is before the gear, which passes on what its body needs.
         """
         warm = np.full_like(self.q, np.nan)
         if self.temperature is not None:
             warm = self.temperature - self.temperature[0]
-        load = self.rigid - np.array(self.robot.armature) * self.a
+        load = self.rigid - np.array(self.robot.armature) * self.a + self.more_load
         return Motion(self.time, self.q, self.v, self.sign, load, warm)
 
     def effort_unit(self, joint: int) -> str:

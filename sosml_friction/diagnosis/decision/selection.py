@@ -18,7 +18,8 @@ class Selection:
     ``before``: the fit without causes; ``fit``: with the accepted ones. ``ranking``: the first
     round's candidates, best first; ``rejected``: the best that was not accepted, with the gates
     it failed; ``masked``: the impossible one that explains more than the best possible one.
-    ``remainder``: what is left beside the accepted that is not noise.
+    ``remainder``: what is left beside the accepted that is not noise. ``laboratory``: with the
+    load of the bodies that were found, None where the nominal's is meant.
     """
 
     before: Baseline
@@ -28,6 +29,7 @@ class Selection:
     rejected: Finding | None = None
     masked: Finding | None = None
     remainder: Remainder = field(default_factory=Remainder)
+    laboratory: WhitenedRegression | None = None
 
     @property
     def after(self) -> Baseline:

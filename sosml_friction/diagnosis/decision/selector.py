@@ -15,6 +15,7 @@ from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -75,12 +76,13 @@ class Selector:
                 break
         self._settle(result)
         self.step('looking for what is left')
-        result.judge_remainder(lab)
+        result.judge_remainder(result.laboratory or lab)
         return result
 
     def _settle(self, result: Selection) -> None:
         """Search the inner parameters of all causes beside one another, as a fit of them does."""
         placed = settle(self.laboratory, [f.placed for f in result.accepted], self.step)
+        result.laboratory, placed = fitted_to_carried_load(self.laboratory, placed)
         result.accepted = [
             replace(finding, inner=each.inner, columns=each.columns)
             for finding, each in zip(result.accepted, placed, strict=True)
