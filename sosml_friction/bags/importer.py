@@ -128,7 +128,7 @@ def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog
     count = len(_series(data, first if plan.time is None else plan.time))
     if count == 0:
         raise DataError(f'{data.path} holds no samples: give a recording')
-    t_ns = _stamps(data, plan, count)
+    t_ns = _stamps(data, plan, count, tell)
     kept = _kept(t_ns)
     if not kept.all():
         left_out = int(np.sum(~kept))
@@ -281,7 +281,7 @@ def recognised_wrap(time: FloatArray, values: FloatArray, unit: str) -> float | 
     return register if abs(period / register - 1.0) < _REGISTER else period
 
 
-def _stamps(data: DataFile, plan: ImportMapping, count: int) -> IndexArray:
+def _stamps(data: DataFile, plan: ImportMapping, count: int, tell: Tell) -> IndexArray:
     """Return the stamps (N,) [ns], strictly increasing."""
     if plan.time is None:
         assert plan.sample_rate is not None
@@ -318,6 +318,13 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int) -> IndexArray:
             f'{int(wrong.sum())} times in all: check its unit, sort the samples, or, where its '
             'digits are too few, give sample_rate instead'
         )
+    if t_ns[0] < 0 and plan.start_time_ns == 0:
+        # A trigger is the 0 of many loggers: what counts is the time between samples.
+        tell(
+            f'{what} begins {-1e-9 * int(t_ns[0]):.6g} s before 0, which no stamp of a bag may '
+            'be: it is counted from the first sample'
+        )
+        return t_ns - t_ns[0]
     t_ns = t_ns + plan.start_time_ns
     if t_ns[0] < 0:
         raise DataError(

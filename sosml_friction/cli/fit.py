@@ -225,7 +225,7 @@ def fit(
         print_json(outcome.document, output=str(outcome.folder))
     else:
         print_blocks(outcome.blocks())
-        print_blocks(() if effort_hold else hold_remark(bags, namespace))
+        print_blocks(() if effort_hold else hold_remark(outcome.analyses, namespace))
     for sentence in outcome.remarks():
         remark(sentence)
     if open_report:

@@ -48,6 +48,7 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
+from sosml_friction.regression.carried_load import with_carried_load
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
@@ -171,6 +172,11 @@ def diagnose(
             laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
             selector = Selector(laboratory, step)
             selection = selector.run()
+    laboratory = selection.laboratory or laboratory
+    if others is not None and np.any(laboratory.signals[0].more_load):
+        count = len(laboratory.nominal.bound)
+        placed = [finding.placed for finding in selection.accepted]
+        others = with_carried_load(others, placed, selection.after.x, count)
     step('measuring the gain')
     folds = folds_left_out(laboratory)
     held = folds if others is None else another_recording(laboratory, others)

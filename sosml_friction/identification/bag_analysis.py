@@ -10,6 +10,7 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_source
 from sosml_friction.identification.body_refit import BodyRefit
+from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
@@ -29,6 +30,7 @@ def analyse_bag(
     require: bool = True,
     command: str = '',
     body: BodyRefit | None = None,
+    timing: EffortTiming | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -60,6 +62,7 @@ def analyse_bag(
         require,
         command,
         body,
+        timing,
     )
 
 

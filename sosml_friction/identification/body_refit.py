@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
@@ -25,7 +26,7 @@ from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Par
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
 from sosml_friction.regression.body_width import VERY_STRONG, body_precision, body_variance
-from sosml_friction.regression.nominal import Nominal
+from sosml_friction.regression.nominal import EFFORT_HOLD, Nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 
 #: The friction that stands beside the bodies: what can be taken for weight or inertia.
@@ -105,12 +106,8 @@ class BodyRefit:
         curved = {term.joint for term in fit.terms if term.term == _STRIBECK}
         return cls(
             with_fitted(changed.model, armature),
-            {n: _law(fit, i) for i, n in enumerate(robot.names) if n in {*variance} - curved},
-            tuple(
-                EffectTerm(term.term, term.joint, term.parameters)
-                for term in fit.terms
-                if term.term == _LOAD
-            ),
+            _laws(fit, {*variance} - curved),
+            _loads(fit),
             fit.body.tolerance,
             fit.body.log_evidence,
             deviations,
@@ -186,8 +183,20 @@ def refit_body(
     tolerance: float | None = None,
     step: Callable[[str], None] = lambda text: None,
 ) -> BodyRefit | None:
+    """Return the first of :func:`compare_body`."""
+    return compare_body(logs, model, tolerance, step)[0]
+
+
+def compare_body(
+    logs: Sequence[JointLog],
+    model: RobotModelFile,
+    tolerance: float | None = None,
+    step: Callable[[str], None] = lambda text: None,
+) -> tuple[BodyRefit | None, EffortTiming | None]:
     """
     Return the rigid body that fits, None where the model's does within the usual tolerance.
+
+    And when effort is reported, by the motion; None where nothing was fitted.
 
     An armature that the model does not know is fitted in either case.
 
@@ -203,7 +212,7 @@ def refit_body(
     """
     unknown = model.unknown_armature
     if tolerance == 0.0 and not unknown:
-        return None
+        return None, None
     bare = replace(model, effects=())
     settings = DiagnosisSettings(end_stops=True)
     try:
@@ -215,15 +224,31 @@ def refit_body(
                 'fitted as it is not known'
             ) from error
         if tolerance is None:
-            return None
+            return None, None
         raise
     if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
-        return BodyRefit.of_rotors(fit, model) if unknown else None
+        return BodyRefit.of_rotors(fit, model) if unknown else None, _timing(fit, logs)
     shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]
     step('fitting beside the friction that the data show')
     again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
     fit = replace(again, body=fit.body)
-    return BodyRefit.of(fit, model)
+    body = BodyRefit.of(fit, model)
+    if body.loads and not body.refused:
+        # Load is what the bodies of the model need: with those that fit it is another one.
+        step('fitting friction by the load of these bodies')
+        fitted = replace(body.model, effects=())
+        last = fit_terms(logs, fitted, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
+        body = replace(body, laws=_laws(last, body.laws), loads=_loads(last))
+    return body, _timing(fit, logs)
+
+
+def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
+    """Return when effort is reported, as a regression has it beside all else."""
+    nominal = fit.laboratory.nominal
+    prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
+    steps = np.concatenate([np.diff(log.time) for log in logs])
+    step = float(np.median(steps[steps > 0.0]))
+    return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 
 def _is_shown(term: FittedTerm) -> bool:
@@ -232,6 +257,20 @@ def _is_shown(term: FittedTerm) -> bool:
     sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
     return sure and not (
         term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
+    )
+
+
+def _laws(fit: TermFit, joints: Container[str]) -> dict[str, LawFit]:
+    """Return Coulomb and viscous friction of some joints."""
+    return {name: _law(fit, i) for i, name in enumerate(fit.names) if name in joints}
+
+
+def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
+    """Return friction by load."""
+    return tuple(
+        EffectTerm(term.term, term.joint, term.parameters)
+        for term in fit.terms
+        if term.term == _LOAD
     )
 
 

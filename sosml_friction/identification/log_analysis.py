@@ -12,9 +12,10 @@ from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.body_refit import BodyRefit, refit_body
+from sosml_friction.identification.body_refit import BodyRefit, compare_body
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
+from sosml_friction.identification.effort_timing import TIMING, EffortTiming
 from sosml_friction.identification.fits_without_observer import (
     with_output_error,
     with_regression,
@@ -95,6 +96,7 @@ def analyse_log(
     require: bool = True,
     command: str = '',
     body: BodyRefit | None = None,
+    timing: EffortTiming | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a recording and fit friction to what they say.
@@ -113,6 +115,7 @@ def analyse_log(
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
     :param body: a rigid body that was refitted, instead of one refitted to this log.
+    :param timing: when effort acts, where nothing else says so, instead of as this log shows.
     :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
@@ -123,23 +126,32 @@ def analyse_log(
     log, checks = check_data(log, robot, source.recovery, nominal.unknown_armature)
     log, checks = _with_corrected_effort(log, checks, nominal)
     holds = effort_holds(robot.names, effort_hold or {}, recorded)
-    log, together = block_means(log, holds)
+    silent = not effort_hold and not (recorded and recorded.effort_hold)
+    log, together = block_means(log, () if silent else holds)
     if together > 1:
         said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
         checks = replace(checks, findings=(*checks.findings, said))
         holds = ('mean',) * len(holds)
     if body is None:
         progress('comparing the rigid body with the motion')
-        body = refit_body([log], nominal, settings.body_tolerance, progress)
+        body, found = compare_body([log], nominal, settings.body_tolerance, progress)
+        timing = found or timing
+    timing = timing if silent else None
+    if timing is not None:
+        steps = np.diff(log.time)
+        period = float(np.median(steps[steps > 0.0]))
+        holds = (timing.hold(period),) * len(holds)
+        said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(period))
+        checks = replace(checks, findings=(*checks.findings, said))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
-        found = [DataFinding('rigid_body', ALL_JOINTS, NOTE, told) for told in body.sentences()]
-        checks = replace(checks, findings=(*checks.findings, *found))
+        told = [DataFinding('rigid_body', ALL_JOINTS, NOTE, text) for text in body.sentences()]
+        checks = replace(checks, findings=(*checks.findings, *told))
     if recorded is None or bandwidth is not None or observers is not None:
         configuration = configuration_for(log, robot, bandwidth, holds, observers)
     else:
-        stated = effort_hold or together > 1
+        stated = effort_hold or together > 1 or timing
         configuration = replace(recorded, effort_hold=holds) if stated else recorded
     estimator = configuration.make_estimator(robot)
     progress('running the observers over the bag')
@@ -161,6 +173,7 @@ def analyse_log(
                 form=settings.form,
             ),
             configuration.maximum_gap_s,
+            timing,
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}

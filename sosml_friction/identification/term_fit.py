@@ -35,6 +35,7 @@ from sosml_friction.regression.body_width import (
     choose_width,
     with_width,
 )
+from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import Estimate, estimate, place, settle
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
@@ -351,6 +352,7 @@ def _with_values(
         placed = place(laboratory, keys, step)
         if settled:
             placed = settle(laboratory, placed, step)
+            laboratory, placed = fitted_to_carried_load(laboratory, placed)
         # The order of the list, not that of the search.
         placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
         found = estimate(laboratory, placed)

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
@@ -127,6 +128,7 @@ class WeakForm:
     :param effort_hold: where in an interval effort holds, as for
         :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :param maximum_gap_s: a longer step between samples is a hole.
+    :param timing: when effort acts, instead of ``effort_hold``.
     """
 
     def __init__(
@@ -136,6 +138,7 @@ class WeakForm:
         effort_hold: Sequence[str] | str = 'start',
         settings: WeakSettings | None = None,
         maximum_gap_s: float = 0.05,
+        timing: EffortTiming | None = None,
     ) -> None:
         self.settings = settings or WeakSettings()
         self.robot = robot
@@ -149,6 +152,11 @@ class WeakForm:
         self._q_noise = [_white_noise(q) for q in log.q.T]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
         self._sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
+        #: One standard error of the later sample's share.
+        self._unsure = 0.0
+        if timing is not None:
+            self._sampler.later_weight[:] = timing.later(self._step)
+            self._unsure = timing.std_error / self._step
         self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
@@ -164,7 +172,9 @@ class WeakForm:
             lost, samples = self._lost_effort(stretch), stretch.samples
             stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
             self._stretches.append(stretch)
-            self._pieces.append(_Piece(self.time, log, stretch, self._support, twisted, lost))
+            late = self._unsure * self._rise(stretch)
+            piece = _Piece(self.time, log, stretch, self._support, twisted, lost, late)
+            self._pieces.append(piece)
 
     def _lost_effort(self, stretch: Stretch) -> FloatArray:
         """
@@ -174,11 +184,14 @@ class WeakForm:
         the m-th part of the hold is left: w' - 1/2 = (w - 1/2) / m, w the later sample's weight.
         A recorder that lost samples is so; of a driver that stood still the hold is nearer.
         """
-        rows, tau = stretch.rows, self._log.tau
         lost = 1.0 - 1.0 / np.maximum(1.0, np.round(stretch.samples.h / self._step))
+        return (0.5 - self._sampler.later_weight) * lost[:, None] * self._rise(stretch)
+
+    def _rise(self, stretch: Stretch) -> FloatArray:
+        """Return the later minus the earlier effort of each interval, 0 if unknown, (N, n)."""
+        rows, tau = stretch.rows, self._log.tau
         rise = tau[rows] - tau[np.append(rows[0], rows[:-1])]
-        more = (0.5 - self._sampler.later_weight) * lost[:, None] * rise
-        return np.where(np.isfinite(more), more, 0.0)
+        return np.where(np.isfinite(rise), rise, 0.0)
 
     def with_laws(self, fits: Sequence[WeakFit | None]) -> WeakForm:
         """
@@ -294,6 +307,7 @@ class WeakForm:
         v = np.concatenate([piece.v[:, i] for piece in pieces])
         y = np.concatenate([piece.friction(i) for piece in pieces])
         lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
+        late = np.concatenate([piece.late_effort(i) for piece in pieces])
         middle = np.concatenate([piece.middle for piece in pieces])
         if not np.isfinite(y).any():
             raise DataError('the effort is missing in every part of the recording')
@@ -349,6 +363,7 @@ class WeakForm:
                 self.settings.form,
                 extra,
                 held=y - lost if lost.any() else None,
+                late=y + late if late.any() else None,
             )
 
         zero_band = self.settings.zero_band
@@ -392,13 +407,14 @@ class _Piece:
         support: float,
         twisted: Robot | None,
         lost_effort: FloatArray,
+        late_effort: FloatArray,
     ) -> None:
         rows, samples = stretch.rows, stretch.samples
         end = time[rows]
         # Of the first interval, the sample that begins it may be no neighbour.
         self.rows, self.before = rows, np.append(rows[0], rows[:-1])
         self.v = 0.5 * (log.v[self.before] + log.v[rows])
-        self._forcing, self._lost = samples.forcing, lost_effort
+        self._forcing, self._lost, self._late = samples.forcing, lost_effort, late_effort
         begin = float(end[0] - samples.h[0])
         step = support / _PIECES
         fits = np.floor((float(end[-1]) - begin - support) / step + 1e-9)
@@ -420,6 +436,10 @@ class _Piece:
     def lost_effort(self, i: int) -> FloatArray:
         """Return the part of lost samples in these means, (K,)."""
         return np.array(self.tests @ self._lost[:, i])
+
+    def late_effort(self, i: int) -> FloatArray:
+        """Return what one standard error of when effort acts adds to these means, (K,)."""
+        return np.array(self.tests @ self._late[:, i])
 
     def inertial(self, i: int) -> FloatArray:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""

@@ -308,4 +308,5 @@ def _pushes(
 
 def _usual(sizes: FloatArray) -> float:
     """Return the robust standard deviation of what has these absolute values."""
-    return max(_ROBUST * float(np.median(sizes)), 1e-300)
+    # Its square is a number still.
+    return max(_ROBUST * float(np.median(sizes)), 1e-150)

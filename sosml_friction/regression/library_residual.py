@@ -106,17 +106,17 @@ def _without_lines(rows: BandRows, joint: int, residual: FloatArray) -> FloatArr
     return residual
 
 
-def standstill_is_unknown(
+def unknown_at_rest(
     left: Sequence[Sequence[FloatArray]], resting: Sequence[Signals]
-) -> bool:
+) -> frozenset[int]:
     """
-    Tell whether the library leaves notably more of a joint at standstill than in motion.
+    Return the joints of which the library leaves notably more at standstill than in motion.
 
-    There the sign of the last motion is not what friction is at standstill. One joint is enough:
-    others creep as it does, though more noise in their motion may hide it.
+    There the sign of the last motion is not what friction is at standstill.
 
     :param left: what is left of each joint, by stretch (K,).
     """
+    found = set()
     for i, stretches in enumerate(left):
         moves = np.concatenate(
             [in_motion(s, len(x))[:, i] for s, x in zip(resting, stretches, strict=True)]
@@ -124,8 +124,75 @@ def standstill_is_unknown(
         if moves.any() and not moves.all():
             square = np.concatenate(stretches) ** 2
             if np.mean(square[~moves]) > _MORE_AT_REST * np.mean(square[moves]):
-                return True
-    return False
+                found.add(i)
+    return frozenset(found)
+
+
+def sticking_joints(
+    rows: BandRows, resting: Sequence[Signals], turning: Sequence[Signals]
+) -> frozenset[int]:
+    """
+    Return the joints of which nothing that acts at reversals explains how they turn around.
+
+    Neither the nominal and what acts elsewhere, fitted together, nor with any one candidate that
+    acts there leaves less than :data:`_MORE_AT_REST` times the mean square of motion where the
+    joint turns around: it sticks, each time for another time, and its friction is what holds it.
+    All that act there, together, would explain anything.
+
+    :param resting: the stretches with what is left out at rest; ``turning``: with where joints
+        turn around, too.
+    """
+    return frozenset(
+        i
+        for i in range(rows.signals[0].robot.n)
+        if _left_at_turns(rows, i, resting, turning) > _MORE_AT_REST
+    )
+
+
+def _left_at_turns(
+    rows: BandRows, joint: int, resting: Sequence[Signals], turning: Sequence[Signals]
+) -> float:
+    """Return the least mean square where a joint turns around, over that of its motion."""
+
+    def joined(stretches: Sequence[Signals]) -> BoolArray:
+        pairs = zip(stretches, rows.residual, strict=True)
+        return np.concatenate([in_motion(s, len(part))[:, joint] for s, part in pairs])
+
+    moves = joined(turning)
+    turns = joined(resting) & ~moves
+    if not (moves.any() and turns.any()):
+        return 0.0
+
+    def ratio(left: FloatArray) -> float:
+        return float(np.mean(left[turns] ** 2)) / max(float(np.mean(left[moves] ** 2)), 1e-300)
+
+    known = moves | turns
+    y = known * np.concatenate([part[:, joint] for part in rows.residual])
+    nominal = np.concatenate([part[:, joint] for part in rows.nominal_columns])
+    elsewhere, there = [nominal], []
+    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
+        at = np.flatnonzero(joints == joint)
+        if not len(at) or len(candidate.grid) > SMALL_GRID:
+            continue
+        C = np.concatenate([part[:, at[0]] for part in columns]).astype(np.float64)
+        if candidate.effect.at_reversals:
+            there += [known[:, None] * C[:, k] for k in range(C.shape[1])]
+        else:
+            elsewhere.append(C.reshape(len(y), -1))
+    X = known[:, None] * np.concatenate(elsewhere, axis=1)
+    size = np.linalg.norm(X, axis=0)
+    X = X[:, size > 0.0] / size[size > 0.0]
+    spread, axes = np.linalg.eigh(X.T @ X)
+    kept = spread > _RIDGE * spread.max()
+    U = X @ (axes[:, kept] / np.sqrt(spread[kept]))
+    y = y - U @ (U.T @ y)
+    least = ratio(y)
+    for C in there:
+        if least <= _MORE_AT_REST:
+            break
+        C = C - U @ (U.T @ C)
+        least = min(least, ratio(y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]))
+    return least
 
 
 def in_motion(signals: Signals, rows: int) -> BoolArray:

@@ -29,6 +29,8 @@ TURNS = {'sooner': 0.3, 'later': 2.0}
 LATE = 'late'
 #: The name of friction whose sign is smooth over more velocity, and over how many times as much.
 SOFTER, _WIDER = 'softer', 1.5
+#: The name of how late effort is reported, within a sampling interval.
+EFFORT_HOLD = 'effort hold'
 #: Direction of a first moment that is normally off, as a share of the tolerance of its size.
 _ASKEW = 0.3
 #: Share of a column that the others must leave for it to count as one of its own.
@@ -176,7 +178,7 @@ def make_nominal(
             share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
-    names.append('effort hold')
+    names.append(EFFORT_HOLD)
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
     return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)

@@ -55,6 +55,39 @@ def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
     return runs(still)
 
 
+def turning(q: FloatArray, limit: float) -> list[tuple[int, int]]:
+    """
+    Return where a joint is within ``limit`` of where it turns around, as samples (from, to).
+
+    There it may stick, for any time, and friction is anything up to that of motion to either side.
+
+    :param q: position (N,) [rad or m].
+    :param limit: way over which the sign of motion may change [rad or m].
+    """
+    moves = np.flatnonzero(np.diff(q))
+    forwards = q[moves + 1] > q[moves]
+    near = np.zeros(len(q), dtype=np.bool_)
+    for k in moves[1:][forwards[1:] != forwards[:-1]].tolist():
+        if near[k]:
+            continue
+        # Windows grow until both ends have left the place.
+        reach = 1
+        while True:
+            begin, end = max(0, k - reach), min(len(q), k + reach + 1)
+            away = np.abs(q[begin:end] - q[k]) > limit
+            if (begin == 0 or away[: k - begin].any()) and (
+                end == len(q) or away[k - begin :].any()
+            ):
+                break
+            reach *= 2
+        before = np.flatnonzero(away[: k - begin])
+        after = np.flatnonzero(away[k - begin :])
+        first = begin + int(before[-1]) + 1 if len(before) else begin
+        last = k + int(after[0]) if len(after) else end
+        near[first:last] = True
+    return runs(near)
+
+
 def still(q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray) -> BoolArray:
     """Return where joints are slow enough to stick, in passing too, (N, n)."""
     result = np.zeros(q.shape, dtype=np.bool_)
@@ -98,10 +131,15 @@ def _most(i: int, limit: FloatArray, speed: FloatArray, band: Band) -> float:
 
 
 def find_rests(
-    q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray, joints: Sequence[int]
+    q: FloatArray,
+    band: Band,
+    limit: FloatArray,
+    speed: FloatArray,
+    joints: Sequence[int],
+    turns: Collection[int] = (),
 ) -> tuple[Rest, ...]:
     """
-    Return the rests of ``joints`` in one stretch.
+    Return the rests of ``joints`` in one stretch, and where those of ``turns`` turn around.
 
     At standstill, friction equals the load, up to breakaway. Where a joint creeps, friction falls
     slowly. Motion below the resolution of position tells neither: any time course of effort may be
@@ -114,8 +152,14 @@ def find_rests(
     :param joints: of :func:`stopping_joints`; ``limit`` and ``speed`` as there.
     """
     result: list[Rest] = []
-    for i in joints:
-        found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
+    for i in sorted({*joints, *turns}):
+        own = np.ascontiguousarray(q[:, i])
+        found = resting(own, band, _most(i, limit, speed, band))
+        if i in turns and found != [(0, len(q))]:
+            stuck = np.zeros(len(q), dtype=np.bool_)
+            for begin, end in (*found, *turning(own, float(limit[i]))):
+                stuck[begin:end] = True
+            found = runs(stuck)
         if found != [(0, len(q))]:
             for begin, end in found:
                 result += _pieces(i, begin, end, len(q), band)

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -62,8 +62,10 @@ class Signals:
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
-    ``known`` (N, n): what the effects in the model's own list add;
+    ``known`` (N, n): what the effects in the model's own list add; ``more_load`` (N, n): what
+    bodies with the causes that were found need more than the nominal's;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
+    ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
     ``tau`` is what the nominal model expects, so that a simulation holds them on their way;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
@@ -85,9 +87,11 @@ class Signals:
     band: Band
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
+    more_load: FloatArray | float = 0.0
     feigned: float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
+    turns: frozenset[int] = frozenset()
     cache: dict[object, FloatArray] = field(default_factory=dict)
 
     @property
@@ -98,14 +102,14 @@ class Signals:
     @property
     def motion(self) -> Motion:
         """
-        Return the motion as terms look at it; the load is that of the nominal bodies.
+        Return the motion as terms look at it; the load is that of the bodies.
 
         The rotor is before the gear, which passes on what its body needs.
         """
         warm = np.full_like(self.q, np.nan)
         if self.temperature is not None:
             warm = self.temperature - self.temperature[0]
-        load = self.rigid - np.array(self.robot.armature) * self.a
+        load = self.rigid - np.array(self.robot.armature) * self.a + self.more_load
         return Motion(self.time, self.q, self.v, self.sign, load, warm)
 
     def effort_unit(self, joint: int) -> str:
@@ -153,17 +157,22 @@ def with_rests(
     stretches: Sequence[Signals],
     like: Sequence[Signals] | None = None,
     end_stops: bool = False,
+    turns: Collection[int] | None = None,
 ) -> tuple[Signals, ...]:
     """
     Return the same with the rests of the joints, in which their effort says nothing.
 
     :param like: stretches that say which joints stop; None: these.
     :param end_stops: whether a stop at an end of a stretch shows it, too.
+    :param turns: joints in which that is so where they turn around, too; None: those of ``like``.
     """
-    scales = stretches[0].scales
+    scales, like = stretches[0].scales, like or stretches
     sizes = scales.sign_limit, scales.speed
-    joints = stopping_joints([(s.q, s.band) for s in like or stretches], *sizes, end_stops)
-    return tuple(replace(s, rests=find_rests(s.q, s.band, *sizes, joints)) for s in stretches)
+    joints = stopping_joints([(s.q, s.band) for s in like], *sizes, end_stops)
+    at = like[0].turns if turns is None else frozenset(turns)
+    return tuple(
+        replace(s, rests=find_rests(s.q, s.band, *sizes, joints, at), turns=at) for s in stretches
+    )
 
 
 def choose_band(

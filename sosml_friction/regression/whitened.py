@@ -17,7 +17,11 @@ from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.contacts import Contacts
 from sosml_friction.regression.evidence import Blocks, CandidateColumns, System, make_blocks
-from sosml_friction.regression.library_residual import library_residual, standstill_is_unknown
+from sosml_friction.regression.library_residual import (
+    library_residual,
+    sticking_joints,
+    unknown_at_rest,
+)
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -72,8 +76,15 @@ class WhitenedRegression:
         step('whitening')
         left = library_residual(rows)
         resting = with_rests(signals, end_stops=settings.end_stops)
-        leave_out = standstill_is_unknown(left, resting)
+        # Where one creeps at rest others do, though more noise in their motion may hide it. One
+        # whose friction at rest is not known sticks in passing, too, for any time.
+        unknown = unknown_at_rest(left, resting)
+        every = range(signals[0].robot.n)
+        turning = with_rests(signals, end_stops=settings.end_stops, turns=every)
+        unknown |= sticking_joints(rows, resting if unknown else signals, turning)
+        leave_out = bool(unknown)
         if leave_out:
+            resting = with_rests(signals, end_stops=settings.end_stops, turns=unknown)
             rows = rows.without_standstill(resting)
             left = library_residual(rows)
         whitening = Whitening.fit(rows, left, resting, leave_out, settings.tolerance)

@@ -529,7 +529,7 @@ DATA_FAULTS = [
     ),
     ({}, {'t': [0, 0.01, math.nan, 0.03, 0.04]}, "time 't' of .* is nan at index 2: each sample"),
     ({}, {'t': [0, 1, 2, 3, 1e12]}, r'reaches 1e\+12: check its unit'),
-    ({}, {'t': T - 1.0}, 'begins 1000000000 ns before 0: set start_time'),
+    ({'start_time': 0.5}, {'t': T - 1.0}, 'begins 500000000 ns before 0: set start_time'),
     ({}, {'t': T[:4]}, "4 samples of time and 5 of the position of shoulder .'q'.: they must be"),
     ({}, {'t': []}, 'holds no samples'),
     ({'joints/shoulder/effort/column': 0}, {}, "'tau' of .* it is no table, so remove column"),
@@ -707,3 +707,12 @@ def test_values_and_integer_stamps_pass_unchanged(tmp_path_factory, steps, value
     assert log.t_ns.tolist() == stamps.tolist()
     np.testing.assert_array_equal(log.q[:, 0], values)
     np.testing.assert_array_equal(log.tau[:, 0], -values)
+
+
+def test_time_before_a_trigger_is_counted_from_the_first_sample(tmp_path, source, mapping):
+    told = []
+    import_recording(source(t=T - 1.0), mapping({}), tmp_path / 'bag', tell=told.append)
+    log = Bag.open(tmp_path / 'bag').joint_log()
+    assert log.t_ns[0] == 0
+    np.testing.assert_allclose(np.diff(log.time), np.diff(T), atol=1e-9)
+    assert any('begins 1 s before 0' in sentence for sentence in told)

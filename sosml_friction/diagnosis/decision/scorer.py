@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
-from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
+from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
@@ -32,7 +32,7 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._far = sliding(laboratory)
+        self._far = sliding(laboratory) & clear_of_turns(laboratory)
         self._last: tuple[Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:

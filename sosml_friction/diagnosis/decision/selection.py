@@ -18,7 +18,8 @@ class Selection:
     ``before``: the fit without causes; ``fit``: with the accepted ones. ``ranking``: the first
     round's candidates, best first; ``rejected``: the best that was not accepted, with the gates
     it failed; ``masked``: the impossible one that explains more than the best possible one.
-    ``remainder``: what is left beside the accepted that is not noise.
+    ``remainder``: what is left beside the accepted that is not noise. ``laboratory``: with the
+    load of the bodies that were found, None where the nominal's is meant.
     """
 
     before: Baseline
@@ -28,6 +29,7 @@ class Selection:
     rejected: Finding | None = None
     masked: Finding | None = None
     remainder: Remainder = field(default_factory=Remainder)
+    laboratory: WhitenedRegression | None = None
 
     @property
     def after(self) -> Baseline:
@@ -38,6 +40,11 @@ class Selection:
     def system(self) -> System:
         """Return the normal equations with the accepted causes."""
         return self.fit.system
+
+    @property
+    def price(self) -> float:
+        """Return what is left, and what the BIC asks for the parameters of the accepted."""
+        return self.after.cost + sum(f.score.gain - f.delta_bic for f in self.accepted)
 
     def refit(self, laboratory: WhitenedRegression) -> None:
         """Fit the causes that are accepted now."""

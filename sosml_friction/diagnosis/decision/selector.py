@@ -15,6 +15,7 @@ from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import settle
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -27,6 +28,8 @@ _LISTED = 30
 #: A cause explains at least this share of what the best impossible candidate explains: that much
 #: is what a wrong model looks like. Chosen, no measurement.
 _BELOW_IMPOSSIBLE = 0.5
+#: A joint of whose residual free curves explain more than this share is explained by half.
+_HALF = 0.5
 
 
 class Selector:
@@ -40,33 +43,54 @@ class Selector:
         self.step = step
         self.scorer = Scorer(laboratory)
         self._impossible = 0.0
+        #: Possible causes that explain at least half as much as the best of all, alone.
+        self._starts: list[tuple[str, int]] = []
 
     def run(self) -> Selection:
-        """Return the causes that passed all gates, after backward elimination."""
+        """
+        Return the causes that passed all gates, after backward elimination.
+
+        The first may have stood for two others, and what was accepted after it made up for that.
+        Where most of what is left has a structure, the search begins again with each of the others
+        that explained about as much; the causes with the least cost and price are returned.
+        """
+        result = self._searched(None)
+        if is_half_the_truth(result):
+            for first in [key for key in self._starts if key != result.accepted[0].key]:
+                self.step(f'beginning with {first[0]}')
+                other = self._searched(first)
+                if other.accepted and other.price + BIC_CLOSE < result.price:
+                    result = other
+        return result
+
+    def _searched(self, first: tuple[str, int] | None) -> Selection:
+        """Return what is found, beginning with a cause if one is given."""
         lab = self.laboratory
         fit = Fit.make(lab.system, lab.y)
         result = Selection(fit.baseline, fit)
+        self.scorer.refused.clear()
         while True:
-            self._search(result)
+            self._search(result, first)
             # What an impossible one stood for may be named then.
             if not self._eliminate(result):
                 break
         self._settle(result)
         self.step('looking for what is left')
-        result.judge_remainder(lab)
+        result.judge_remainder(result.laboratory or lab)
         return result
 
     def _settle(self, result: Selection) -> None:
         """Search the inner parameters of all causes beside one another, as a fit of them does."""
         placed = settle(self.laboratory, [f.placed for f in result.accepted], self.step)
+        result.laboratory, placed = fitted_to_carried_load(self.laboratory, placed)
         result.accepted = [
             replace(finding, inner=each.inner, columns=each.columns)
             for finding, each in zip(result.accepted, placed, strict=True)
         ]
         result.refit(self.laboratory)
 
-    def _search(self, result: Selection) -> None:
-        """Accept one cause after the other."""
+    def _search(self, result: Selection, first: tuple[str, int] | None) -> None:
+        """Accept one cause after the other, ``first`` as the first."""
         lab = self.laboratory
         result.masked = None
         while True:
@@ -80,9 +104,13 @@ class Selector:
             top = self._refined(result.fit, found)
             if not top:
                 break
+            if first is None and not result.accepted:
+                self._starts = [finding.key for finding in top if not finding.objection]
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
-            if friction := self._wrong_friction(result, of_grid, top[0]):
+            if first is not None and not result.accepted:
+                top = [finding for finding in top if finding.key == first]
+            elif friction := self._wrong_friction(result, of_grid, top[0]):
                 result.accepted += friction
                 result.refit(lab)
                 self.step('found the friction of the nominal to be wrong')
@@ -231,6 +259,14 @@ class Selector:
             if reason := finding.effect.implausible(fit):
                 return k, reason
         return None
+
+
+def is_half_the_truth(result: Selection) -> bool:
+    """Tell whether more than half of what is left of a joint that has a cause has a structure."""
+    left = result.remainder
+    acted = {int(row) for finding in result.accepted for row in finding.columns.rows}
+    beyond = {x.joint for x in left.beyond_chance}
+    return any(left.explained[i] > _HALF for i in acted & beyond)
 
 
 def _of_nominal_friction(effect: Term) -> bool:

@@ -8,8 +8,10 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.library_residual import in_motion
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rests import still
+from sosml_friction.regression.signals import with_rests
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -30,6 +32,19 @@ def sliding(laboratory: WhitenedRegression) -> BoolArray:
         for begin, end in runs(np.ascontiguousarray(stuck)):
             own[begin:end] &= own[begin:end].all()
     return result
+
+
+def clear_of_turns(laboratory: WhitenedRegression) -> BoolArray:
+    """
+    Return the whitened rows (rows, n) that see nothing of where a joint turns around.
+
+    Not as much as the tails of the low-pass: motion that repeats turns around at the same places,
+    and what is fast over position acts there alone.
+    """
+    every = range(laboratory.robot.n)
+    turning = with_rests(laboratory.signals, turns=every)
+    parts = zip(turning, laboratory.rows.residual, strict=True)
+    return np.concatenate([in_motion(s, len(rows))[ORDER:] for s, rows in parts])
 
 
 def fit_within(system: System, y: FloatArray, rows: BoolArray) -> Fit:

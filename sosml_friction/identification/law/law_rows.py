@@ -29,7 +29,8 @@ class LawRows:
     sign, 0 for the sign itself; ``find_smoothing``: whether it is to be found. ``form``: which
     law. ``extra``: more columns with a factor each (K, E), None for none. ``unsmoothed``: the
     rows at velocities of the position alone, where those of ``v`` are smoothed by the torque.
-    ``held``: y with the effort held where samples were lost, None where none were.
+    ``held``: y with the effort held where samples were lost, None where none were. ``late``: y
+    with an effort that acts later by one standard error of when it does, None where that is known.
     """
 
     v: FloatArray
@@ -44,6 +45,7 @@ class LawRows:
     extra: FloatArray | None = None
     unsmoothed: LawRows | None = None
     held: FloatArray | None = None
+    late: FloatArray | None = None
 
     def fit(self, effort_unit: str) -> LawFit:
         """
@@ -70,6 +72,8 @@ class LawRows:
             yield self.unsmoothed, _UNSURE
         if self.held is not None:
             yield replace(self, y=self.held), 1.0
+        if self.late is not None:
+            yield replace(self, y=self.late), 1.0
 
     def _fit(self, effort_unit: str) -> LawFit:
         return fit_law(

@@ -134,6 +134,7 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
         extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
         unsmoothed=None if rows.unsmoothed is None else joined(rows.unsmoothed, noise),
         held=None if rows.held is None else mean @ np.nan_to_num(rows.held),
+        late=None if rows.late is None else mean @ np.nan_to_num(rows.late),
     )
 
 
@@ -183,6 +184,7 @@ class LawStack:
             else np.column_stack([project(column) for column in self.rows.extra.T]),
             unsmoothed=own.rows if own else None,
             held=None if self.rows.held is None else project(self.rows.held),
+            late=None if self.rows.late is None else project(self.rows.late),
         )
         return LawStack(rows, self.bag, own)
 
@@ -214,10 +216,14 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         )
     extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
               if rows.extra is not None]  # fmt: skip
-    held, unsmoothed = None, None
-    if any(rows.held is not None for rows in parts):
-        ways = [rows.y if rows.held is None else rows.held for rows in parts]
-        held = np.concatenate([w * y for w, y in zip(weights, ways, strict=True)])
+    unsmoothed = None
+
+    def other(ways: Sequence[FloatArray | None]) -> FloatArray | None:
+        if all(way is None for way in ways):
+            return None
+        known = [rows.y if way is None else way for rows, way in zip(parts, ways, strict=True)]
+        return np.concatenate([w * y for w, y in zip(weights, known, strict=True)])
+
     if any(rows.unsmoothed for rows in parts):
         unsmoothed = stack_rows([rows.unsmoothed or rows for rows in parts], weights)
     stacked = replace(
@@ -230,7 +236,8 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         lag=lag,
         extra=np.concatenate(extras) if extras else None,
         unsmoothed=unsmoothed.rows if unsmoothed else None,
-        held=held,
+        held=other([rows.held for rows in parts]),
+        late=other([rows.late for rows in parts]),
     )
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     return LawStack(stacked, bag, unsmoothed)

@@ -11,6 +11,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.identification.effort_timing import TIMING
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.fit.findings import simulation_lines
@@ -83,13 +84,17 @@ class FitOutcome:
             )
 
 
-def hold_remark(bags: Sequence[Path], namespace: str | None) -> Iterator[str]:
-    """Return what was assumed of bags that do not say where in an interval effort holds."""
-    silent = [
-        str(bag) for bag in bags if Bag.open(bag, namespace).text('observer_configuration') is None
-    ]
+def hold_remark(analyses: Mapping[Path, BagAnalysis], namespace: str | None) -> Iterator[str]:
+    """Return what was found or assumed of bags that do not say where effort holds."""
+    silent = []
+    for bag, one in analyses.items():
+        checks = one.data_checks
+        told = [f.sentence for f in checks.findings if f.check == TIMING] if checks else []
+        yield from (f'{text[:1].upper()}{text[1:]}.' for text in told)
+        if not told and Bag.open(bag, namespace).text('observer_configuration') is None:
+            silent.append(str(bag))
     if silent:
-        who = 'The bag does' if len(bags) == 1 else f'Of the bags, {", ".join(silent)} do'
+        who = 'The bag does' if len(analyses) == 1 else f'Of the bags, {", ".join(silent)} do'
         yield (
             f'{who} not say where in an interval effort holds, so it was taken for a\n'
             'command (start). A measured current holds until its sample (--effort-hold end), '

@@ -29,6 +29,13 @@ class BodyTerm(Term):
         changes = self.changes(signals.robot, joint, inner)
         return np.stack([_effort(signals, change) for change in changes], axis=2)
 
+    def carried(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the same of what the gears pass on: rotors are before them."""
+        changes = self.changes(signals.robot, joint, inner)
+        return np.stack(
+            [_effort(signals, own) - signals.a * own.rotors for own in changes], axis=2
+        )
+
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
     ) -> SimulatedTerm:

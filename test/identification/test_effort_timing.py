@@ -1,0 +1,82 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""When effort acts between samples, where nothing says so."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import recording, sines
+
+from sosml_friction.identification.data_finding import NOTE
+from sosml_friction.identification.effort_timing import TIMING, EffortTiming
+from sosml_friction.identification.log_analysis import analyse_log
+from sosml_friction.identification.weak_form import WeakForm
+from sosml_friction.model.simple_models import pendulum_model
+
+MASS, LENGTH, ARMATURE, COULOMB, VISCOUS = 1.2, 0.3, 0.02, 0.25, 0.15
+STEP = 0.01
+LINES = ((1.0, 0.9, 0.0), (0.4, 2.3, 1.0), (0.1, 5.1, 2.0))
+
+
+def effort(t):
+    q, v, a = sines(t, LINES)
+    weight = MASS * 9.81 * LENGTH * np.sin(q)
+    friction = COULOMB * np.tanh(v / 5e-3) + VISCOUS * v
+    return (ARMATURE + MASS * LENGTH**2) * a + weight + friction
+
+
+def swing(late):
+    """Return a pendulum at 100 Hz whose effort is reported ``late`` after it acted [s]."""
+    t = STEP * np.arange(4000)
+    rng = np.random.default_rng(3)
+    q = sines(t, LINES)[0] + 2e-5 * rng.standard_normal(len(t))
+    return recording(('joint',), t, q, effort(t - late) + 0.02 * rng.standard_normal(len(t)))
+
+
+MODEL = pendulum_model(MASS, LENGTH, 0.0, ARMATURE, 'joint')
+
+
+@pytest.mark.parametrize('late', [-0.5 * STEP, 0.0, 0.5 * STEP])
+def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late):
+    found = analyse_log(swing(late), MODEL)
+    (fits,) = found.fit.joints.values()
+    parameters = fits['weak_form'].fit.parameters
+    for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
+        p = parameters[name]
+        assert abs(p.value - true) < 3.0 * p.std_error
+        assert p.std_error < 0.05 * true
+    (said,) = (f for f in found.data_checks.findings if f.check == TIMING)
+    assert said.level == NOTE
+    assert '--effort-hold' in said.sentence
+
+
+def test_what_is_stated_is_not_measured_and_may_be_wrong():
+    found = analyse_log(swing(0.5 * STEP), MODEL, effort_hold='start')
+    (fits,) = found.fit.joints.values()
+    viscous = fits['weak_form'].fit.parameters['viscous']
+    assert VISCOUS - viscous.value > 5.0 * viscous.std_error
+    assert not [f for f in found.data_checks.findings if f.check == TIMING]
+
+
+def test_an_unsure_timing_makes_an_unsure_friction():
+    log, robot = swing(0.0), MODEL.make_robot()
+    sure, unsure = (
+        WeakForm(log, robot, timing=EffortTiming(0.0, error)).fit(0).fit.parameters['viscous']
+        for error in (0.0, 0.3 * STEP)
+    )
+    assert unsure.value == pytest.approx(sure.value)
+    assert unsure.std_error > 5.0 * sure.std_error
+
+
+def test_a_regression_surer_than_its_prior_tells_the_timing_and_another_one_nothing():
+    step, prior = 0.01, 0.0018
+    told = EffortTiming.of(0.002, 0.0002, prior, step)
+    # Without the pull of the prior, which weighs (error / prior)^2.
+    assert told.delay_s == pytest.approx(0.002 / (1.0 - (0.0002 / prior) ** 2), rel=1e-3)
+    assert told.hold(step) == 'mean'
+    nothing = EffortTiming.of(-0.004, 0.005, prior, step)
+    assert (nothing.delay_s, nothing.std_error) == (0.0, pytest.approx(step / np.sqrt(12.0)))
+    end = EffortTiming.of(0.0055, 0.0001, prior, step)
+    assert end.later(step) == pytest.approx(1.0, abs=0.02)
+    assert (end.hold(step), end.std_error < 0.001) == ('end', True)
