@@ -28,6 +28,7 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -342,11 +343,11 @@ class ObserverNode(ProgramNode):
     def _publish(self, result: JointState, selected: str, taken: Watched) -> None:
         for name, publisher in self._outputs.items():
             result.effort = taken.estimates[name].tolist()
-            publisher.publish(result)
+            _send(publisher, result)
             if name == selected:
-                self._selected_output.publish(result)
+                _send(self._selected_output, result)
         result.effort = taken.error.tolist()
-        self._error_output.publish(result)
+        _send(self._error_output, result)
 
     def _count_unusable(self, what: str, sentence: str) -> None:
         # Another publisher may share the topic, so one such message is no error; only such are.
@@ -398,6 +399,12 @@ class ObserverNode(ProgramNode):
             for s in said
         ]
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
+
+
+def _send(publisher: Publisher, message: JointState) -> None:
+    """Publish where somebody listens: nobody who comes later gets it, and it costs the most."""
+    if publisher.get_subscription_count():
+        publisher.publish(message)
 
 
 HELP = NodeHelp(
