@@ -52,7 +52,9 @@ help:
 	echo "               a word; then end every node in every phase by every signal (half an hour;"
 	echo "               ARGS='--cases 1000 --files 900 --drives 20' for less, without the signals):"
 	echo "               docs/reliability.md"
-	echo "make benchmark  what a step, a recording and a bag cost, as ratios (two minutes):"
+	echo "make benchmark  what a step, a recording, a bag and observer_node cost (five minutes):"
+	echo "               docs/performance.md"
+	echo "make benchmark-long  fit and diagnosis by length, joints and effects (an hour on one core):"
 	echo "               docs/performance.md"
 	echo "make latency   from a sample's stamp to its estimate, driver and observer in two processes and in one"
 	echo "make robustness  what is left of the observers where their assumptions fail (a minute)"
@@ -110,6 +112,12 @@ reliability: $(STAMP)
 benchmark: $(STAMP)
 	@$(BIN)/python benchmarks/performance.py
 	$(BIN)/python benchmarks/observers.py
+	$(BIN)/python benchmarks/observer_node.py
+
+.PHONY: benchmark-long
+benchmark-long: $(STAMP)
+	@$(BIN)/python benchmarks/long_recordings.py 3 6 12 30 60
+	$(BIN)/python benchmarks/scaling.py
 
 .PHONY: latency
 latency: $(STAMP)

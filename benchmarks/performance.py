@@ -5,12 +5,15 @@ What a step, a recording and a bag cost, beside the way by calls: the table of d
 
 Run with ``make benchmark``. The way by calls asks Pinocchio for the terms of every sample, makes
 its interval with NumPy, and decodes a bag message by message with mcap and rclpy. Both take turns
-in one run, and each time is the median of its turns, beside the best of them, which a busy machine
-spares more; the ratios of one run say more than its times. Nothing here is a test.
+in one run, and each time, of the processor, is the median of its turns, beside the best of them,
+which a busy machine spares more; the ratios of one run say more than its times. Nothing here is a
+test.
 """
 
 from __future__ import annotations
 
+import os
+import resource
 import statistics
 import subprocess
 import sys
@@ -124,15 +127,19 @@ def read_by_calls(folder: Path) -> FloatArray:
     return np.array(rows)
 
 
-def in_turn(*sides: Callable[[], object], turns: int = TURNS) -> list[FloatArray]:
+def in_turn(
+    *sides: Callable[[], object],
+    turns: int = TURNS,
+    clock: Callable[[], float] = time.process_time,
+) -> list[FloatArray]:
     """Return the median and the least time of each side [s], after one turn that may compile."""
     times: list[list[float]] = [[] for _ in sides]
     for turn in range(turns + 1):
         for side, own in zip(sides, times, strict=True):
-            begun = time.perf_counter()
+            begun = clock()
             side()
             if turn:
-                own.append(time.perf_counter() - begun)
+                own.append(clock() - begun)
     return [np.array([statistics.median(own), min(own)]) for own in times]
 
 
@@ -180,10 +187,21 @@ ESTIMATOR = (
 )
 
 
+def of_programs() -> float:
+    """Return the processor time of all programs that were run and have ended [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def start_up(code: str, *arguments: str) -> float:
-    """Return the median time of a program [s]."""
+    """Return the median processor time of a program [s], its modules compiled to bytes before."""
     command = [sys.executable, '-c', code, *arguments]
-    (taken,) = in_turn(lambda: subprocess.run(command, capture_output=True, check=True), turns=5)
+    environment = {k: v for k, v in os.environ.items() if k != 'PYTHONDONTWRITEBYTECODE'}
+
+    def run() -> None:
+        subprocess.run(command, env=environment, capture_output=True, check=True)
+
+    (taken,) = in_turn(run, turns=5, clock=of_programs)
     return float(taken[0])
 
 

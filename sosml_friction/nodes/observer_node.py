@@ -18,6 +18,7 @@ what the joint spends beside its rigid body, and so part of tau_f.
 
 import sys
 import time
+from array import array
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -28,11 +29,12 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from sosml_friction.arrays import IndexArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.wrap import RunningUnwrap
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.model.effort_correction import EffortCorrection
@@ -205,6 +207,8 @@ class ObserverNode(ProgramNode):
         )
         self._unwrap = RunningUnwrap(robot.n)
         self._joints = list(robot.names)
+        # One for all samples: making one costs as much as filling it.
+        self._result = JointState(name=self._joints)
         self._health = ObserverHealth(robot.names)
         self._outputs = {
             name: self.create_publisher(JointState, f'friction_estimate/{name}', JOINT_STATES)
@@ -335,18 +339,19 @@ class ObserverNode(ProgramNode):
             gap_s = watch.estimator.maximum_gap_s
             self.get_logger().info(f'a gap in joint_states is now more than {gap_s:.3g} s')
             self._run(replace(self._configuration, maximum_gap_s=gap_s))
-        result = JointState(header=message.header, name=self._joints)
-        result.position, result.velocity = q.tolist(), v.tolist()
+        result = self._result
+        result.header = message.header
+        result.position, result.velocity = _numbers(q), _numbers(v)
         self._publish(result, watch.selected, taken)
 
     def _publish(self, result: JointState, selected: str, taken: Watched) -> None:
         for name, publisher in self._outputs.items():
-            result.effort = taken.estimates[name].tolist()
-            publisher.publish(result)
+            result.effort = _numbers(taken.estimates[name])
+            _send(publisher, result)
             if name == selected:
-                self._selected_output.publish(result)
-        result.effort = taken.error.tolist()
-        self._error_output.publish(result)
+                _send(self._selected_output, result)
+        result.effort = _numbers(taken.error)
+        _send(self._error_output, result)
 
     def _count_unusable(self, what: str, sentence: str) -> None:
         # Another publisher may share the topic, so one such message is no error; only such are.
@@ -398,6 +403,17 @@ class ObserverNode(ProgramNode):
             for s in said
         ]
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), statuses))
+
+
+def _numbers(x: FloatArray) -> 'array[float]':
+    """Return what a message takes as it is: of a list it would look at every number."""
+    return array('d', x.tobytes())
+
+
+def _send(publisher: Publisher, message: JointState) -> None:
+    """Publish where somebody listens: nobody who comes later gets it, and it costs the most."""
+    if publisher.get_subscription_count():
+        publisher.publish(message)
 
 
 HELP = NodeHelp(

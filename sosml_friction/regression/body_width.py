@@ -115,7 +115,7 @@ def _products(
     laboratory: WhitenedRegression, system: System
 ) -> tuple[FloatArray, FloatArray, float]:
     target = Fit.make(system, laboratory.y).target
-    return system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1)), float(target.yy.sum())
+    return system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
 
 
 def _prior(laboratory: WhitenedRegression, system: System, tolerance: float) -> FloatArray:
@@ -142,7 +142,7 @@ def _log_evidence(G: FloatArray, r: FloatArray, prior: FloatArray) -> float:
 
 def body_precision(system: System, rigid: IndexArray) -> FloatArray:
     """Return the inverse covariance of the rigid body (p, p), all else fitted beside it."""
-    A = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
+    A = system.total + np.diag(system.penalty())
     others = np.setdiff1d(np.arange(len(A)), rigid)
     across = A[np.ix_(others, rigid)]
     return np.asarray(
@@ -156,7 +156,7 @@ def body_variance(system: System, rigid: IndexArray, index: int) -> float:
 
     Its variance in the fit less that with the bodies held where the fit has them.
     """
-    A = system.G.sum(axis=(0, 1)) + np.diag(system.penalty())
+    A = system.total + np.diag(system.penalty())
     scale = 1.0 / np.sqrt(np.diag(A))
     A = A * scale * scale[:, None]
     held = np.setdiff1d(np.arange(len(A)), rigid)

@@ -8,7 +8,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
 
 #: A guess within this share of a bound is at the bound: rounding of double precision, and more.
-_AT = 1e-12
+AT = 1e-12
 #: A bound that hurts by less [square root of the cost] holds.
 SAME = 1e-9
 
@@ -39,9 +39,9 @@ def bounded_from(
     state = np.zeros(p, dtype=np.int64)
     for i in range(p):
         # Where the guess is at a bound, or past it by rounding, the answer is likely to be, too.
-        if x[i] != 0.0 and x[i] <= low[i] + _AT * abs(low[i]):
+        if x[i] != 0.0 and x[i] <= low[i] + AT * abs(low[i]):
             x[i], state[i] = low[i], -1
-        elif x[i] != 0.0 and x[i] >= high[i] - _AT * abs(high[i]):
+        elif x[i] != 0.0 and x[i] >= high[i] - AT * abs(high[i]):
             x[i], state[i] = high[i], 1
     for _ in range(10 * p + 10):
         # Solve on the free set; where that leaves the bounds, go as far as they allow.

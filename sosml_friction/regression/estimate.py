@@ -17,8 +17,7 @@ from sosml_friction.regression.evidence import (
     UNIFORM,
     CandidateColumns,
     Fit,
-    System,
-    Target,
+    NormalEquations,
     solve_bounded,
 )
 from sosml_friction.regression.inner_search import refine
@@ -122,28 +121,29 @@ def settle(
 
     :param held: inner parameters that stay as they are, by number of the term and name.
     """
-    result, fit = list(placed), fit_of(laboratory, placed)
+    result = list(placed)
+    x, cost = equations_of(laboratory, result).solve()
     for number in range(_MOST_ROUNDS):
-        linear = Linear.make(laboratory, result, fit, held)
+        linear = Linear.make(laboratory, result, x, held)
         if not linear.owners:
             break
         step(f'settling the inner parameters, round {number + 1}')
-        change, before = linear.newton(), fit.baseline.cost
+        change, before = linear.newton(), cost
         for share in _SHARES:
             ahead = linear.moved(laboratory, result, share * change)
-            there = fit_of(laboratory, ahead)
-            if there.baseline.cost < before:
-                result, fit = ahead, there
+            there, its = equations_of(laboratory, ahead).solve()
+            if its < before:
+                result, x, cost = ahead, there, its
                 break
-        if before - fit.baseline.cost < _SETTLED:
+        if before - cost < _SETTLED:
             break
     return result
 
 
-def fit_of(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Fit:
-    """Return the fit of the amplitudes of terms, all that is nominal beside them."""
+def equations_of(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> NormalEquations:
+    """Return the normal equations of the nominal and the amplitudes of terms."""
     columns = [each.columns for each in placed]
-    return Fit.make(laboratory.system.extended(columns), laboratory.y)
+    return NormalEquations.make(laboratory.system, laboratory.target, columns)
 
 
 @dataclass(frozen=True)
@@ -151,13 +151,14 @@ class Linear:
     """
     Hold a fit linearised in its inner parameters.
 
-    ``wide``: deviations, amplitudes, and the slopes over the logarithms of the inner parameters
-    ``owners``: which term, which parameter, its value and physical range. ``stands_for``: which
-    amplitudes may stand for a nominal parameter.
+    ``equations``: of deviations, ``known`` of them with the amplitudes, and of the ``slopes`` over
+    the logarithms of the inner parameters ``owners``: which term, which parameter, its value and
+    physical range. ``stands_for``: which amplitudes may stand for a nominal parameter.
     """
 
-    wide: System
-    fit: Fit
+    equations: NormalEquations
+    known: int
+    slopes: tuple[CandidateColumns, ...]
     stands_for: BoolArray
     owners: tuple[tuple[int, str, float, tuple[float, float]], ...]
 
@@ -166,35 +167,35 @@ class Linear:
         cls,
         laboratory: WhitenedRegression,
         placed: Sequence[Placed],
-        fit: Fit,
+        x: FloatArray,
         held: frozenset[tuple[int, str]] = frozenset(),
     ) -> Linear:
-        """Return the fit of settled terms, linearised in all but what is held."""
+        """Return the fit ``x`` of settled terms, linearised in all but what is held."""
         slopes: list[CandidateColumns] = []
         owners: list[tuple[int, str, float, tuple[float, float]]] = []
         for k, (each, part) in enumerate(zip(placed, slices(laboratory, placed), strict=True)):
             bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
             for name in each.term.refined:
                 if name in bounds and (k, name) not in held:
-                    slopes.append(_slope(laboratory, each, name, fit.baseline.x[part]))
+                    slopes.append(_slope(laboratory, each, name, x[part]))
                     owners.append((k, name, float(each.inner[name]), bounds[name]))
         stands_for = [
             each.term.axis != 'acceleration'
             for each in placed
             for _ in range(each.columns.C.shape[3])
         ]
-        return cls(fit.system.extended(slopes), fit, np.array(stands_for, bool), tuple(owners))
+        columns = [*(each.columns for each in placed), *slopes]
+        equations = NormalEquations.make(laboratory.system, laboratory.target, columns)
+        return cls(equations, len(x), tuple(slopes), np.array(stands_for, bool), tuple(owners))
 
     def newton(self) -> FloatArray:
         """Return the step of the logarithms to where the linearised cost is least."""
-        count = len(self.owners)
+        count, own = len(self.owners), self.equations
         ends = [(np.log(low / own), np.log(high / own)) for _, _, own, (low, high) in self.owners]
         low, high = np.minimum(np.array(ends).T, [[0.0], [np.inf]])
-        known = self.fit.system.bound
-        G = self.wide.G.sum(axis=(0, 1)) + np.diag(self.wide.penalty())
-        r = Target.make(self.wide, self.fit.target.y).r.sum(axis=(0, 1))
+        known = own.bound[: self.known]
         lower, upper = np.concatenate([-known, low]), np.concatenate([known, np.maximum(high, 0)])
-        return solve_bounded(G, r, lower, upper)[-count:]
+        return solve_bounded(own.G + np.diag(own.penalty), own.r, lower, upper)[-count:]
 
     def moved(
         self, laboratory: WhitenedRegression, placed: Sequence[Placed], change: FloatArray
@@ -216,12 +217,11 @@ class Linear:
         the term has all of its change. Not so of an inertia, whose regressor is differentiated
         twice: the tolerance of the nominal one stays in its error.
         """
-        data, own = self.wide.G.sum(axis=(0, 1)), len(laboratory.nominal.bound)
-        known = self.fit.system.Z.shape[2]
+        data, own, known = self.equations.G, len(laboratory.nominal.bound), self.known
         size = np.sqrt(np.maximum(np.diag(data), np.finfo(float).tiny))
         alike = np.abs(data[:own, own:known]) / size[:own, None] / size[own:known]
         named = np.flatnonzero(((alike > _SAME_COLUMN) & self.stands_for).any(axis=1))
-        return self._inverse(data, named, self.wide.penalty()), named
+        return self._inverse(data, named, self.equations.penalty), named
 
     @staticmethod
     def _inverse(data: FloatArray, without: IndexArray, penalty: FloatArray) -> FloatArray:
@@ -231,9 +231,9 @@ class Linear:
         scale = 1.0 / np.sqrt(np.diag(G))
         return np.asarray(np.linalg.pinv(G * scale * scale[:, None]) * scale * scale[:, None])
 
-    def variances(self, laboratory: WhitenedRegression) -> FloatArray:
+    def variances(self, laboratory: WhitenedRegression, fit: Fit) -> FloatArray:
         """
-        Return variances of all parameters, (m,): the sum of three.
+        Return variances of all parameters of the ``fit``, (m,): the sum of three.
 
         That of noise is the curvature's, scaled by what is left where that is more than noise, or
         what the blocks of the recording say, each with its own sum of scores, where this is
@@ -243,11 +243,11 @@ class Linear:
         is an error too. That of the build-up of friction: what the rows beside reversals move,
         beyond chance.
         """
-        wide, x = self.wide, self.fit.baseline.x
+        wide, x = fit.system.extended(self.slopes), fit.baseline.x
         covariance, named = self.covariance(laboratory)
-        data = wide.G.sum(axis=(0, 1))
+        data = self.equations.G.copy()
         data[named], data[:, named] = 0.0, 0.0
-        left = self.fit.target.y - wide.Z[:, :, : len(x)] @ x
+        left = fit.target.y - wide.Z[:, :, : len(x)] @ x
         scores = np.array(
             [np.einsum('rnp,rn->p', wide.Z[a:b], left[a:b]) for a, b in wide.blocks.ranges]
         )
@@ -257,47 +257,48 @@ class Linear:
         spread = (scores - scores.mean(axis=0)) @ covariance
         between = np.sum(spread**2, axis=0) * count / (count - 1)
         noise = np.einsum('ij,jk,ki->i', covariance, data, covariance)
-        ratio = max(self.fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+        ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
         result = np.maximum(noise * ratio, between)
         result += (covariance**2) @ (UNIFORM * wide.prior_weight())
-        result += self._beyond(laboratory, named, scores.sum(axis=0)) ** 2
-        result += self._by_reversals(laboratory, left, named, covariance)
+        result += self._beyond(laboratory, x, named, scores.sum(axis=0)) ** 2
+        result += self._by_reversals(x, wide.Z, laboratory, left, named, covariance)
         return np.asarray(result)
 
     def _by_reversals(
         self,
+        x: FloatArray,
+        Z: FloatArray,
         laboratory: WhitenedRegression,
         left: FloatArray,
         named: IndexArray,
         covariance: FloatArray,
     ) -> FloatArray:
         """Return the squares of what the rows beside reversals move, beyond what chance would."""
-        Z, x = self.wide.Z, self.fit.baseline.x
+        penalty = self.equations.penalty
         far = far_from_reversals(laboratory, Z)
         kept = Z * far[:, :, None]
         G = np.einsum('rnp,rnq->pq', kept, kept, optimize=True)
-        alone = self._inverse(G, named, self.wide.penalty())
+        alone = self._inverse(G, named, penalty)
         pull = np.einsum('rnp,rn->p', kept, left)
-        pull[: len(x)] -= self.wide.penalty()[: len(x)] * x
+        pull[: len(x)] -= penalty[: len(x)] * x
         pull[named] = 0.0
         chance = np.maximum(np.diag(alone) - np.diag(covariance), 0.0)
         return np.asarray(np.maximum((alone @ pull) ** 2 - chance, 0.0))
 
     def _beyond(
-        self, laboratory: WhitenedRegression, named: IndexArray, score: FloatArray
+        self, laboratory: WhitenedRegression, x: FloatArray, named: IndexArray, score: FloatArray
     ) -> FloatArray:
         """Return how all parameters would move if none of the nominal's were held by its bound."""
-        bound, x = laboratory.nominal.bound, self.fit.baseline.x
+        bound = laboratory.nominal.bound
         at = np.abs(x[: len(bound)]) >= AT_BOUND * bound
         held = np.setdiff1d(np.flatnonzero(at & (bound > 0.0)), named)
         if not len(held):
             return np.zeros_like(score)
-        penalty = self.wide.penalty()
-        penalty[held] -= self.wide.prior_weight()[held]
+        penalty = self.equations.penalty.copy()
+        penalty[held] -= laboratory.system.prior_weight()[held]
         pull = score.copy()
         pull[: len(x)] -= penalty[: len(x)] * x
-        G = self.wide.G.sum(axis=(0, 1))
-        result = self._inverse(G, named, penalty) @ pull
+        result = self._inverse(self.equations.G, named, penalty) @ pull
         # No further than to where it may be at all.
         return np.asarray(result * min(1.0, np.min(2.0 * bound[held] / np.abs(result[held]))))
 
@@ -309,13 +310,14 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     One covariance of deviations, amplitudes and inner parameters together, these by the slope of
     their columns times the amplitudes.
     """
-    fit = fit_of(laboratory, placed)
-    linear = Linear.make(laboratory, placed, fit)
-    variance = linear.variances(laboratory)
+    system = laboratory.system.extended([each.columns for each in placed])
+    fit = Fit.make(system, laboratory.y)
+    linear = Linear.make(laboratory, placed, fit.baseline.x)
+    variance = linear.variances(laboratory, fit)
     for each, part in zip(placed, slices(laboratory, placed), strict=True):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
     errors = np.sqrt(variance)
-    known = fit.system.Z.shape[2]
+    known = linear.known
     inner: list[dict[str, float]] = [{} for _ in placed]
     for (k, name, own, _), error in zip(linear.owners, errors[known:], strict=True):
         body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0

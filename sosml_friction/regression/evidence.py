@@ -8,12 +8,14 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, IndexArray
 from sosml_friction.compiled import compiled
-from sosml_friction.regression.bounded import SAME, bounded_from, bounded_least_squares
+from sosml_friction.regression.bounded import AT, SAME, bounded_from, bounded_least_squares
 from sosml_friction.regression.kernels import convolve_rows, products, squares
 from sosml_friction.regression.noise_model import NoiseModel
 
@@ -27,8 +29,8 @@ _FREE = 1e-10
 UNIFORM = 3.0
 #: A deviation this close to its bound, as a share, is at it.
 AT_BOUND = 0.999
-#: Points of a grid whose deviations at bounds are others before these are looked up anew, and the
-#: points of a grid for which that is not worth its inverse. Chosen, no measurement.
+#: Points of a grid whose deviations at bounds are others before these are looked up anew. Chosen,
+#: no measurement.
 _MISSES = 3
 #: Ridge of a candidate's own columns of norm 1: some grids have collinear columns.
 _REGULAR = 1e-8
@@ -108,27 +110,31 @@ class System:
         """Return a system that has the columns of accepted causes too, without bounds."""
         if not more:
             return self
-        wide = [self.Z]
-        for columns in more:
-            block = np.zeros((*self.Z.shape[:2], columns.C.shape[3]))
-            block[:, columns.rows] = columns.C[:, :, 0]
-            wide.append(block)
-        Z = np.concatenate(wide, axis=2)
+        Z = np.concatenate([self.Z, joined(more, self.Z.shape[1])], axis=2)
         free = np.full(Z.shape[2] - len(self.bound), np.inf)
         return System.make(
             Z, np.concatenate([self.bound, free]), np.concatenate([self.prior, free]), self.blocks
         )
 
+    @cached_property
+    def total(self) -> FloatArray:
+        """Return Z'Z of all joints and blocks, (p, p)."""
+        return np.asarray(self.G.sum(axis=(0, 1)))
+
     def penalty(self) -> FloatArray:
         """Return the diagonal that the prior adds to the normal equations, (p,)."""
-        size = np.einsum('ibkk->k', self.G)
-        return self.prior_weight() + _FREE * size + 1e-12
+        return self.prior_weight() + _ridge(self.total)
 
     def prior_weight(self) -> FloatArray:
         """Return one over the variance of the prior, 0 where there is none, (p,)."""
         weight = np.where(np.isfinite(self.prior), 1.0 / np.maximum(self.prior, 1e-150) ** 2, 0.0)
         # A bound of zero is no freedom at all; its weight would overflow.
         return np.where(self.bound > 0.0, weight, 0.0)
+
+
+def _ridge(G: FloatArray) -> FloatArray:
+    """Return what keeps equations regular, (p,)."""
+    return np.asarray(_FREE * np.diag(G) + 1e-12)
 
 
 @dataclass(frozen=True)
@@ -209,6 +215,15 @@ class CandidateColumns:
         return result.reshape(-1, g, k)
 
 
+def joined(columns: Sequence[CandidateColumns], n: int) -> FloatArray:
+    """Return columns of one point each beside one another, (rows, n, k)."""
+    ends = np.cumsum([0, *(each.C.shape[3] for each in columns)])
+    result = np.zeros((len(columns[0].C), n, int(ends[-1])))
+    for each, first in zip(columns, ends, strict=False):
+        result[:, each.rows, first : first + each.C.shape[3]] = each.C[:, :, 0]
+    return result
+
+
 def _squares(part: ColumnArray) -> FloatArray:
     """Return part' part at each point of the grid, summed over the joints, (g, k, k)."""
     t, m, g, k = part.shape
@@ -216,6 +231,48 @@ def _squares(part: ColumnArray) -> FloatArray:
         flat = part.reshape(t * m, k)
         return np.asarray((flat.T @ flat)[None])
     return squares(part)
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """
+    Hold the normal equations of a system and of free columns beside it, over all rows.
+
+    What a search asks at every step, without the rows and folds of a :class:`Fit`. ``G`` (p, p)
+    without and ``penalty`` (p,) of the prior, ``r`` (p,) and ``yy`` of the target.
+    """
+
+    G: FloatArray
+    penalty: FloatArray
+    bound: FloatArray
+    r: FloatArray
+    yy: float
+
+    @classmethod
+    def make(
+        cls, system: System, target: Target, columns: Sequence[CandidateColumns]
+    ) -> NormalEquations:
+        """Return the equations; the products of ``columns`` begin with those of the system."""
+        own, r, yy = system.total, target.r.sum(axis=(0, 1)), float(target.yy.sum())
+        if not columns:
+            return cls(own, system.penalty(), system.bound, r, yy)
+        rows, n = target.y.shape
+        wide = joined(columns, n).reshape(rows * n, -1)
+        cross = np.hstack([each.B[:, 0, : len(own)].sum(axis=0) for each in columns])
+        more = wide.T @ wide
+        return cls(
+            np.block([[own, cross], [cross.T, more]]),
+            np.concatenate([system.penalty(), _ridge(more)]),
+            np.concatenate([system.bound, np.full(len(more), np.inf)]),
+            np.concatenate([r, wide.T @ target.y.reshape(rows * n)]),
+            yy,
+        )
+
+    def solve(self) -> tuple[FloatArray, float]:
+        """Return where the cost is least within the bounds (p,), and the cost."""
+        A = self.G + np.diag(self.penalty)
+        x = solve_bounded(A, self.r, -self.bound, self.bound)
+        return x, float(self.yy - 2.0 * self.r @ x + x @ A @ x)
 
 
 @dataclass(frozen=True)
@@ -235,11 +292,10 @@ class Baseline:
 
 def fit_baseline(system: System, target: Target) -> Baseline:
     """Return the refitted nominal."""
-    penalty = system.penalty()
+    equations = NormalEquations.make(system, target, ())
+    x, cost = equations.solve()
+    G, r, penalty = equations.G, equations.r, equations.penalty
     low, high = -system.bound, system.bound
-    G, r = system.G.sum(axis=(0, 1)), target.r.sum(axis=(0, 1))
-    x = solve_bounded(G + np.diag(penalty), r, low, high)
-    cost = float(target.yy.sum() - 2.0 * r @ x + x @ (G + np.diag(penalty)) @ x)
     folds = system.blocks.folds
     fold_x = np.empty((folds, len(r)))
     held_out = np.empty((len(target.yy), folds))
@@ -302,23 +358,38 @@ class Fit:
         target = Target.make(system, y)
         return cls(system, target, fit_baseline(system, target))
 
+    @cached_property
+    def _sides(self) -> list[_Side]:
+        """Return the equations of all rows, then those without each fold."""
+        system, x = self.system, self.baseline.x
+        penalty = np.diag(system.penalty())
+        G, r = system.total + penalty, self.target.r.sum(axis=(0, 1))
+        sides = [_Side.make(slice(None), G, r, system.bound, x)]
+        for f, z in enumerate(self.baseline.fold_x):
+            inside = system.blocks.fold == f
+            Gf, rf = (
+                system.G[:, inside].sum(axis=(0, 1)),
+                self.target.r[:, inside].sum(axis=(0, 1)),
+            )
+            sides.append(_Side.make(inside, G - Gf, r - rf, system.bound, z))
+        return sides
+
     def score(self, columns: CandidateColumns) -> Score:
         """Return the evidence for a candidate whose first products are those of the system."""
-        system, baseline = self.system, self.baseline
-        candidate = columns.beside(system)
-        d = candidate.products(system, self.target.y)
-        penalty = np.diag(system.penalty())
-        G, r, A, B, D = self._equations(candidate, d, slice(None))
-        gains, solutions, errors = _sweep(G + penalty, r, system.bound, A, B, D, baseline.x)
-        best, p = int(np.argmax(gains)), len(r)
-        removed = np.empty(system.blocks.folds)
-        for f, z in enumerate(baseline.fold_x):
-            Gf, rf, Af, Bf, Df = self._equations(candidate, d, system.blocks.fold == f)
-            fold_gains, fold_solutions, _ = _sweep(
-                G - Gf + penalty, r - rf, system.bound, A - Af, B - Bf, D - Df, z
-            )
+        baseline = self.baseline
+        candidate = columns.beside(self.system)
+        d = candidate.products(self.system, self.target.y)
+        whole, *folds = self._sides
+        A, B, D = candidate.A.sum(axis=0), candidate.B.sum(axis=0), d.sum(axis=0)
+        gains, solutions = whole.sweep(A, B, D)
+        best, p = int(np.argmax(gains)), len(baseline.x)
+        removed = np.empty(len(folds))
+        for f, (side, z) in enumerate(zip(folds, baseline.fold_x, strict=True)):
+            Af, Bf, Df = (part[side.blocks].sum(axis=0) for part in (candidate.A, candidate.B, d))
+            fold_gains, fold_solutions = side.sweep(A - Af, B - Bf, D - Df)
             g = int(np.argmax(fold_gains))
             x, c = fold_solutions[g, :p], fold_solutions[g, p:]
+            Gf, rf = whole.G - side.G, whole.r - side.r
             with_it = (
                 -2.0 * (rf @ x + Df[g] @ c) + x @ Gf @ x + 2.0 * x @ Bf[g] @ c + c @ Af[g] @ c
             )
@@ -330,7 +401,7 @@ class Fit:
             best=best,
             gain=float(gains[best]) - base,
             amplitude=solutions[best, p:],
-            error=errors[best],
+            error=_amplitude_error(whole.G, A[best], B[best]),
             x=solutions[best, :p],
             cv_gain=float(removed.sum()) / energy,
             cv_se=float(np.std(removed, ddof=1)) * np.sqrt(len(removed)) / energy,
@@ -338,17 +409,53 @@ class Fit:
             gains=gains - base,
         )
 
-    def _equations(
-        self, candidate: CandidateColumns, d: FloatArray, inside: BoolArray | slice
-    ) -> tuple[FloatArray, ...]:
-        """Return Z'Z, Z'y, C'C, Z'C and C'y summed over the joints and some of the blocks."""
-        return (
-            self.system.G[:, inside].sum(axis=(0, 1)),
-            self.target.r[:, inside].sum(axis=(0, 1)),
-            candidate.A[inside].sum(axis=0),
-            candidate.B[inside].sum(axis=0),
-            d[inside].sum(axis=0),
-        )
+
+class _Side(NamedTuple):
+    """
+    Hold the equations of some blocks' rows, which all candidates are tried beside.
+
+    ``blocks``: those left out, or all; ``G`` (p, p) with the prior, ``r``, ``bound`` (p,);
+    ``start`` (p,): the answer without a candidate, ``K``: see :func:`_inverse_of`.
+    """
+
+    blocks: BoolArray | slice
+    G: FloatArray
+    r: FloatArray
+    bound: FloatArray
+    start: FloatArray
+    K: FloatArray
+
+    @classmethod
+    def make(
+        cls,
+        blocks: BoolArray | slice,
+        G: FloatArray,
+        r: FloatArray,
+        bound: FloatArray,
+        start: FloatArray,
+    ) -> _Side:
+        """Return the equations with their inverse."""
+        scale = 1.0 / np.sqrt(np.diag(G))
+        # What is at a bound but for rounding is there.
+        at = np.abs(start) >= (1.0 - AT) * bound
+        start = np.where(at, np.copysign(bound, start), start)
+        K = _inverse_of(G * scale * scale[:, None], np.abs(start) < bound)
+        return cls(blocks, G, r, bound, start, K)
+
+    def sweep(self, A: FloatArray, B: FloatArray, d: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return gains and solutions along a grid, see :func:`_sweep`."""
+        return _sweep(self.G, self.r, self.bound, A, B, d, self.start, self.K)
+
+
+def _amplitude_error(G: FloatArray, A: FloatArray, B: FloatArray) -> FloatArray:
+    """Return the errors of a candidate's amplitudes (k,), of A (k, k) and B (p, k)."""
+    size, scale = np.sqrt(np.diag(A)), 1.0 / np.sqrt(np.diag(G))
+    size = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    own, cross = A * size * size[:, None], B * size * scale[:, None]
+    np.fill_diagonal(own, 1.0 + _REGULAR)
+    left = own - cross.T @ np.linalg.solve(G * scale * scale[:, None], cross)
+    variance = np.diag(np.linalg.inv(left + _REGULAR * np.eye(len(A))))
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)) * size)
 
 
 @compiled
@@ -360,27 +467,26 @@ def _sweep(
     B: FloatArray,
     d: FloatArray,
     start: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    K: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
     """
-    Return the fall of the cost (g,), the solutions (g, p + k) and amplitude errors (g, k).
+    Return the fall of the cost (g,) and the solutions (g, p + k).
 
     Candidates are not bounded. Amplitudes are eliminated first, so that one small bounded problem
     is left for each point of the grid, solved from the answer before; the first from ``start``.
-    Along a large grid the deviations that are at a bound change seldom: while they do not, the
-    inverse of the others' equations is that without the candidate and a correction of rank k.
+    The deviations that are at a bound change seldom: while they do not, the inverse of the others'
+    equations is that without the candidate, ``K``, and a correction of rank k.
     """
     g, k = d.shape
     p = len(r)
-    free, misses = np.zeros(p, dtype=np.bool_), _MISSES
-    K = np.zeros((p, p))
+    misses = 0
     gains = np.empty(g)
     solutions = np.empty((g, p + k))
-    errors = np.empty((g, k))
     scale = 1.0 / np.sqrt(np.diag(G))
     low, high = -bound / scale, bound / scale
     scaled = G * scale * scale.reshape(p, 1)
-    inverse = np.linalg.inv(scaled)
     x = start / scale
+    free = np.abs(start) < bound
     for i in range(g):
         size = np.empty(k)
         for j in range(k):
@@ -392,13 +498,11 @@ def _sweep(
         right = d[i] * size
         solved = np.linalg.solve(own, cross.T)
         aim = r * scale - cross @ np.linalg.solve(own, right)
-        known = False
-        if g > _MISSES:
-            if misses >= _MISSES:
-                misses = 0
-                free = (x > low) & (x < high)
-                K = _inverse_of(scaled, free)
-            known, y = _with_free(scaled, cross, own, solved, aim, low, high, free, K, x)
+        if misses >= _MISSES:
+            misses = 0
+            free = (x > low) & (x < high)
+            K = _inverse_of(scaled, free)
+        known, y = _with_free(scaled, cross, own, solved, aim, low, high, free, K, x)
         if known:
             x = y
         else:
@@ -413,13 +517,7 @@ def _sweep(
         )
         solutions[i, :p] = x * scale
         solutions[i, p:] = c * size
-        left = own - cross.T @ inverse @ cross
-        for j in range(k):
-            left[j, j] += _REGULAR
-        covariance = np.linalg.inv(left)
-        for j in range(k):
-            errors[i, j] = np.sqrt(max(covariance[j, j], 0.0)) * size[j]
-    return gains, solutions, errors
+    return gains, solutions
 
 
 @compiled
@@ -491,5 +589,5 @@ def falls(
     """
     x = solve_bounded(normal, r, -bound, bound)
     alone = float(2.0 * r @ x - x @ normal @ x)
-    gains, _, _ = _sweep(normal, r, bound, A, np.ascontiguousarray(B), d, x)
-    return alone, np.asarray(gains)
+    side = _Side.make(slice(None), normal, r, bound, x)
+    return alone, side.sweep(A, np.ascontiguousarray(B), d)[0]

@@ -10,7 +10,14 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Inner
-from sosml_friction.regression.estimate import Estimate, Linear, Placed, fit_of, settle, slices
+from sosml_friction.regression.estimate import (
+    Estimate,
+    Linear,
+    Placed,
+    equations_of,
+    settle,
+    slices,
+)
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: An inner parameter with a larger error of its logarithm is followed: where it is 0.05, S at 0.6
@@ -89,7 +96,7 @@ class _Walk:
         others = [each for k, each in enumerate(estimate.placed) if k != which]
         self.placed = [*others, estimate.placed[which]]
         self.least = estimate.fit.baseline.cost
-        linear = Linear.make(laboratory, estimate.placed, estimate.fit)
+        linear = Linear.make(laboratory, estimate.placed, estimate.fit.baseline.x)
         part = slices(laboratory, estimate.placed)[which]
         modelled = np.diag(linear.covariance(laboratory)[0])
         # How much more scatter there is than the modelled noise makes, in this term's sizes.
@@ -105,14 +112,14 @@ class _Walk:
         )
         mine = frozenset((len(start) - 1, name) for name in held)
         self.now = settle(self.laboratory, start, held=everything | mine) if held else start
-        fit = fit_of(self.laboratory, self.now)
-        linear = Linear.make(self.laboratory, self.now, fit, everything | mine)
+        x, cost = equations_of(self.laboratory, self.now).solve()
+        linear = Linear.make(self.laboratory, self.now, x, everything | mine)
         modelled = np.diag(linear.covariance(self.laboratory)[0])
         part = slices(self.laboratory, self.now)[-1]
-        excess = (fit.baseline.cost - self.least) / self.limit
+        excess = (cost - self.least) / self.limit
         room = max(1.0 - excess, 0.0) * self.limit
         half = np.sqrt(room * modelled[part])
-        return ProfilePoint(excess, dict(self.now[-1].inner), fit.baseline.x[part], half)
+        return ProfilePoint(excess, dict(self.now[-1].inner), x[part], half)
 
     def along(self, name: str, step: float) -> tuple[float, list[ProfilePoint]]:
         """Return where an inner parameter leaves the limit, and the points before."""

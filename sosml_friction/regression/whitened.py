@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,7 +17,13 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_in_band
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.contacts import Contacts
-from sosml_friction.regression.evidence import Blocks, CandidateColumns, System, make_blocks
+from sosml_friction.regression.evidence import (
+    Blocks,
+    CandidateColumns,
+    System,
+    Target,
+    make_blocks,
+)
 from sosml_friction.regression.library_residual import (
     library_residual,
     sticking_joints,
@@ -108,6 +115,11 @@ class WhitenedRegression:
         standstill = whitening.standstill
         known = np.full(y.shape[1], float(len(y))) if standstill is None else standstill.known()
         return cls(settings, rows, whitening, known, y, system, columns, structure)
+
+    @cached_property
+    def target(self) -> Target:
+        """Return the products of ``y`` with the nominal columns."""
+        return Target.make(self.system, self.y)
 
     @property
     def signals(self) -> tuple[Signals, ...]:

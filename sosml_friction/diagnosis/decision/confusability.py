@@ -87,9 +87,9 @@ def confusability(
         the nominal is not refitted; infinite: it is free.
     """
     system, y = laboratory.system, laboratory.y
-    weight = system.penalty() if bound is None else 1e-10 * np.einsum('ibkk->k', system.G)
+    weight = system.penalty() if bound is None else 1e-10 * np.diag(system.total)
     limit = system.bound if bound is None else bound
-    normal = system.G.sum(axis=(0, 1)) + np.diag(weight + 1e-300)
+    normal = system.total + np.diag(weight + 1e-300)
     nuisance = _Nuisance(normal, limit)
     found = {finding.key: finding for finding in reversed(accepted)}
     names = laboratory.robot.names

@@ -30,7 +30,7 @@ def separation(
     """
     system = laboratory.system
     p = len(laboratory.nominal.bound)
-    G = system.G.sum(axis=(0, 1))
+    G = system.total
     x = cause.x[:p]
     effort = np.zeros_like(laboratory.y)
     effort[:, cause.columns.rows] = cause.columns.C[:, :, 0] @ cause.amplitude
