@@ -20,6 +20,7 @@ import sys
 import tempfile
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +34,6 @@ from sosml_friction.nodes.qos import JOINT_STATES
 from sosml_friction.report.common.table import print_table, terminal_table
 
 JOINTS, RATES = 7, (1000, 2000)
-#: Other work waits for the node and the arm, as in ``sosml demo``, where that is permitted.
-FIRST = ('nice', '-n', '-10')
 #: What is counted begins after so long [s]: the first estimates are late for their compilation.
 #: What is on its way at the end is waited for as long.
 SETTLE_S = 5.0
@@ -89,7 +88,7 @@ def measure(rate: int, count: int, folder: Path) -> tuple[float, np.ndarray, int
         'velocity_noise': str([1e-3] * JOINTS),
         'position_noise': str([1e-5] * JOINTS),
     }
-    command = [*FIRST, sys.executable, '-m', 'sosml_friction.nodes.observer_node', '--ros-args']
+    command = [sys.executable, '-m', 'sosml_friction.nodes.observer_node', '--ros-args']
     for name, value in said.items():
         command += ['-p', f'{name}:={value}']
     found: list[tuple[int, int]] = []
@@ -102,7 +101,7 @@ def measure(rate: int, count: int, folder: Path) -> tuple[float, np.ndarray, int
     hearer.create_subscription(JointState, 'friction_estimate', take, JOINT_STATES)
     executor = SingleThreadedExecutor()
     executor.add_node(hearer)
-    arm = [*FIRST, sys.executable, __file__, '--publish', str(rate), '--samples', str(count)]
+    arm = [sys.executable, __file__, '--publish', str(rate), '--samples', str(count)]
     with (
         subprocess.Popen(command) as node,
         subprocess.Popen(
@@ -141,6 +140,9 @@ def main() -> None:
     if options.publish:
         publish(options.publish, options.samples)
         return
+    # Other work waits for all three, as in ``sosml demo``, where that is permitted.
+    with suppress(OSError):
+        os.nice(-10)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ.setdefault('ROS_DOMAIN_ID', str(1 + os.getpid() % 100))
     rclpy.init()
