@@ -8,10 +8,8 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.kernels import runs
-from sosml_friction.regression.library_residual import in_motion
 from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.rests import still
-from sosml_friction.regression.signals import with_rests
+from sosml_friction.regression.rests import still, turning
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -41,10 +39,19 @@ def clear_of_turns(laboratory: WhitenedRegression) -> BoolArray:
     Not as much as the tails of the low-pass: motion that repeats turns around at the same places,
     and what is fast over position acts there alone.
     """
-    every = range(laboratory.robot.n)
-    turning = with_rests(laboratory.signals, turns=every)
-    parts = zip(turning, laboratory.rows.residual, strict=True)
-    return np.concatenate([in_motion(s, len(rows))[ORDER:] for s, rows in parts])
+    parts = []
+    for s, left in zip(laboratory.signals, laboratory.rows.residual, strict=True):
+        clear = np.ones((len(left), s.robot.n), dtype=np.bool_)
+        for i, limit in enumerate(s.scales.sign_limit.tolist()):
+            q = np.ascontiguousarray(s.q[:, i])
+            for begin, end in turning(q, limit):
+                # One that creeps on has not turned around.
+                if begin > 0 and end < len(q) and (q[begin - 1] > q[begin]) != (q[end] > q[begin]):
+                    continue
+                first = max(0, -((2 * s.band.half - begin) // s.band.factor))
+                clear[first : (end - 1) // s.band.factor + 1, i] = False
+        parts.append(clear[ORDER:])
+    return np.concatenate(parts)
 
 
 def fit_within(system: System, y: FloatArray, rows: BoolArray) -> Fit:
