@@ -12,6 +12,9 @@ from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.rests import still, turning
 from sosml_friction.regression.whitened import WhitenedRegression
 
+#: A joint that goes back by less than this share of its range rings. Chosen, no measurement.
+_RINGS = 0.02
+
 
 def sliding(laboratory: WhitenedRegression) -> BoolArray:
     """
@@ -44,14 +47,28 @@ def clear_of_turns(laboratory: WhitenedRegression) -> BoolArray:
         clear = np.ones((len(left), s.robot.n), dtype=np.bool_)
         for i, limit in enumerate(s.scales.sign_limit.tolist()):
             q = np.ascontiguousarray(s.q[:, i])
+            # One that rings as it creeps on does not turn around.
+            most = max(limit, _RINGS * float(s.scales.span[i]))
             for begin, end in turning(q, limit):
-                # One that creeps on has not turned around.
-                if begin > 0 and end < len(q) and (q[begin - 1] > q[begin]) != (q[end] > q[begin]):
+                before = _side(q[:begin][::-1], q[begin], most)
+                after = _side(q[end:], q[begin], most)
+                if before * after <= 0:
                     continue
                 first = max(0, -((2 * s.band.half - begin) // s.band.factor))
                 clear[first : (end - 1) // s.band.factor + 1, i] = False
         parts.append(clear[ORDER:])
     return np.concatenate(parts)
+
+
+def _side(q: FloatArray, place: float, most: float) -> int:
+    """Return to which side of a place a joint first goes further than ``most``; 0: to none."""
+    reach = 64
+    while reach < 2 * len(q):
+        away = np.flatnonzero(np.abs(q[:reach] - place) > most)
+        if len(away):
+            return 1 if q[away[0]] > place else -1
+        reach *= 4
+    return 0
 
 
 def fit_within(system: System, y: FloatArray, rows: BoolArray) -> Fit:
