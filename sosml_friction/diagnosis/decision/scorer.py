@@ -16,6 +16,8 @@ from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.whitened import WhitenedRegression
 
+_POSITION = 'position'
+
 
 class Scorer:
     """
@@ -32,8 +34,9 @@ class Scorer:
     def __init__(self, laboratory: WhitenedRegression) -> None:
         self.laboratory = laboratory
         self.refused: dict[tuple[str, int], str] = {}
-        self._far = sliding(laboratory) & clear_of_turns(laboratory)
-        self._last: tuple[Fit, Fit] | None = None
+        self._far = sliding(laboratory)
+        self._clear = self._far & clear_of_turns(laboratory)
+        self._last: tuple[Fit, Fit, Fit] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
@@ -72,9 +75,12 @@ class Scorer:
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
         told = not effect.at_reversals or (objection and not effect.reversals_alone)
         if s.gain - price >= BIC_CLOSE and told:
-            far = self._without_reversals(beside, s, columns)
+            # What is fast over position is in the band where a joint is slow: where it turns.
+            clear = effect.axis == _POSITION and not objection
+            far = self._without_reversals(beside, s, columns, clear)
             # All rows chose the inner parameters: of those far off amplitudes alone are asked.
-            asked = amplitudes * float(np.log(max(self._far.sum(), 1)))
+            rows_far = self._clear if clear else self._far
+            asked = amplitudes * float(np.log(max(rows_far.sum(), 1)))
             s = far if objection or far.gain - asked < BIC_CLOSE else s
         bic = s.gain - price
         return Finding(
@@ -82,12 +88,22 @@ class Scorer:
             reduced=effect.reduces_to(fit),
         )  # fmt: skip
 
-    def _without_reversals(self, beside: Fit, s: Score, columns: CandidateColumns) -> Score:
-        """Return a score with what the rows that are far from reversals say of its gains."""
+    def _without_reversals(
+        self, beside: Fit, s: Score, columns: CandidateColumns, clear: bool
+    ) -> Score:
+        """
+        Return a score with what the rows that are far from reversals say of its gains.
+
+        :param clear: of those that see nothing of a reversal.
+        """
         if self._last is None or self._last[0] is not beside:
-            self._last = beside, fit_within(beside.system, beside.target.y, self._far)
-        fit = self._last[1]
-        C = columns.C[:, :, s.best : s.best + 1] * self._far[:, columns.rows, None, None]
+            far, none = (
+                fit_within(beside.system, beside.target.y, rows)
+                for rows in (self._far, self._clear)
+            )
+            self._last = beside, far, none
+        fit, rows = self._last[1 + clear], self._clear if clear else self._far
+        C = columns.C[:, :, s.best : s.best + 1] * rows[:, columns.rows, None, None]
         there = fit.score(CandidateColumns.make(fit.system, columns.rows, C))
         return replace(
             s, gain=there.gain, cv_gain=there.cv_gain, cv_se=there.cv_se, energy=there.energy

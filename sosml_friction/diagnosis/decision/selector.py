@@ -45,6 +45,7 @@ class Selector:
         self._impossible = 0.0
         #: Possible causes that explain at least half as much as the best of all, alone.
         self._starts: list[tuple[str, int]] = []
+        self._first: tuple[str, int] | None = None
 
     def run(self) -> Selection:
         """
@@ -69,8 +70,9 @@ class Selector:
         fit = Fit.make(lab.system, lab.y)
         result = Selection(fit.baseline, fit)
         self.scorer.refused.clear()
+        self._first = first
         while True:
-            self._search(result, first)
+            self._search(result)
             # What an impossible one stood for may be named then.
             if not self._eliminate(result):
                 break
@@ -89,8 +91,8 @@ class Selector:
         ]
         result.refit(self.laboratory)
 
-    def _search(self, result: Selection, first: tuple[str, int] | None) -> None:
-        """Accept one cause after the other, ``first`` as the first."""
+    def _search(self, result: Selection) -> None:
+        """Accept one cause after the other, with the first one if that is given."""
         lab = self.laboratory
         result.masked = None
         while True:
@@ -104,12 +106,12 @@ class Selector:
             top = self._refined(result.fit, found)
             if not top:
                 break
-            if first is None and not result.accepted:
+            if self._first is None and not result.accepted:
                 self._starts = [finding.key for finding in top if not finding.objection]
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
             of_grid = {c.key: its for c, its in zip(lab.candidates, columns, strict=True)}
-            if first is not None and not result.accepted:
-                top = [finding for finding in top if finding.key == first]
+            if self._first is not None and not result.accepted:
+                top = [finding for finding in top if finding.key == self._first]
             elif friction := self._wrong_friction(result, of_grid, top[0]):
                 result.accepted += friction
                 result.refit(lab)

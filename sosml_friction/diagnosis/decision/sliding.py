@@ -8,11 +8,12 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.regression.estimate import far_from_reversals
 from sosml_friction.regression.evidence import Fit, System
 from sosml_friction.regression.kernels import runs
-from sosml_friction.regression.library_residual import in_motion
 from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.rests import still
-from sosml_friction.regression.signals import with_rests
+from sosml_friction.regression.rests import still, turning
 from sosml_friction.regression.whitened import WhitenedRegression
+
+#: A joint that goes back by less than this share of its range rings. Chosen, no measurement.
+_RINGS = 0.02
 
 
 def sliding(laboratory: WhitenedRegression) -> BoolArray:
@@ -41,10 +42,33 @@ def clear_of_turns(laboratory: WhitenedRegression) -> BoolArray:
     Not as much as the tails of the low-pass: motion that repeats turns around at the same places,
     and what is fast over position acts there alone.
     """
-    every = range(laboratory.robot.n)
-    turning = with_rests(laboratory.signals, turns=every)
-    parts = zip(turning, laboratory.rows.residual, strict=True)
-    return np.concatenate([in_motion(s, len(rows))[ORDER:] for s, rows in parts])
+    parts = []
+    for s, left in zip(laboratory.signals, laboratory.rows.residual, strict=True):
+        clear = np.ones((len(left), s.robot.n), dtype=np.bool_)
+        for i, limit in enumerate(s.scales.sign_limit.tolist()):
+            q = np.ascontiguousarray(s.q[:, i])
+            # One that rings as it creeps on does not turn around.
+            most = max(limit, _RINGS * float(s.scales.span[i]))
+            for begin, end in turning(q, limit):
+                before = _side(q[:begin][::-1], q[begin], most)
+                after = _side(q[end:], q[begin], most)
+                if before * after <= 0:
+                    continue
+                first = max(0, -((2 * s.band.half - begin) // s.band.factor))
+                clear[first : (end - 1) // s.band.factor + 1, i] = False
+        parts.append(clear[ORDER:])
+    return np.concatenate(parts)
+
+
+def _side(q: FloatArray, place: float, most: float) -> int:
+    """Return to which side of a place a joint first goes further than ``most``; 0: to none."""
+    reach = 64
+    while reach < 2 * len(q):
+        away = np.flatnonzero(np.abs(q[:reach] - place) > most)
+        if len(away):
+            return 1 if q[away[0]] > place else -1
+        reach *= 4
+    return 0
 
 
 def fit_within(system: System, y: FloatArray, rows: BoolArray) -> Fit:
