@@ -101,3 +101,11 @@ def test_what_friction_may_be_at_rest_is_no_push_and_more_than_that_is(change, f
     signals = prepare([log], model, model.make_robot(), settings)
     contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
     assert bool(contacts.contacts) is found
+
+
+def test_a_push_on_a_residual_that_is_nothing_else_is_told(noise):
+    """A joint that says nothing most of the time has no usual size to divide by."""
+    t, e = noise
+    e[:], e[1000:1030] = 0.0, 1.0
+    found = find_contacts(e, t, STEP)
+    assert [c.joint for c in found.contacts] == [0]
