@@ -15,6 +15,8 @@ from sosml_friction.observers.momentum_sampler import EFFORT_HOLDS
 
 #: What a finding about it is called.
 TIMING = 'effort_timing'
+#: Standard deviation of what is anywhere within an interval alike, as a share of it.
+_ANYWHERE = float(1.0 / np.sqrt(12.0))
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class EffortTiming:
         # What the data alone say: precisions add up. Nothing, if they are no surer than the prior.
         known = 1.0 - (error / prior) ** 2
         if known <= 0.0:
-            return cls(0.0, step / float(np.sqrt(12.0)))
+            return cls(0.0, _ANYWHERE * step)
         mean, spread = delay / known, error / float(np.sqrt(known))
         low, high = (-half - mean) / spread, (half - mean) / spread
         told = truncnorm(low, high, mean, spread)
@@ -55,6 +57,10 @@ class EffortTiming:
     def later(self, step: float) -> float:
         """Return the share of an interval's effort that is its later sample's."""
         return float(np.clip(0.5 + self.delay_s / step, 0.0, 1.0))
+
+    def is_told(self, step: float) -> bool:
+        """Tell whether the motion says anything: it is surer than anywhere within an interval."""
+        return self.std_error < _ANYWHERE * step
 
     def hold(self, step: float) -> str:
         """Return the nearest of the holds that an observer knows."""

@@ -140,7 +140,8 @@ def analyse_log(
     if timing is not None:
         steps = np.diff(log.time)
         period = float(np.median(steps[steps > 0.0]))
-        holds = (timing.hold(period),) * len(holds)
+        if timing.is_told(period):
+            holds = (timing.hold(period),) * len(holds)
         said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(period))
         checks = replace(checks, findings=(*checks.findings, said))
     if body is not None:
