@@ -157,9 +157,13 @@ def find_rests(
         found = resting(own, band, _most(i, limit, speed, band))
         if i in turns and found != [(0, len(q))]:
             stuck = np.zeros(len(q), dtype=np.bool_)
-            for begin, end in (*found, *turning(own, float(limit[i]))):
+            for begin, end in turning(own, float(limit[i])):
                 stuck[begin:end] = True
-            found = runs(stuck)
+            # One that turns around most of the time does not move: that is noise of position.
+            if 2 * np.count_nonzero(stuck) <= len(q):
+                for begin, end in found:
+                    stuck[begin:end] = True
+                found = runs(stuck)
         if found != [(0, len(q))]:
             for begin, end in found:
                 result += _pieces(i, begin, end, len(q), band)
