@@ -59,6 +59,12 @@ class JointLog:
         """Return seconds since the first sample, (N,)."""
         return (self.t_ns - self.t_ns[0]) * 1e-9
 
+    @property
+    def step(self) -> float:
+        """Return the median time between samples [s], NaN where no time passes."""
+        steps = np.diff(self.time)
+        return float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.nan
+
     def require_effort(self) -> None:
         """
         Refuse a recording without torque, from which no friction can be told.

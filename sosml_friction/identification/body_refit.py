@@ -246,8 +246,7 @@ def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
     """Return when effort is reported, as a regression has it beside all else."""
     nominal = fit.laboratory.nominal
     prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
-    steps = np.concatenate([np.diff(log.time) for log in logs])
-    step = float(np.median(steps[steps > 0.0]))
+    step = float(np.median([log.step for log in logs]))
     return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 

@@ -161,8 +161,7 @@ class _InverseTask:
         self.name, self.unit = robot.names[i], robot.effort_units[i]
         self.log = log
         time = log.time
-        steps = np.diff(time)
-        self.step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.nan
+        self.step = log.step
         self.cutoff = min(settings.cutoff, _HIGHEST / self.step)
         blocks = [
             self._columns(time[run], log.q[run], log.tau[run, i]) for run in self._runs(time)

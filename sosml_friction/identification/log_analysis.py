@@ -138,11 +138,9 @@ def analyse_log(
         timing = found or timing
     timing = timing if silent else None
     if timing is not None:
-        steps = np.diff(log.time)
-        period = float(np.median(steps[steps > 0.0]))
-        if timing.is_told(period):
-            holds = (timing.hold(period),) * len(holds)
-        said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(period))
+        if timing.is_told(log.step):
+            holds = (timing.hold(log.step),) * len(holds)
+        said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
         checks = replace(checks, findings=(*checks.findings, said))
     if body is not None:
         nominal = body.model

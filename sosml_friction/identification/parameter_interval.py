@@ -11,6 +11,8 @@ from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 LAW_PARAMETERS = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
 #: Parameters that cannot be negative.
 NON_NEGATIVE = LAW_PARAMETERS[:-1]
+#: Why one of them is 0.
+AT_ZERO = 'the best fit is at zero, as negative friction is not possible'
 #: No physical quantity is larger, and rounding overflows close to 1e308.
 HUGE = 1e300
 

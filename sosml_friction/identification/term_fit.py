@@ -13,6 +13,7 @@ from sosml_friction.bags.block_means import block_means
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.free_armature import fitted_armature, with_fitted
+from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
 from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_parameters import (
     size_text,
@@ -45,9 +46,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.
 NOMINAL = ('coulomb', 'viscous', 'bias')
-#: How the names of those end that are not negative.
-NOT_NEGATIVE = (' coulomb', ' viscous')
-_NOT_NEGATIVE = 'the best fit is at zero, as negative friction is not possible'
 
 
 @dataclass(frozen=True)
@@ -356,7 +354,8 @@ def _with_values(
         # The order of the list, not that of the search.
         placed.sort(key=lambda each: keys.index((each.term.identifier, each.joint)))
         found = estimate(laboratory, placed)
-        free = np.array([name.endswith(NOT_NEGATIVE) for name in laboratory.nominal.names])
+        names = laboratory.nominal.names
+        free = np.array([name.rpartition(' ')[2] in NON_NEGATIVE for name in names])
         negative = free & np.isinf(laboratory.system.bound)
         negative &= found.fit.baseline.x[: len(free)] < 0.0
         if not negative.any():
@@ -493,9 +492,7 @@ def _fitted_terms(
                 told = with_interval(Parameter(value, unit, error))
                 if laboratory.system.bound[k] == 0.0:
                     high = Z_95 * error
-                    told = replace(
-                        told, interval=(0.0, high), flags=(AT_BOUND,), reason=_NOT_NEGATIVE
-                    )
+                    told = replace(told, interval=(0.0, high), flags=(AT_BOUND,), reason=AT_ZERO)
                 result.append(FittedTerm(term, joint, {term: told}))
     return tuple(result)
 

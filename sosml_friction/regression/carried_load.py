@@ -9,8 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
-from sosml_friction.regression.estimate import Placed
-from sosml_friction.regression.evidence import Fit
+from sosml_friction.regression.estimate import Placed, equations_of
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -54,8 +53,7 @@ def fitted_to_carried_load(
         return laboratory, placed
     count = len(laboratory.nominal.bound)
     for _ in range(_ROUNDS):
-        system = laboratory.system.extended([each.columns for each in placed])
-        x = Fit.make(system, laboratory.y).baseline.x
+        x, _ = equations_of(laboratory, placed).solve()
         signals = with_carried_load(laboratory.signals, placed, x, count)
         rows = replace(laboratory.rows, signals=tuple(signals))
         laboratory = replace(laboratory, rows=rows)

@@ -190,12 +190,12 @@ class Linear:
 
     def newton(self) -> FloatArray:
         """Return the step of the logarithms to where the linearised cost is least."""
-        count, own = len(self.owners), self.equations
+        count, sums = len(self.owners), self.equations
         ends = [(np.log(low / own), np.log(high / own)) for _, _, own, (low, high) in self.owners]
         low, high = np.minimum(np.array(ends).T, [[0.0], [np.inf]])
-        known = own.bound[: self.known]
+        known = sums.bound[: self.known]
         lower, upper = np.concatenate([-known, low]), np.concatenate([known, np.maximum(high, 0)])
-        return solve_bounded(own.G + np.diag(own.penalty), own.r, lower, upper)[-count:]
+        return solve_bounded(sums.G + np.diag(sums.penalty), sums.r, lower, upper)[-count:]
 
     def moved(
         self, laboratory: WhitenedRegression, placed: Sequence[Placed], change: FloatArray

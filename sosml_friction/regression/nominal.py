@@ -27,7 +27,8 @@ _SOONER, _SHAPE = 0.2, 0.45
 TURNS = {'sooner': 0.3, 'later': 2.0}
 #: The name of friction that turns around late by a time within a sampling interval.
 LATE = 'late'
-#: The name of friction whose sign is smooth over more velocity, and over how many times as much.
+#: The name of friction whose sign is smooth over more velocity, and over how many times as much:
+#: enough to show. Chosen, no measurement; the column is nearly in proportion to it.
 SOFTER, _WIDER = 'softer', 1.5
 #: The name of how late effort is reported, within a sampling interval.
 EFFORT_HOLD = 'effort hold'

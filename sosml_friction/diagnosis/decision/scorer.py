@@ -36,7 +36,7 @@ class Scorer:
         self.refused: dict[tuple[str, int], str] = {}
         self._far = sliding(laboratory)
         self._clear = self._far & clear_of_turns(laboratory)
-        self._last: tuple[Fit, Fit, Fit] | None = None
+        self._last: tuple[Fit, dict[bool, Fit]] | None = None
 
     def ranked(self, fit: Fit, columns: Sequence[CandidateColumns]) -> list[Finding]:
         """Return every candidate at the best point of its grid, best first."""
@@ -96,13 +96,13 @@ class Scorer:
 
         :param clear: of those that see nothing of a reversal.
         """
+        rows = self._clear if clear else self._far
         if self._last is None or self._last[0] is not beside:
-            far, none = (
-                fit_within(beside.system, beside.target.y, rows)
-                for rows in (self._far, self._clear)
-            )
-            self._last = beside, far, none
-        fit, rows = self._last[1 + clear], self._clear if clear else self._far
+            self._last = beside, {}
+        fits = self._last[1]
+        if clear not in fits:
+            fits[clear] = fit_within(beside.system, beside.target.y, rows)
+        fit = fits[clear]
         C = columns.C[:, :, s.best : s.best + 1] * rows[:, columns.rows, None, None]
         there = fit.score(CandidateColumns.make(fit.system, columns.rows, C))
         return replace(

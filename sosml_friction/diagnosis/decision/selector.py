@@ -29,6 +29,7 @@ _LISTED = 30
 #: is what a wrong model looks like. Chosen, no measurement.
 _BELOW_IMPOSSIBLE = 0.5
 #: A joint of whose residual free curves explain more than this share is explained by half.
+#: Chosen, no measurement.
 _HALF = 0.5
 
 

@@ -34,6 +34,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.stribeck import fade
@@ -586,7 +587,7 @@ class _Search:
                 unit,
                 interval=(0.0, high),
                 flags=(AT_BOUND, NOT_IDENTIFIABLE) if reason else (AT_BOUND,),
-                reason=reason or 'the best fit is at zero, as negative friction is not possible',
+                reason=reason or AT_ZERO,
                 experiment=experiment_for(name, reach) if reason else '',
             )
         error = float(np.sqrt(variance))
