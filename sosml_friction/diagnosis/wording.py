@@ -31,9 +31,13 @@ _NOT_MODELLED = (
 )
 
 
+def _where(cause: Cause) -> str:
+    return 'all joints' if cause.joint == ALL_JOINTS else cause.joint
+
+
 def describe(cause: Cause) -> str:
     """Return a cause in words, with its first numbers."""
-    where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
+    where = _where(cause)
     numbers = []
     kind = TERMS.classes.get(cause.effect)
     if not cause.size_known:
@@ -96,10 +100,10 @@ def sentence_of(
 
 
 def _not_shown(causes: Sequence[Cause]) -> str:
-    """Return which terms by speed may be nothing, a sentence each with a blank after it."""
+    """Return which terms may be nothing, a sentence each with a blank after it."""
     return ''.join(
-        f'{cause.joint} depends on speed, but not surely by {_words(cause.effect)}, which may be '
-        'nothing: another function of speed does as well. '
+        f'{_where(cause)}: {_words(cause.effect)} may be nothing, as its interval has 0 in it: '
+        'something looks like it. '
         for cause in causes
         if not_shown(cause)
     )

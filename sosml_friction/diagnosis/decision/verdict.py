@@ -29,16 +29,18 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
 
 def not_shown(cause: Cause) -> bool:
     """
-    Tell whether a term by speed may as well be nothing, as far as its interval says.
+    Tell whether a term may as well be nothing, as far as its intervals say.
 
-    Then another function of speed does as well in its place: a drag bends friction as the far end
-    of a Stribeck term does, and no slow motion tells the two apart.
+    They know of what is left beside it: something is there that it only looks like, as a drag
+    bends friction like the far end of a Stribeck term. That one of several rivals is there may
+    be sure where each of them is not.
     """
     kind = TERMS.classes.get(cause.effect)
-    if kind is None or not kind.one_power or kind.parameter_error or cause.rivals:
+    if kind is None or not cause.size_known or cause.rivals:
         return False
-    intervals = [cause.parameters[name].interval for name in kind.amplitudes]
-    return any(interval is not None and interval[0] <= 0.0 for interval in intervals)
+    own = [cause.parameters.get(kind.reported_as.get(name, name)) for name in kind.amplitudes]
+    intervals = [p.interval for p in own if p is not None and p.interval is not None]
+    return bool(intervals) and all(low <= 0.0 <= high for low, high in intervals)
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

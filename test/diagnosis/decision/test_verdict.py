@@ -81,12 +81,34 @@ def test_a_simulated_position_that_changes_by_chance_is_called_that():
     ('interval', 'verdict'),
     [(None, 'named'), ((0.1, 0.4), 'named'), ((-0.1, 0.4), 'unknown_structure')],
 )
-def test_a_stribeck_term_that_may_be_nothing_is_some_function_of_speed(interval, verdict):
+def test_it_is_said_of_a_stribeck_term_that_it_may_be_nothing(interval, verdict):
     size = Parameter(0.2, 'Nm', 0.05, interval)
     numbers = {'stribeck_velocity': Parameter(0.3, 'rad/s'), 'exponent': Parameter(1.0, '1')}
     cause = Cause('stribeck', 'elbow', {'stribeck': size, **numbers}, {})
     selection = Selection(None, None)
     assert verdict_of([cause], selection) == verdict
     sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
-    said = 'elbow depends on speed, but not surely by stribeck, which may be nothing'
+    said = 'elbow: stribeck may be nothing, as its interval has 0 in it'
     assert (said in sentence) == (verdict != 'named')
+
+
+@pytest.mark.parametrize(
+    ('effect', 'sizes', 'verdict'),
+    [
+        ('effort_scale', {'error': (0.04, 0.029)}, 'unknown_structure'),
+        ('effort_scale', {'error': (0.04, 0.010)}, 'named'),
+        ('cogging', {'cosine': (0.1, 0.2), 'sine': (1.0, 0.2), 'frequency': (7.0, 0.1)}, 'named'),
+        ('cogging', {'cosine': (0.1, 0.2), 'sine': (0.1, 0.2)}, 'unknown_structure'),
+        ('coulomb', {'change': (0.01, 0.02)}, 'unknown_structure'),
+    ],
+)
+def test_no_cause_is_named_that_may_be_nothing_as_its_own_intervals_say(effect, sizes, verdict):
+    parameters = {
+        name: Parameter(value, '1', error, (value - 1.96 * error, value + 1.96 * error))
+        for name, (value, error) in sizes.items()
+    }
+    selection = Selection(None, None, remainder=Remainder((), np.zeros(1)))
+    cause = Cause(effect, 'elbow', parameters, {})
+    assert verdict_of([cause], selection) == verdict
+    rivalled = Cause(effect, 'elbow', parameters, {}, rivals=('inertia',))
+    assert verdict_of([rivalled], selection) == 'ambiguous'
