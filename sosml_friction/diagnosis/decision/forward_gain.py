@@ -4,6 +4,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -26,7 +27,7 @@ from sosml_friction.regression.nominal import LATE, SOFTER, TURNS
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
-from sosml_friction.simulation.recorded.stretch import require_steps, simulate_windows
+from sosml_friction.simulation.recorded.stretch import can_be_simulated, simulate_windows
 from sosml_friction.simulation.window_models import WindowModels
 
 #: Length of a simulated window [s], from the measured state. Chosen, no measurement.
@@ -95,26 +96,27 @@ class ForwardGain:
         """Return the mean squares in the windows of one stretch, set after set."""
         signals, samples = sets[0].signals, sets[0].samples
         at = np.concatenate([own.at for own in sets])
-        models: list[ForwardModel] = []
-        of = np.full(len(at), -1)
+        parts = []
         ends = np.cumsum([0, *(len(own.at) for own in sets)])
         for x, (first, last) in zip(numbers, itertools.pairwise(ends), strict=True):
-            try:
-                model = self._model(signals, findings, x)
-                # In the posture of all windows, in which they are simulated together.
-                require_steps(model, signals, at)
-            except ConfigurationError:
-                # No inertia left, or too stiff for any step: it is no model of anything.
-                continue
-            of[first:last] = len(models)
-            models.append(model)
+            # No inertia left: it is no model of anything.
+            with suppress(ConfigurationError):
+                parts.append((self._model(signals, findings, x), np.arange(first, last)))
         found = np.full((len(at), self._laboratory.robot.n), np.inf)
-        able = np.flatnonzero(of >= 0)
-        if len(able):
-            with np.errstate(all='ignore'):
-                run = simulate_windows(WindowModels(models, of[able]), signals, at[able], samples)
-            error = run.q - signals.q[at[able, None] + np.arange(samples)]
-            found[able] = np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf)
+        while parts:
+            able = np.concatenate([own for _, own in parts])
+            # Their posture, in which all are simulated, is another one without those of a model
+            # that is too stiff for any step.
+            kept = [part for part in parts if can_be_simulated(part[0], signals, at[able])]
+            if len(kept) == len(parts):
+                of = np.repeat(np.arange(len(parts)), [len(own) for _, own in parts])
+                models = WindowModels([model for model, _ in parts], of)
+                with np.errstate(all='ignore'):
+                    run = simulate_windows(models, signals, at[able], samples)
+                error = run.q - signals.q[at[able, None] + np.arange(samples)]
+                found[able] = np.nan_to_num(np.mean(error**2, axis=1), nan=np.inf)
+                break
+            parts = kept
         return found
 
     def _model(self, signals: Signals, findings: Sequence[Finding], x: FloatArray) -> ForwardModel:

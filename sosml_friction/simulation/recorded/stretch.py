@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -97,14 +98,14 @@ def largest_effort(stretch: Stretch) -> FloatArray:
     return np.asarray(np.quantile(np.abs(stretch.tau), 0.99, axis=0))
 
 
-def require_steps(model: ForwardModel, stretch: Stretch, at: IndexArray) -> None:
-    """
-    Refuse a model that cannot be simulated in windows at the samples ``at``.
-
-    :raises ConfigurationError: if it has no inertia left, or is too stiff.
-    """
+def can_be_simulated(model: ForwardModel, stretch: Stretch, at: IndexArray) -> bool:
+    """Tell whether a model has inertia, and is soft enough, in windows at the samples ``at``."""
     posture = np.median(stretch.q[at], axis=0)
-    model.steps(posture, largest_effort(stretch), stretch.band.step)
+    try:
+        model.steps(posture, largest_effort(stretch), stretch.band.step)
+    except ConfigurationError:
+        return False
+    return True
 
 
 def simulate_windows(

@@ -111,6 +111,31 @@ def test_a_cause_of_another_sign_or_without_inertia_makes_it_worse(found, nomina
     assert np.isinf(forward.squares(selection.accepted, gone, gone_folds)).all()
 
 
+def test_a_model_that_is_impossible_once_others_are_left_out_is_left_out_too(
+    found, nominal, monkeypatch
+):
+    """Without the windows of a model the others' posture is another one, and so is inertia."""
+    laboratory, fit = found.laboratory, found.selection.before
+    gain = ForwardGain(laboratory, nominal)
+    usual = gain.squares((), fit.x, fit.fold_x)
+    assert np.isfinite(usual).all()
+    asked = []
+
+    def possible(model, signals, at):
+        """Refuse the second model with all windows, and the second of those left then."""
+        asked.append(len(at))
+        return not (asked.count(len(at)) == 2 and len(set(asked)) < 3)
+
+    monkeypatch.setattr(
+        'sosml_friction.diagnosis.decision.forward_gain.can_be_simulated', possible
+    )
+    left = gain.squares((), fit.x, fit.fold_x)
+    gone = ~np.isfinite(left)[:, 0]
+    assert len(set(asked)) == 3
+    assert gone.sum() == len(usual) - min(asked)
+    assert left[~gone] == pytest.approx(usual[~gone], rel=1e-9)
+
+
 def test_worse_is_what_exceeds_its_standard_error():
     rng = np.random.default_rng(0)
     before = 1.0 + rng.uniform(0.0, 1.0, (200, 2))
