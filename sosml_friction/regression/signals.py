@@ -46,6 +46,9 @@ _BENDS = (-0.2, 0.0, 0.2, 0.4)
 _SHORTEST_CYCLES = 60.0
 #: Narrowest band [Hz] for the noise of position alone, and where the motion is slow besides.
 _NARROWEST, _LOWEST = 12.0, 10.0
+#: The latter in frequencies of the motion, where these are less: 10 Hz is that much of the 0.6 Hz
+#: of T1 and ``rich``. A ladder of steps slowed down three times is diagnosed well at 15 and more.
+_LOWEST_CYCLES = 17.0
 #: Where noise of position feigns more than the first share of the residual, the band is lowered by
 #: the factor at a time until it is less than the second.
 _FEIGNED, _FEIGNED_LEFT, _LOWER = 0.05, 0.02, 0.85
@@ -216,11 +219,27 @@ def choose_band(
     motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
     noise_of = PositionNoise(motion, steps, white, efforts, whole)
     most, feigned = _FEIGNED, noise_of.share(band)
-    while band.cutoff > _LOWEST and feigned > most:
+    while feigned > most and band.cutoff > (lowest := _lowest(log.q, band)):
         most = _FEIGNED_LEFT
-        band = Band(max(_LOWER * band.cutoff, _LOWEST), step)
+        band = Band(max(_LOWER * band.cutoff, lowest), step)
         feigned = noise_of.share(band)
     return band, feigned
+
+
+def _lowest(q: FloatArray, band: Band) -> float:
+    """
+    Return the lowest band [Hz] for a motion (N, n) as it is seen in ``band``, without its noise.
+
+    The frequency of a motion is its acceleration over its velocity, of the fastest joint.
+    """
+    seen = band.smooth(q, 1.0)
+    v = np.gradient(seen, band.step, axis=0)
+    a = np.gradient(v, band.step, axis=0)
+    speed = np.sqrt(np.mean(v**2, axis=0))
+    moves = speed > 0.0
+    ratio = np.sqrt(np.mean(a**2, axis=0))[moves] / speed[moves]
+    lowest = min(_LOWEST, _LOWEST_CYCLES * float(ratio.max(initial=0.0)) / (2.0 * np.pi))
+    return max(lowest, 2.0 * _SHORTEST_CYCLES / (len(q) * band.step))
 
 
 def _in_steps(x: FloatArray, quantum: float) -> bool:

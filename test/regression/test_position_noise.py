@@ -4,15 +4,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from known_robots import SLIDER_MASS, recording, slider_model
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.signals import choose_band, prepare
 from sosml_friction.share import share_directory
 
 STEP, QUANTUM = 2e-3, 2.0 * np.pi / 65536
@@ -38,6 +42,38 @@ def test_steps_of_an_encoder_look_like_inertia_at_constant_speed_and_not_in_fast
     slow, fast = share(0.05 * t), share(0.4 * np.sin(5.0 * t))
     assert slow > 0.3
     assert fast < 0.01
+
+
+def test_a_band_is_in_proportion_to_how_slow_a_motion_is():
+    """
+    A time k times as long and an inertia k^2 times as large leave every effort what it is.
+
+    So the same is feigned in a band 1 / k as wide, and the band is lowered to it by steps of 15 %.
+    """
+    rng = np.random.default_rng(0)
+    round_off = 0.5 - 0.5 * np.cos(np.pi * np.arange(200) / 200.0)
+    v = np.concatenate(
+        [
+            sign * speed * np.concatenate([round_off, np.ones(1600), round_off[::-1]])
+            for speed in (0.01, 0.05, 0.2, 0.5, 1.0)
+            for sign in (1.0, -1.0)
+        ]
+    )
+    v = np.tile(v, 3)
+    q = 1e-3 * np.cumsum(v) + rng.normal(0.0, 1e-5, len(v))
+    tau = rng.normal(0.0, 12.0, len(v))
+    bands = []
+    for k in (2.0, 3.0):
+        model = slider_model()
+        armature = Parameter((k**2 - 1.0) * SLIDER_MASS, 'kg')
+        joints = {'slider': replace(model.joints['slider'], armature=armature)}
+        robot = replace(model, joints=joints).make_robot()
+        log = recording(('slider',), k * 1e-3 * np.arange(len(q)), q, tau)
+        band, feigned = choose_band(log, robot, k * 1e-3, DiagnosisSettings())
+        assert feigned < 0.02
+        bands.append(band.cutoff)
+    assert bands[0] < 5.0
+    assert 2.0 * bands[0] == pytest.approx(3.0 * bands[1], rel=0.15)
 
 
 def test_of_a_moment_nothing_is_said():
