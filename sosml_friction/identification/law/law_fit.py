@@ -362,13 +362,23 @@ class _Search:
         sharp = self._whole(self._refined(self.full.v_s, 0.0))
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
             limit = self._scale(self.full, 'smoothing_velocity', ()) * self._quantile(1)
-            if not sharp.cost - self.full.cost > max(limit, least):
+            if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
                 self.full = sharp
         if self.plain.v0 > 0.0:
             limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
             sharp = self._whole(self._solve(None, 0.0))
-            if not sharp.cost - self.plain.cost > max(limit, least):
+            if self._is_endless(self.plain) or not (
+                sharp.cost - self.plain.cost > max(limit, least)
+            ):
                 self.plain = sharp
+
+    def _is_endless(self, solution: LawSolution) -> bool:
+        """
+        Tell whether the sign is as smooth as can be: the search ended, and not the width.
+
+        It then stands for a bend of friction that the law does not have.
+        """
+        return solution.v0 > 0.99 * _LARGEST_V0 * self.slowest
 
     def _quantile(self, parameters: int) -> float:
         freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
