@@ -96,13 +96,18 @@ def sentence_of(
 
 
 def _not_shown(causes: Sequence[Cause]) -> str:
-    """Return which terms by speed may be nothing, a sentence each with a blank after it."""
-    return ''.join(
-        f'{cause.joint} depends on speed, but not surely by {_words(cause.effect)}, which may be '
-        'nothing: another function of speed does as well. '
-        for cause in causes
-        if not_shown(cause)
-    )
+    """Return which causes may be nothing, a sentence each with a blank after it."""
+    told = []
+    for cause in filter(not_shown, causes):
+        what = _words(cause.effect)
+        where = 'all joints' if cause.joint == ALL_JOINTS else cause.joint
+        told.append(
+            f'{cause.joint} depends on speed, but not surely by {what}, which may be nothing: '
+            'another function of speed does as well. '
+            if TERMS[cause.effect].one_power
+            else f'The {what} of {where} may be nothing: the interval of its size holds 0. '
+        )
+    return ''.join(told)
 
 
 def _contradicted(causes: Sequence[Cause]) -> str:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict: what the causes, and what is left beside them, amount to."""
 
+import re
 from collections.abc import Sequence
 
 from sosml_friction.diagnosis.decision.cause import Cause
@@ -29,16 +30,23 @@ def verdict_of(causes: Sequence[Cause], selection: Selection) -> str:
 
 def not_shown(cause: Cause) -> bool:
     """
-    Tell whether a term by speed may as well be nothing, as far as its interval says.
+    Tell whether a cause may as well be nothing, as far as the intervals of its sizes say.
 
-    Then another function of speed does as well in its place: a drag bends friction as the far end
-    of a Stribeck term does, and no slow motion tells the two apart.
+    Its errors have in them what the nominal may be off by, so that this may stand for it as well.
+    Of a term by speed one such size is enough: another function of speed does as well in its
+    place; a drag bends friction as the far end of a Stribeck term does, and no slow motion tells
+    the two apart.
     """
     kind = TERMS.classes.get(cause.effect)
-    if kind is None or not kind.one_power or kind.parameter_error or cause.rivals:
+    if kind is None or cause.rivals or not kind.size_known:
         return False
-    intervals = [cause.parameters[name].interval for name in kind.amplitudes]
-    return any(interval is not None and interval[0] <= 0.0 for interval in intervals)
+    # Those of a harmonic have its number behind their names.
+    names = {n: n if n in kind.amplitudes else re.sub(r'_\d+$', '', n) for n in cause.parameters}
+    sizes = [p.interval for n, p in cause.parameters.items() if names[n] in kind.amplitudes]
+    nothing = [low <= 0.0 <= high for low, high in filter(None, sizes)]
+    if kind.one_power and not kind.parameter_error:
+        return any(nothing)
+    return bool(nothing) and all(nothing)
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

@@ -90,3 +90,22 @@ def test_a_stribeck_term_that_may_be_nothing_is_some_function_of_speed(interval,
     sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
     said = 'elbow depends on speed, but not surely by stribeck, which may be nothing'
     assert (said in sentence) == (verdict != 'named')
+
+
+@pytest.mark.parametrize(
+    ('effect', 'intervals', 'verdict'),
+    [
+        ('effort_scale', {'error': (-0.25, 0.05)}, 'unknown_structure'),
+        ('effort_scale', {'error': (-0.25, -0.05)}, 'named'),
+        ('cogging', {'cosine': (-0.1, 0.1), 'sine': (-0.3, 0.1)}, 'unknown_structure'),
+        ('cogging', {'cosine': (-0.1, 0.1), 'sine': (0.1, 0.3)}, 'named'),
+        ('cogging', {'cosine': (-0.1, 0.1), 'cosine_2': (0.1, 0.3)}, 'named'),
+    ],
+)
+def test_a_cause_all_of_whose_sizes_may_be_nothing_is_not_named(effect, intervals, verdict):
+    sizes = {n: Parameter(float(np.mean(x)), 'Nm', 0.1, x) for n, x in intervals.items()}
+    cause = Cause(effect, 'elbow', sizes, {})
+    selection = Selection(None, None)
+    assert verdict_of([cause], selection) == verdict
+    sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
+    assert ('of elbow may be nothing' in sentence) == (verdict != 'named')
