@@ -27,6 +27,10 @@ class DataError(SosmlFrictionError):
     """Measured data cannot answer the question asked of it."""
 
 
+class MotionError(DataError):
+    """A motion cannot tell what is asked, by whatever method."""
+
+
 class BagError(DataError):
     """A bag cannot be read or written."""
 

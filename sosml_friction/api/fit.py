@@ -201,16 +201,16 @@ def fit(
         )
     sources = {label: log_source(log, label) for label, log in recordings.items()}
     refuse_copies({label: source.sha256 for label, source in sources.items()})
-    body = timing = None
+    body = timing = doubt = None
     if several:
         nominal = as_recorded(content, next(iter(recordings.values())))
-        body, timing, settings = common_body(recordings, nominal, settings)
+        body, timing, doubt, settings = common_body(recordings, nominal, settings)
     analyses = {}
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
                 log, as_recorded(content, log), settings, bandwidth, observers, effort_hold,
-                source=sources[label], require=not several, body=body, timing=timing,
+                source=sources[label], require=not several, body=body, timing=timing, doubt=doubt,
             )  # fmt: skip
         except DataError as error:
             if not several:

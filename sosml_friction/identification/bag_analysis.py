@@ -9,6 +9,7 @@ from pathlib import Path
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_source
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
@@ -31,6 +32,7 @@ def analyse_bag(
     command: str = '',
     body: BodyRefit | None = None,
     timing: EffortTiming | None = None,
+    doubt: BodyDoubt | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -63,6 +65,7 @@ def analyse_bag(
         command,
         body,
         timing,
+        doubt,
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from sosml_friction.arrays import IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
@@ -192,11 +193,12 @@ def compare_body(
     model: RobotModelFile,
     tolerance: float | None = None,
     step: Callable[[str], None] = lambda text: None,
-) -> tuple[BodyRefit | None, EffortTiming | None]:
+) -> tuple[BodyRefit | None, EffortTiming | None, BodyDoubt | None]:
     """
     Return the rigid body that fits, None where the model's does within the usual tolerance.
 
-    And when effort is reported, by the motion; None where nothing was fitted.
+    And when effort is reported, by the motion; None where nothing was fitted. And what the bodies
+    may be off by where the model's are kept; None where they are exact, as told, or were refitted.
 
     An armature that the model does not know is fitted in either case.
 
@@ -212,7 +214,7 @@ def compare_body(
     """
     unknown = model.unknown_armature
     if tolerance == 0.0 and not unknown:
-        return None, None
+        return None, None, None
     bare = replace(model, effects=())
     settings = DiagnosisSettings(end_stops=True)
     try:
@@ -224,10 +226,13 @@ def compare_body(
                 'fitted as it is not known'
             ) from error
         if tolerance is None:
-            return None, None
+            return None, None, None
         raise
     if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
-        return BodyRefit.of_rotors(fit, model) if unknown else None, _timing(fit, logs)
+        exact = tolerance == 0.0 or unknown
+        doubt = None if exact else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
+        rotors = BodyRefit.of_rotors(fit, model) if unknown else None
+        return rotors, _timing(fit, logs), doubt
     shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]
     step('fitting beside the friction that the data show')
     again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
@@ -239,7 +244,7 @@ def compare_body(
         fitted = replace(body.model, effects=())
         last = fit_terms(logs, fitted, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
         body = replace(body, laws=_laws(last, body.laws), loads=_loads(last))
-    return body, _timing(fit, logs)
+    return body, _timing(fit, logs), None
 
 
 def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:

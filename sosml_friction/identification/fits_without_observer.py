@@ -10,7 +10,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.friction_fit import REGRESSION, WEAK_FORM, FrictionFit, JointFit
 from sosml_friction.identification.inverse_model import InverseFits
 from sosml_friction.identification.law.law_fit import LawFit
@@ -34,7 +34,7 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     Return the fits with those of the weak form beside them, and its means of friction (N, n).
 
     A joint that it cannot fit keeps what it had, with the reason under ``unavailable``; one that
-    no observer could be fitted for has its fit alone.
+    no observer could be fitted for has its fit alone, one whose motion cannot tell a law has none.
     """
     joints = {name: dict(fits) for name, fits in fit.joints.items()}
     rows = {name: dict(its_rows) for name, its_rows in fit.rows.items()}
@@ -50,6 +50,11 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
         name = names[i]
         with suppress(DataError):
             rows[name][WEAK_FORM] = form.rows(i)
+        if isinstance(failed.get(i), MotionError):
+            # An observer sees more speeds where the joint turns around, late and smoothed.
+            joints.pop(name, None)
+            unavailable[name] = str(failed[i])
+            continue
         if i in failed:
             before = '' if name in joints else f'{unavailable[name]}; '
             unavailable[name] = f'{before}the weak form has no fit: {failed[i]}'

@@ -12,6 +12,7 @@ from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import BodyRefit, compare_body
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
@@ -97,6 +98,7 @@ def analyse_log(
     command: str = '',
     body: BodyRefit | None = None,
     timing: EffortTiming | None = None,
+    doubt: BodyDoubt | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a recording and fit friction to what they say.
@@ -116,6 +118,7 @@ def analyse_log(
     :param command: the command line that asked for it, for the provenance.
     :param body: a rigid body that was refitted, instead of one refitted to this log.
     :param timing: when effort acts, where nothing else says so, instead of as this log shows.
+    :param doubt: what the bodies may be off by, instead of what this log leaves open of them.
     :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
@@ -134,8 +137,8 @@ def analyse_log(
         holds = ('mean',) * len(holds)
     if body is None:
         progress('comparing the rigid body with the motion')
-        body, found = compare_body([log], nominal, settings.body_tolerance, progress)
-        timing = found or timing
+        body, found, own = compare_body([log], nominal, settings.body_tolerance, progress)
+        timing, doubt = found or timing, own or doubt
     timing = timing if silent else None
     if timing is not None:
         if timing.is_told(log.step):
@@ -173,6 +176,7 @@ def analyse_log(
             ),
             configuration.maximum_gap_s,
             timing,
+            doubt,
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}

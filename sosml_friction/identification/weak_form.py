@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
@@ -129,6 +130,7 @@ class WeakForm:
         :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :param maximum_gap_s: a longer step between samples is a hole.
     :param timing: when effort acts, instead of ``effort_hold``.
+    :param doubt: what the bodies may be off by, for the errors.
     """
 
     def __init__(
@@ -139,9 +141,10 @@ class WeakForm:
         settings: WeakSettings | None = None,
         maximum_gap_s: float = 0.05,
         timing: EffortTiming | None = None,
+        doubt: BodyDoubt | None = None,
     ) -> None:
         self.settings = settings or WeakSettings()
-        self.robot = robot
+        self.robot, self._doubt = robot, doubt
         log = log.select(robot.names)
         self.time = log.time
         steps = np.diff(self.time)
@@ -317,6 +320,10 @@ class WeakForm:
             parts = np.split(column, ends)
             return np.concatenate([p.tests @ c for p, c in zip(pieces, parts, strict=True)])
 
+        doubt = None
+        # Inertia that is fitted is not in doubt.
+        if self._doubt is not None and not self.settings.refit_inertia:
+            doubt = np.concatenate([self._unsure_bodies(piece) for piece in pieces])[:, i]
         extra = None
         if self.settings.refit_inertia:
             extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
@@ -364,6 +371,7 @@ class WeakForm:
                 extra,
                 held=y - lost if lost.any() else None,
                 late=y + late if late.any() else None,
+                unsure=doubt,
             )
 
         zero_band = self.settings.zero_band
@@ -381,6 +389,15 @@ class WeakForm:
         before = self._unsmoothed.rows(i, smoothing_velocity)
         keep = before.keep & found.keep
         return replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
+
+    def _unsure_bodies(self, piece: _Piece) -> FloatArray:
+        """Return what the bodies may be off by in the means of a piece, (K, n, U)."""
+        if piece.doubt is None:
+            assert self._doubt is not None
+            q, v = (piece.tests @ x[piece.rows] for x in (self._log.q, self._log.v))
+            a = np.gradient(v, piece.middle, axis=0) if len(v) > 1 else np.zeros_like(v)
+            piece.doubt = self._doubt.efforts(self.robot, q, v, a)
+        return piece.doubt
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:
@@ -415,6 +432,7 @@ class _Piece:
         self.rows, self.before = rows, np.append(rows[0], rows[:-1])
         self.v = 0.5 * (log.v[self.before] + log.v[rows])
         self._forcing, self._lost, self._late = samples.forcing, lost_effort, late_effort
+        self.doubt: FloatArray | None = None
         begin = float(end[0] - samples.h[0])
         step = support / _PIECES
         fits = np.floor((float(end[-1]) - begin - support) / step + 1e-9)

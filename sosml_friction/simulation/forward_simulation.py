@@ -26,7 +26,8 @@ from sosml_friction.simulation.integrator import runge_kutta_step
 from sosml_friction.simulation.simulated import Simulated
 from sosml_friction.simulation.window_models import WindowModels, as_window_models
 
-#: Position beyond which a simulation has diverged [rad or m]: no joint of a robot gets there.
+#: Distance from the recorded path beyond which a simulation has diverged [rad or m]. A wheel may
+#: be anywhere.
 _AWAY = 1e3
 #: Time over which the slope of the encoders' map is taken [s].
 _TINY = 1e-6
@@ -190,7 +191,8 @@ class _Windows:
         """Go from sample ``k`` to the next one; return the windows whose state runs away."""
         middle, speed = self._middle()
         # Not a comparison that NaN passes.
-        lost = np.flatnonzero(~(np.abs(middle) < _AWAY).all(axis=1))
+        away = np.abs(middle - self.start.path[self._row(k)])
+        lost = np.flatnonzero(~(away < _AWAY).all(axis=1))
         if len(lost):
             # They begin anew, so that the others go on beside numbers.
             self.place[lost] = self.begin[lost]

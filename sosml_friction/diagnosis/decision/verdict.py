@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The verdict: what the causes, and what is left beside them, amount to."""
 
+import re
 from collections.abc import Sequence
 
 from sosml_friction.diagnosis.decision.cause import Cause
@@ -10,6 +11,7 @@ from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.term import TERMS
 
+_HARMONIC = re.compile(r'_\d+$')
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
 
@@ -38,8 +40,10 @@ def not_shown(cause: Cause) -> bool:
     kind = TERMS.classes.get(cause.effect)
     if kind is None or not cause.size_known or cause.rivals:
         return False
-    own = [cause.parameters.get(kind.reported_as.get(name, name)) for name in kind.amplitudes]
-    intervals = [p.interval for p in own if p is not None and p.interval is not None]
+    sizes = {kind.reported_as.get(name, name) for name in kind.amplitudes}
+    # Those of a harmonic have its number behind their names.
+    own = [p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes]
+    intervals = [p.interval for p in own if p.interval is not None]
     return bool(intervals) and all(low <= 0.0 <= high for low, high in intervals)
 
 

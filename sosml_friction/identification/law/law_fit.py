@@ -13,7 +13,7 @@ from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.identifiability import (
     SPREAD,
     DataReach,
@@ -148,6 +148,7 @@ def fit_law(
     find_smoothing: bool = False,
     form: LawForm | None = None,
     extra: FloatArray | None = None,
+    unsure: FloatArray | None = None,
 ) -> LawFit:
     """
     Fit y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
@@ -177,11 +178,12 @@ def fit_law(
     :param find_smoothing: whether v0 is to be found instead.
     :param form: which law, that of the equation if None.
     :param extra: more columns with a factor each (K, E), such as inertial torque.
-    :raises DataError: if there are too few clusters, or motion in one direction or at one speed
-        only.
+    :param unsure: what y may be off by (K, U), each column as a whole by one standard deviation.
+    :raises DataError: if there are too few clusters.
+    :raises MotionError: if the motion is in one direction or at one speed only.
     """
     v0 = None if find_smoothing else smoothing_velocity
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0)
+    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0, unsure)
     return search.result(effort_unit)
 
 
@@ -194,9 +196,10 @@ def find_smoothing_velocity(
     mean_v: FloatArray | None = None,
     form: LawForm | None = None,
     extra: FloatArray | None = None,
+    unsure: FloatArray | None = None,
 ) -> float:
     """Return v0 of the sign that :func:`fit_law` finds; parameters and errors are the same."""
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, None)
+    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, None, unsure)
     return search.full.v0
 
 
@@ -210,6 +213,7 @@ def _search(
     form: LawForm | None,
     extra: FloatArray | None,
     v0: float | None,
+    unsure: FloatArray | None,
 ) -> _Search:
     mean_v = v if mean_v is None else mean_v
     keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
@@ -222,6 +226,7 @@ def _search(
         keep,
         form or LawForm(),
         np.empty((len(y), 0)) if extra is None else extra,
+        unsure,
     )
     return _Search(problem, np.abs(mean_v[keep]), v0)
 
@@ -234,9 +239,11 @@ def _check(clusters: IndexArray, v: FloatArray) -> None:
             'several speeds in both directions'
         )
     if not ((v > 0.0).any() and (v < 0.0).any()):
-        raise DataError('the joint moved in one direction only: record motion in both directions')
+        raise MotionError(
+            'the joint moved in one direction only: record motion in both directions'
+        )
     if np.ptp(speeds) < 0.1 * speeds.max():
-        raise DataError(
+        raise MotionError(
             f'the joint moved at one speed only ({speeds.max():.3g}): viscous and Coulomb '
             'friction need at least two; record a speed ladder'
         )

@@ -62,8 +62,10 @@ class LawProblem:
         keep: BoolArray,
         form: LawForm,
         extra: FloatArray,
+        unsure: FloatArray | None = None,
     ) -> None:
         self.v, self.y, self.groups, self.form = v, y, groups, form
+        self.unsure = np.empty((len(y), 0)) if unsure is None else unsure[keep]
         self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
@@ -205,7 +207,11 @@ class LawProblem:
     def covariance(
         self, solution: LawSolution, with_v0: bool, without: tuple[str, ...] = ()
     ) -> dict[tuple[str, str], float]:
-        """Return the jackknife covariance of all parameters but those in ``without``."""
+        """
+        Return the covariance of all parameters but those in ``without``.
+
+        That of the jackknife, and for each column of what y may be off by, as a whole, d d^T.
+        """
         names, X = self.jacobian(solution, with_v0)
         used = [k for k, name in enumerate(names) if name not in without]
         norms = np.linalg.norm(X[:, used], axis=0)
@@ -214,7 +220,9 @@ class LawProblem:
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
         C = jackknife_covariance(X[:, used] / norms, solution.residual, self.groups, w)
-        C = C * clipping**2 / np.outer(norms, norms)
+        root = np.sqrt(w)[:, None]
+        d = np.linalg.lstsq(X[:, used] / norms * root, self.unsure * root, rcond=1e-12)[0]
+        C = (C * clipping**2 + d @ d.T) / np.outer(norms, norms)
         kept = [names[k] for k in used]
         return {
             (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)

@@ -31,6 +31,7 @@ class LawRows:
     rows at velocities of the position alone, where those of ``v`` are smoothed by the torque.
     ``held``: y with the effort held where samples were lost, None where none were. ``late``: y
     with an effort that acts later by one standard error of when it does, None where that is known.
+    ``unsure``: what y may be off by, each column as a whole (K, U), None for nothing.
     """
 
     v: FloatArray
@@ -46,6 +47,7 @@ class LawRows:
     unsmoothed: LawRows | None = None
     held: FloatArray | None = None
     late: FloatArray | None = None
+    unsure: FloatArray | None = None
 
     def fit(self, effort_unit: str) -> LawFit:
         """
@@ -88,6 +90,7 @@ class LawRows:
             find_smoothing=self.find_smoothing,
             form=self.form,
             extra=self.extra,
+            unsure=self.unsure,
         )
 
     def smoothing(self) -> float:
@@ -101,4 +104,5 @@ class LawRows:
             mean_v=self.mean_v,
             form=self.form,
             extra=self.extra,
+            unsure=self.unsure,
         )

@@ -135,6 +135,7 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
         unsmoothed=None if rows.unsmoothed is None else joined(rows.unsmoothed, noise),
         held=None if rows.held is None else mean @ np.nan_to_num(rows.held),
         late=None if rows.late is None else mean @ np.nan_to_num(rows.late),
+        unsure=None if rows.unsure is None else mean @ np.nan_to_num(rows.unsure),
     )
 
 
@@ -185,6 +186,9 @@ class LawStack:
             unsmoothed=own.rows if own else None,
             held=None if self.rows.held is None else project(self.rows.held),
             late=None if self.rows.late is None else project(self.rows.late),
+            unsure=None
+            if self.rows.unsure is None
+            else np.column_stack([project(column) for column in self.rows.unsure.T]),
         )
         return LawStack(rows, self.bag, own)
 
@@ -216,6 +220,9 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         )
     extras = [w * rows.extra for rows, w in zip(parts, weights, strict=True)
               if rows.extra is not None]  # fmt: skip
+    # The bodies are the same in all recordings, and so are the columns.
+    doubts = [w * rows.unsure for rows, w in zip(parts, weights, strict=True)
+              if rows.unsure is not None]  # fmt: skip
     unsmoothed = None
 
     def other(ways: Sequence[FloatArray | None]) -> FloatArray | None:
@@ -238,6 +245,7 @@ def stack_rows(parts: Sequence[LawRows], weights: Sequence[float]) -> LawStack:
         unsmoothed=unsmoothed.rows if unsmoothed else None,
         held=other([rows.held for rows in parts]),
         late=other([rows.late for rows in parts]),
+        unsure=np.concatenate(doubts) if doubts else None,
     )
     bag = np.repeat(np.arange(len(parts)), [len(rows.y) for rows in parts])
     return LawStack(stacked, bag, unsmoothed)

@@ -16,6 +16,7 @@ from sosml_friction.bags.recorded_robot import ModelSource, read_nominal, read_r
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import BodyRefit, compare_body
 from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.effort_timing import EffortTiming
@@ -88,14 +89,14 @@ def analyse_bags(
     robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
     logs = {f'bag {label}': one.log for label, one in zip(labels, robots, strict=True)}
     settings = settings or FitSettings()
-    body, timing, settings = common_body(logs, robots[0].nominal, settings, progress)
+    body, timing, doubt, settings = common_body(logs, robots[0].nominal, settings, progress)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
         try:
             analyses[label] = analyse_bag(
                 path, model, urdf, settings, bandwidth, namespace, observers, effort_hold,
-                require=False, command=command, body=body, timing=timing,
+                require=False, command=command, body=body, timing=timing, doubt=doubt,
             )  # fmt: skip
         except DataError as error:
             raise DataError(f'bag {label}: {error}') from error
@@ -108,11 +109,12 @@ def common_body(
     nominal: RobotModelFile,
     settings: FitSettings,
     progress: Callable[[str], None] = lambda step: None,
-) -> tuple[BodyRefit | None, EffortTiming | None, FitSettings]:
+) -> tuple[BodyRefit | None, EffortTiming | None, BodyDoubt | None, FitSettings]:
     """
     Return the rigid body refitted to all bags, and settings with which none refits its own.
 
-    Between them when effort acts, by the motion in all bags.
+    Between them when effort acts, by the motion in all bags, and what bodies that are kept may be
+    off by.
     """
     progress('comparing the rigid body with the motion')
     robot = nominal.with_armature({'*': 0.0}).make_robot()
@@ -122,11 +124,11 @@ def common_body(
             checked.append(check_data(log, robot, '', nominal.unknown_armature)[0])
         except DataError as error:
             raise DataError(f'{label}: {error}') from error
-    body, timing = compare_body(checked, nominal, settings.body_tolerance, progress)
+    body, timing, doubt = compare_body(checked, nominal, settings.body_tolerance, progress)
     if body is not None:
         # The friction of each bag is put together from its own fits.
         body = replace(body, laws={}, loads=())
-    return body, timing, replace(settings, body_tolerance=0.0)
+    return body, timing, doubt, replace(settings, body_tolerance=0.0)
 
 
 def consolidate_analyses(

@@ -66,13 +66,18 @@ class Cogging(EffortTerm):
         low = _PERIODS * _TURN / span
         if signals.length_unit(joint) == 'rad':
             low = max(low, 4.0)
-        high = min(_TURN * signals.band.cutoff / (_SLOW * top), _MOST * _SPACING / span)
-        return [{'frequency': float(w)} for w in np.arange(low, high, _SPACING / span)]
+        high = _TURN * signals.band.cutoff / (_SLOW * top)
+        found = np.arange(low, min(high, _MOST * _SPACING / span), _SPACING / span)
+        if signals.length_unit(joint) == 'rad' and span > _TURN:
+            # Of many turns there are too many frequencies: those that repeat with each turn.
+            whole = np.arange(low, min(high, _MOST))
+            found = whole if len(whole) > len(found) else found
+        return [{'frequency': float(w)} for w in found]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         span = float(signals.scales.span[joint])
-        return {'frequency': (_PERIODS * _TURN / span, _MOST * _SPACING / span)}
+        return {'frequency': (_PERIODS * _TURN / span, max(_MOST * _SPACING / span, _MOST))}
 
 
 @compiled

@@ -99,6 +99,7 @@ def test_it_is_said_of_a_stribeck_term_that_it_may_be_nothing(interval, verdict)
         ('effort_scale', {'error': (0.04, 0.010)}, 'named'),
         ('cogging', {'cosine': (0.1, 0.2), 'sine': (1.0, 0.2), 'frequency': (7.0, 0.1)}, 'named'),
         ('cogging', {'cosine': (0.1, 0.2), 'sine': (0.1, 0.2)}, 'unknown_structure'),
+        ('cogging', {'cosine': (0.1, 0.2), 'cosine_2': (1.0, 0.2)}, 'named'),
         ('coulomb', {'change': (0.01, 0.02)}, 'unknown_structure'),
     ],
 )
