@@ -25,6 +25,9 @@ def compiled(function: Callable[..., Any]) -> Any:
     And it knows of changes to a function's own file, not to those of the functions that it calls.
     """
     dispatcher: Any = njit(cache=True)(function)
+    if not hasattr(dispatcher, '_cache'):
+        # NUMBA_DISABLE_JIT: the function itself.
+        return dispatcher
     kept = dispatcher._cache
     save, known = kept.save_overload, kept._cache_file
     known._source_stamp = (known._source_stamp, _latest_change())

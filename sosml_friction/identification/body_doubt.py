@@ -30,20 +30,23 @@ class BodyDoubt:
     def of(cls, laboratory: WhitenedRegression, fit: Fit) -> BodyDoubt:
         """Return the doubt that a regression leaves, each number anywhere in its tolerance."""
         nominal, prior = laboratory.nominal, fit.system.prior_weight()
-        own = nominal.rigid_columns
+        # A rotor of which nothing is known is fitted, and its variance is said with it.
+        known = prior[nominal.rigid_columns] > 0.0
+        own = nominal.rigid_columns[known]
         weight = prior.copy()
         weight[own] /= UNIFORM
-        A = fit.system.total + np.diag(fit.system.penalty() - prior + weight)
-        r = fit.target.r.sum(axis=(0, 1))
+        # What is left beyond the noise makes the rows worth less, and not the tolerance.
+        more = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+        A = fit.system.total / more + np.diag(fit.system.penalty() - prior + weight)
+        r = fit.target.r.sum(axis=(0, 1)) / more
         scale = 1.0 / np.sqrt(np.diag(A))
         inverse = np.linalg.inv(A * scale * scale[:, None])
         mean, covariance = scale * (inverse @ (r * scale)), inverse * scale * scale[:, None]
-        more = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
-        P = covariance[np.ix_(own, own)] * more
+        P = covariance[np.ix_(own, own)]
         size = np.sqrt(np.diag(P))
         values, vectors = np.linalg.eigh(P / size / size[:, None])
         spread = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        return cls(nominal.rigid, np.column_stack([mean[own], spread]))
+        return cls(nominal.rigid[known], np.column_stack([mean[own], spread]))
 
     def efforts(self, robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
         """Return what each column of ``roots`` adds to the friction of a motion, (N, n, p + 1)."""

@@ -229,8 +229,7 @@ def compare_body(
             return None, None, None
         raise
     if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
-        exact = tolerance == 0.0 or unknown
-        doubt = None if exact else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
+        doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
         rotors = BodyRefit.of_rotors(fit, model) if unknown else None
         return rotors, _timing(fit, logs), doubt
     shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]

@@ -321,8 +321,7 @@ class WeakForm:
             return np.concatenate([p.tests @ c for p, c in zip(pieces, parts, strict=True)])
 
         doubt = None
-        # Inertia that is fitted is not in doubt.
-        if self._doubt is not None and not self.settings.refit_inertia:
+        if self._doubt is not None:
             doubt = np.concatenate([self._unsure_bodies(piece) for piece in pieces])[:, i]
         extra = None
         if self.settings.refit_inertia:

@@ -236,9 +236,11 @@ def _lowest(q: FloatArray, band: Band) -> float:
     v = np.gradient(seen, band.step, axis=0)
     a = np.gradient(v, band.step, axis=0)
     speed = np.sqrt(np.mean(v**2, axis=0))
-    moves = speed > 0.0
+    # Noise at the band's end makes this speed: a joint that has no more does not move.
+    moves = speed > 2.0 * np.pi * band.cutoff * np.std(q - seen, axis=0)
     ratio = np.sqrt(np.mean(a**2, axis=0))[moves] / speed[moves]
     lowest = min(_LOWEST, _LOWEST_CYCLES * float(ratio.max(initial=0.0)) / (2.0 * np.pi))
+    # Twice the shortest: its blocks must have rows enough.
     return max(lowest, 2.0 * _SHORTEST_CYCLES / (len(q) * band.step))
 
 

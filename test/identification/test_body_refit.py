@@ -129,10 +129,12 @@ def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):
     ]
 
 
-def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log, with_free_rotors):
+def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log):
+    exact = FitSettings(body_tolerance=0.0)
+    with_free_rotors = analyse_log(log, unstated(scaled(0.0)), exact, effort_hold='start')
     found = {n: j.armature.value for n, j in with_free_rotors.model.joints.items()}
     told = unstated(scaled(0.0)).with_armature(found)
-    known = analyse_log(log, told, FitSettings(body_tolerance=0.0), effort_hold='start')
+    known = analyse_log(log, told, exact, effort_hold='start')
     for joint in JOINTS:
         free, stated = (
             a.model.joints[joint].friction.parameters['viscous'].std_error

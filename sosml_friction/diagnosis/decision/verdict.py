@@ -44,7 +44,8 @@ def not_shown(cause: Cause) -> bool:
     # Those of a harmonic have its number behind their names.
     own = [p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes]
     intervals = [p.interval for p in own if p.interval is not None]
-    return bool(intervals) and all(low <= 0.0 <= high for low, high in intervals)
+    known = bool(own) and len(intervals) == len(own)
+    return known and all(low <= 0.0 <= high for low, high in intervals)
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

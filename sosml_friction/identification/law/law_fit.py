@@ -179,8 +179,8 @@ def fit_law(
     :param form: which law, that of the equation if None.
     :param extra: more columns with a factor each (K, E), such as inertial torque.
     :param unsure: what y may be off by (K, U), each column as a whole by one standard deviation.
-    :raises DataError: if there are too few clusters.
-    :raises MotionError: if the motion is in one direction or at one speed only.
+    :raises DataError: if there are too few clusters, or motion in one direction only.
+    :raises MotionError: if the motion is at one speed only.
     """
     v0 = None if find_smoothing else smoothing_velocity
     search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0, unsure)
@@ -239,9 +239,7 @@ def _check(clusters: IndexArray, v: FloatArray) -> None:
             'several speeds in both directions'
         )
     if not ((v > 0.0).any() and (v < 0.0).any()):
-        raise MotionError(
-            'the joint moved in one direction only: record motion in both directions'
-        )
+        raise DataError('the joint moved in one direction only: record motion in both directions')
     if np.ptp(speeds) < 0.1 * speeds.max():
         raise MotionError(
             f'the joint moved at one speed only ({speeds.max():.3g}): viscous and Coulomb '
@@ -374,18 +372,17 @@ class _Search:
         if self.plain.v0 > 0.0:
             limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
             sharp = self._whole(self._solve(None, 0.0))
-            if self._is_endless(self.plain) or not (
-                sharp.cost - self.plain.cost > max(limit, least)
-            ):
+            if not sharp.cost - self.plain.cost > max(limit, least):
                 self.plain = sharp
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """
-        Tell whether the sign is as smooth as can be: the search ended, and not the width.
+        Tell whether the width of the sign is the largest that is searched.
 
-        It then stands for a bend of friction that the law does not have.
+        Beside a Stribeck term it then stands for a bend that the law does not have.
         """
-        return solution.v0 > 0.99 * _LARGEST_V0 * self.slowest
+        # The search leaves 1e-6 of its ends.
+        return solution.v0 > (1.0 - 1e-3) * _LARGEST_V0 * self.slowest
 
     def _quantile(self, parameters: int) -> float:
         freedom = max(self.problem.count - len(self.problem.base) - 2, 1)

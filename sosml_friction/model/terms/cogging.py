@@ -67,11 +67,11 @@ class Cogging(EffortTerm):
         if signals.length_unit(joint) == 'rad':
             low = max(low, 4.0)
         high = _TURN * signals.band.cutoff / (_SLOW * top)
-        found = np.arange(low, min(high, _MOST * _SPACING / span), _SPACING / span)
+        end = min(high, _MOST * _SPACING / span)
+        found = np.arange(low, end, _SPACING / span)
         if signals.length_unit(joint) == 'rad' and span > _TURN:
-            # Of many turns there are too many frequencies: those that repeat with each turn.
-            whole = np.arange(low, min(high, _MOST))
-            found = whole if len(whole) > len(found) else found
+            # Of many turns there are too many frequencies: further, those that repeat with each.
+            found = np.append(found, np.arange(np.ceil(max(low, end)), min(high, _MOST)))
         return [{'frequency': float(w)} for w in found]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
