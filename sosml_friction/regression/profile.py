@@ -25,6 +25,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 _LINEAR = 0.03
 #: Step along the profile in standard errors, and the most of the logarithm.
 _STEP, _LONGEST = 0.5, 0.3
+#: Steps after which they are doubled, a parabola takes two or three. Chosen, no
+#: measurement.
+_MANY = 12
 
 
 @dataclass(frozen=True)
@@ -140,3 +143,6 @@ class _Walk:
                 return float(value * np.exp(share * np.log(ahead / value))), passed
             passed.append(point)
             value, root = ahead, reached
+            # The error was far too small: the end is not near.
+            if len(passed) > _MANY:
+                step = float(np.copysign(min(2.0 * abs(step), _LONGEST), step))

@@ -14,7 +14,7 @@ MASS, ARM, ROTOR, STEP, SEED = 1.5, 0.3, 0.05, 5e-3, 20261123
 COULOMB, VISCOUS, NOISE, ENCODER = 0.8, 0.5, 0.05, 2.0 * np.pi / 2**17
 
 
-def model(mass=MASS, arm=ARM, kind='revolute'):
+def model(mass=MASS, arm=ARM, kind='revolute', rotor=ROTOR):
     """Return a lever that hangs down, or with ``arm`` 0 a wheel."""
     inertia = ''.join(f'i{a}="0.01" ' for a in ('xx', 'yy', 'zz'))
     inertia += ''.join(f'i{a}="0" ' for a in ('xy', 'xz', 'yz'))
@@ -23,7 +23,7 @@ def model(mass=MASS, arm=ARM, kind='revolute'):
         '<child link="l"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="99" '
         f'velocity="99"/></joint><link name="l"><inertial><origin xyz="0 0 {-arm}"/>'
         f'<mass value="{mass}"/><inertia {inertia}/></inertial></link></robot>',
-        {'j': ROTOR},
+        {'j': rotor},
     )
 
 
@@ -39,11 +39,17 @@ def recorded(q, arm=ARM):
     return sf.JointLog(('j',), t, *(x[:, None] for x in (q, np.full(len(q), np.nan), tau)))
 
 
-def test_friction_of_a_lever_whose_weight_is_off_within_the_tolerance_is_in_its_intervals():
+@pytest.mark.parametrize(
+    ('rotor', 'options'),
+    [(ROTOR, {}), (np.nan, {}), (ROTOR, {'refit_inertia': True, 'method': 'weak'})],
+)
+def test_friction_of_a_lever_whose_weight_is_off_within_the_tolerance_is_in_its_intervals(
+    rotor, options
+):
     t = np.arange(0.0, 60.0, STEP)
     log = recorded(0.3 + 0.7 * np.sin(0.5 * t) + 0.25 * np.sin(2.3 * t + 1.0))
     truth = {'coulomb': COULOMB, 'viscous': VISCOUS, 'bias': 0.0}
-    found = sf.fit(log, model(1.025 * MASS)).conf_int()['j']
+    found = sf.fit(log, model(1.025 * MASS, rotor=rotor), **options).conf_int()['j']
     for name, value in truth.items():
         low, high = found[name]
         assert low <= value <= high, name
