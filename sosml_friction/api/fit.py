@@ -25,7 +25,7 @@ from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
 from sosml_friction.identification.number_text import value_text
 from sosml_friction.identification.several.bags_analysis import (
     BagsAnalysis,
-    common_body,
+    compare_together,
     consolidate_analyses,
 )
 from sosml_friction.model.parameter import Parameter
@@ -201,16 +201,16 @@ def fit(
         )
     sources = {label: log_source(log, label) for label, log in recordings.items()}
     refuse_copies({label: source.sha256 for label, source in sources.items()})
-    body = timing = doubt = None
+    compared = None
     if several:
         nominal = as_recorded(content, next(iter(recordings.values())))
-        body, timing, doubt, settings = common_body(recordings, nominal, settings)
+        compared = compare_together(recordings, nominal, settings)
     analyses = {}
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
                 log, as_recorded(content, log), settings, bandwidth, observers, effort_hold,
-                source=sources[label], require=not several, body=body, timing=timing, doubt=doubt,
+                source=sources[label], require=not several, compared=compared,
             )  # fmt: skip
         except DataError as error:
             if not several:

@@ -17,7 +17,7 @@ from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.body_refit import refit_body
+from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -118,7 +118,7 @@ def diagnose_logs(
     fitted: list[Check] = []
     if unknown := nominal.unknown_armature:
         settings = replace(settings or DiagnosisSettings(), unknown_armature=unknown)
-        rotors = refit_body([log for _, log in logs], nominal, 0.0, step)
+        rotors = BodyComparison.of([log for _, log in logs], nominal, 0.0, step).refit
         assert rotors is not None
         nominal = rotors.model
         fitted = [Check('armature', 'warning', '*', said) for said in rotors.sentences()]

@@ -9,9 +9,7 @@ from pathlib import Path
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_source
-from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.body_refit import BodyRefit
-from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis, analyse_log
 from sosml_friction.observers.configuration import ObserverConfiguration, parse_configuration
@@ -30,9 +28,7 @@ def analyse_bag(
     progress: Callable[[str], None] = lambda step: None,
     require: bool = True,
     command: str = '',
-    body: BodyRefit | None = None,
-    timing: EffortTiming | None = None,
-    doubt: BodyDoubt | None = None,
+    compared: BodyComparison | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a bag and fit friction to what they say.
@@ -63,9 +59,7 @@ def analyse_bag(
         progress,
         require,
         command,
-        body,
-        timing,
-        doubt,
+        compared,
     )
 
 

@@ -4,36 +4,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from sosml_friction.arrays import IndexArray
-from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import DataError
-from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.free_armature import armature_sentence, with_fitted
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
-from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
+from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.consistent_inertias import nearest_bodies
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
+from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95, Parameter
 from sosml_friction.model.rigid_changes import REFIT, Change, with_changes
 from sosml_friction.model.robot import Robot
-from sosml_friction.regression.body_width import VERY_STRONG, body_precision, body_variance
-from sosml_friction.regression.nominal import EFFORT_HOLD, Nominal
-from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.body_width import body_precision, body_variance
+from sosml_friction.regression.nominal import Nominal
 
 #: The friction that stands beside the bodies: what can be taken for weight or inertia.
-_LOAD = 'load_dependent_friction'
-_NOMINAL, _STRIBECK = ('coulomb', 'viscous'), 'stribeck'
-_FRICTION = (*_NOMINAL, _STRIBECK, _LOAD)
+LOAD = 'load_dependent_friction'
+NOMINAL = ('coulomb', 'viscous')
+FRICTION = (*NOMINAL, 'stribeck', LOAD)
 #: Speeds of the data are told without the slowest of this share, which are turning points.
 _TURNING = 0.02
 #: The ten numbers of a body, in the joint's frame and about its origin.
@@ -104,7 +99,7 @@ class BodyRefit:
             for joint, p in fit.armature.items()
         }
         variance = _variance(fit, columns)
-        curved = {term.joint for term in fit.terms if term.term == _STRIBECK}
+        curved = {term.joint for term in fit.terms if term.term == 'stribeck'}
         return cls(
             with_fitted(changed.model, armature),
             _laws(fit, {*variance} - curved),
@@ -142,6 +137,10 @@ class BodyRefit:
             text += f'; the model keeps its own bodies: {self.refused}'
         return text
 
+    def with_friction_of(self, fit: TermFit) -> BodyRefit:
+        """Return the same bodies with the friction that was fitted beside them anew."""
+        return replace(self, laws=_laws(fit, self.laws), loads=_loads(fit))
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
         return {
@@ -178,91 +177,6 @@ def _variance(fit: TermFit, columns: IndexArray) -> dict[str, dict[str, float]]:
     }
 
 
-def refit_body(
-    logs: Sequence[JointLog],
-    model: RobotModelFile,
-    tolerance: float | None = None,
-    step: Callable[[str], None] = lambda text: None,
-) -> BodyRefit | None:
-    """Return the first of :func:`compare_body`."""
-    return compare_body(logs, model, tolerance, step)[0]
-
-
-def compare_body(
-    logs: Sequence[JointLog],
-    model: RobotModelFile,
-    tolerance: float | None = None,
-    step: Callable[[str], None] = lambda text: None,
-) -> tuple[BodyRefit | None, EffortTiming | None, BodyDoubt | None]:
-    """
-    Return the rigid body that fits, None where the model's does within the usual tolerance.
-
-    And when effort is reported, by the motion; None where nothing was fitted. And what the bodies
-    may be off by where the model's are kept; None where they are exact, as told, or were refitted.
-
-    An armature that the model does not know is fitted in either case.
-
-    Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off is
-    not taken for friction, nor friction by load for a weight. A recording that begins with
-    breakaway tests stands there: the friction of a stop at an end is judged as that of any other.
-
-    :param logs: the motion; its joints include the model's.
-    :param tolerance: how far each number may be off, as a share of itself; None for what the data
-        say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at all.
-    :raises DataError: if a tolerance was told, or an armature is not known, and the recording is
-        too short for a refit.
-    """
-    unknown = model.unknown_armature
-    if tolerance == 0.0 and not unknown:
-        return None, None, None
-    bare = replace(model, effects=())
-    settings = DiagnosisSettings(end_stops=True)
-    try:
-        fit = fit_terms(logs, bare, _FRICTION, settings, step, tolerance, settled=False)
-    except DataError as error:
-        if unknown:
-            raise DataError(
-                f'{error}; or state the armature of {", ".join(unknown)} with --armature: it is '
-                'fitted as it is not known'
-            ) from error
-        if tolerance is None:
-            return None, None, None
-        raise
-    if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
-        doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
-        rotors = BodyRefit.of_rotors(fit, model) if unknown else None
-        return rotors, _timing(fit, logs), doubt
-    shown = [term.label for term in fit.terms if term.term not in _NOMINAL and _is_shown(term)]
-    step('fitting beside the friction that the data show')
-    again = fit_terms(logs, bare, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
-    fit = replace(again, body=fit.body)
-    body = BodyRefit.of(fit, model)
-    if body.loads and not body.refused:
-        # Load is what the bodies of the model need: with those that fit it is another one.
-        step('fitting friction by the load of these bodies')
-        fitted = replace(body.model, effects=())
-        last = fit_terms(logs, fitted, (*_NOMINAL, *shown), settings, step, fit.body.tolerance)
-        body = replace(body, laws=_laws(last, body.laws), loads=_loads(last))
-    return body, _timing(fit, logs), None
-
-
-def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
-    """Return when effort is reported, as a regression has it beside all else."""
-    nominal = fit.laboratory.nominal
-    prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
-    step = float(np.median([log.step for log in logs]))
-    return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
-
-
-def _is_shown(term: FittedTerm) -> bool:
-    """Tell whether the data show very strongly that a term is there, z^2 of its likelihood."""
-    p = term.parameters['load_coefficient' if term.term == _LOAD else 'stribeck']
-    sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
-    return sure and not (
-        term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
-    )
-
-
 def _laws(fit: TermFit, joints: Container[str]) -> dict[str, LawFit]:
     """Return Coulomb and viscous friction of some joints."""
     return {name: _law(fit, i) for i, name in enumerate(fit.names) if name in joints}
@@ -273,7 +187,7 @@ def _loads(fit: TermFit) -> tuple[EffectTerm, ...]:
     return tuple(
         EffectTerm(term.term, term.joint, term.parameters)
         for term in fit.terms
-        if term.term == _LOAD
+        if term.term == LOAD
     )
 
 
@@ -303,7 +217,7 @@ def _law(fit: TermFit, i: int) -> LawFit:
             'fitted: sosml fit --terms fits any',
         )
     left = fit.residual()[:, i]
-    own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in _FRICTION)
+    own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)
     speed = np.abs(np.concatenate([s.v[:, i] for s in fit.laboratory.signals]))
     return LawFit(
         'coulomb_viscous',

@@ -12,11 +12,11 @@ from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import ConfigurationError, DataError
-from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.body_refit import BodyRefit, compare_body
+from sosml_friction.identification.body_comparison import BodyComparison
+from sosml_friction.identification.body_refit import BodyRefit
 from sosml_friction.identification.data_checks import DataChecks, check_data
 from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
-from sosml_friction.identification.effort_timing import TIMING, EffortTiming
+from sosml_friction.identification.effort_timing import TIMING
 from sosml_friction.identification.fits_without_observer import (
     with_output_error,
     with_regression,
@@ -96,9 +96,7 @@ def analyse_log(
     progress: Callable[[str], None] = lambda step: None,
     require: bool = True,
     command: str = '',
-    body: BodyRefit | None = None,
-    timing: EffortTiming | None = None,
-    doubt: BodyDoubt | None = None,
+    compared: BodyComparison | None = None,
 ) -> BagAnalysis:
     """
     Run the observers over a recording and fit friction to what they say.
@@ -116,9 +114,8 @@ def analyse_log(
     :param progress: called with each step that begins, in words.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param command: the command line that asked for it, for the provenance.
-    :param body: a rigid body that was refitted, instead of one refitted to this log.
-    :param timing: when effort acts, where nothing else says so, instead of as this log shows.
-    :param doubt: what the bodies may be off by, instead of what this log leaves open of them.
+    :param compared: what several logs say of the bodies, and of when effort acts where nothing
+        else does, instead of this one.
     :raises ConfigurationError: if there is no URDF, or an observer is unknown or has no gains by
         bandwidth.
     :raises DataError: if effort is missing or the motion cannot be fitted.
@@ -135,11 +132,10 @@ def analyse_log(
         said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
         checks = replace(checks, findings=(*checks.findings, said))
         holds = ('mean',) * len(holds)
-    if body is None:
+    if compared is None:
         progress('comparing the rigid body with the motion')
-        body, found, own = compare_body([log], nominal, settings.body_tolerance, progress)
-        timing, doubt = found or timing, own or doubt
-    timing = timing if silent else None
+        compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)
+    body, timing = compared.refit, compared.timing if silent else None
     if timing is not None:
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
@@ -176,7 +172,7 @@ def analyse_log(
             ),
             configuration.maximum_gap_s,
             timing,
-            doubt,
+            compared.doubt,
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}

@@ -11,7 +11,7 @@ import pytest
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.body_refit import refit_body
+from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import analyse_log
@@ -47,12 +47,12 @@ def scaled(share):
 
 @pytest.fixture(scope='module')
 def refitted(log):
-    return refit_body([log], scaled(0.4))
+    return BodyComparison.of([log], scaled(0.4)).refit
 
 
 def test_a_body_that_fits_is_left_alone(log):
-    assert refit_body([log], scaled(0.0)) is None
-    assert refit_body([log], scaled(0.4), tolerance=0.0) is None
+    assert BodyComparison.of([log], scaled(0.0)).refit is None
+    assert BodyComparison.of([log], scaled(0.4), tolerance=0.0).refit is None
 
 
 def test_the_weight_of_bodies_40_percent_too_heavy_is_found(refitted):
@@ -146,7 +146,7 @@ def test_friction_is_the_less_certain_for_a_rotor_that_is_not_known(log):
 
 
 def test_rotors_and_bodies_that_are_wrong_are_found_together(log):
-    found = refit_body([log], unstated(scaled(0.4)))
+    found = BodyComparison.of([log], unstated(scaled(0.4))).refit
     assert found.deviations
     assert set(found.armature) == set(JOINTS)
     assert not any(name.endswith('armature') for name in found.deviations)
@@ -166,7 +166,7 @@ def test_a_motion_that_does_not_tell_the_rotor_says_so():
     log = JointLog(
         ('joint',), np.rint(t * 1e9).astype(np.int64), *(x[:, None] for x in (q, v, tau))
     )
-    (armature,) = refit_body([log], model).armature.values()
+    (armature,) = BodyComparison.of([log], model).refit.armature.values()
     assert armature.flags == (NOT_IDENTIFIABLE,)
     assert armature.value == 0.0
     assert armature.interval[1] > 2.0
@@ -183,7 +183,7 @@ def test_effort_is_not_held_against_a_rotor_that_nobody_stated():
     robot = axis_model(1.0).make_robot()
     checks = [check_data(log, robot, '', free)[1] for free in ((), ('joint',))]
     assert [bool({**own.warnings, **own.refused}) for own in checks] == [True, False]
-    (armature,) = refit_body([log], unstated(axis_model(1.0))).armature.values()
+    (armature,) = BodyComparison.of([log], unstated(axis_model(1.0))).refit.armature.values()
     assert armature.value == pytest.approx(11.0, rel=0.02)
 
 

@@ -16,10 +16,8 @@ from sosml_friction.bags.recorded_robot import ModelSource, read_nominal, read_r
 from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
-from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.body_refit import BodyRefit, compare_body
+from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_checks import check_data
-from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.fitted_model import friction_of, preferred_observer
 from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
@@ -89,14 +87,14 @@ def analyse_bags(
     robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
     logs = {f'bag {label}': one.log for label, one in zip(labels, robots, strict=True)}
     settings = settings or FitSettings()
-    body, timing, doubt, settings = common_body(logs, robots[0].nominal, settings, progress)
+    compared = compare_together(logs, robots[0].nominal, settings, progress)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
         try:
             analyses[label] = analyse_bag(
                 path, model, urdf, settings, bandwidth, namespace, observers, effort_hold,
-                require=False, command=command, body=body, timing=timing, doubt=doubt,
+                require=False, command=command, compared=compared,
             )  # fmt: skip
         except DataError as error:
             raise DataError(f'bag {label}: {error}') from error
@@ -104,18 +102,13 @@ def analyse_bags(
     return consolidate_analyses(analyses, roles, own_bias, command)
 
 
-def common_body(
+def compare_together(
     logs: Mapping[str, JointLog],
     nominal: RobotModelFile,
     settings: FitSettings,
     progress: Callable[[str], None] = lambda step: None,
-) -> tuple[BodyRefit | None, EffortTiming | None, BodyDoubt | None, FitSettings]:
-    """
-    Return the rigid body refitted to all bags, and settings with which none refits its own.
-
-    Between them when effort acts, by the motion in all bags, and what bodies that are kept may be
-    off by.
-    """
+) -> BodyComparison:
+    """Return what all bags together say of the rigid body, and of when effort acts."""
     progress('comparing the rigid body with the motion')
     robot = nominal.with_armature({'*': 0.0}).make_robot()
     checked = []
@@ -124,11 +117,11 @@ def common_body(
             checked.append(check_data(log, robot, '', nominal.unknown_armature)[0])
         except DataError as error:
             raise DataError(f'{label}: {error}') from error
-    body, timing, doubt = compare_body(checked, nominal, settings.body_tolerance, progress)
-    if body is not None:
-        # The friction of each bag is put together from its own fits.
-        body = replace(body, laws={}, loads=())
-    return body, timing, doubt, replace(settings, body_tolerance=0.0)
+    found = BodyComparison.of(checked, nominal, settings.body_tolerance, progress)
+    if found.refit is None:
+        return found
+    # The friction of each bag is put together from its own fits.
+    return replace(found, refit=replace(found.refit, laws={}, loads=()))
 
 
 def consolidate_analyses(

@@ -1,0 +1,110 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a motion says of the rigid body of a model, and of when effort acts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.exceptions import DataError
+from sosml_friction.identification.body_doubt import BodyDoubt
+from sosml_friction.identification.body_refit import FRICTION, LOAD, NOMINAL, BodyRefit
+from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.parameter import AT_BOUND
+from sosml_friction.regression.body_width import VERY_STRONG
+from sosml_friction.regression.nominal import EFFORT_HOLD
+from sosml_friction.regression.settings import DiagnosisSettings
+
+
+@dataclass(frozen=True)
+class BodyComparison:
+    """
+    Hold what a regression finds of a model before its friction law is fitted.
+
+    ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
+    ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
+    may be off by where the model's are kept, None where they are exact, as told, or refitted.
+    """
+
+    refit: BodyRefit | None = None
+    timing: EffortTiming | None = None
+    doubt: BodyDoubt | None = None
+
+    @classmethod
+    def of(
+        cls,
+        logs: Sequence[JointLog],
+        model: RobotModelFile,
+        tolerance: float | None = None,
+        step: Callable[[str], None] = lambda text: None,
+    ) -> BodyComparison:
+        """
+        Compare a model with a motion; an armature that it does not know is fitted in any case.
+
+        Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off
+        is not taken for friction, nor friction by load for a weight. A recording that begins with
+        breakaway tests stands there: the friction of a stop at an end is judged as that of any
+        other.
+
+        :param logs: the motion; its joints include the model's.
+        :param tolerance: how far each number may be off, as a share of itself; None for what the
+            data say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at
+            all.
+        :raises DataError: if a tolerance was told, or an armature is not known, and the recording
+            is too short for a refit.
+        """
+        unknown = model.unknown_armature
+        if tolerance == 0.0 and not unknown:
+            return cls()
+        bare = replace(model, effects=())
+        settings = DiagnosisSettings(end_stops=True)
+        try:
+            fit = fit_terms(logs, bare, FRICTION, settings, step, tolerance, settled=False)
+        except DataError as error:
+            if unknown:
+                raise DataError(
+                    f'{error}; or state the armature of {", ".join(unknown)} with --armature: it '
+                    'is fitted as it is not known'
+                ) from error
+            if tolerance is None:
+                return cls()
+            raise
+        if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
+            rotors = BodyRefit.of_rotors(fit, model) if unknown else None
+            doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
+            return cls(rotors, _timing(fit, logs), doubt)
+        shown = [term.label for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
+        step('fitting beside the friction that the data show')
+        again = fit_terms(logs, bare, (*NOMINAL, *shown), settings, step, fit.body.tolerance)
+        fit = replace(again, body=fit.body)
+        body = BodyRefit.of(fit, model)
+        if body.loads and not body.refused:
+            # Load is what the bodies of the model need: with those that fit it is another one.
+            step('fitting friction by the load of these bodies')
+            fitted = replace(body.model, effects=())
+            last = fit_terms(logs, fitted, (*NOMINAL, *shown), settings, step, fit.body.tolerance)
+            body = body.with_friction_of(last)
+        return cls(body, _timing(fit, logs))
+
+
+def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
+    """Return when effort is reported, as a regression has it beside all else."""
+    nominal = fit.laboratory.nominal
+    prior = float(nominal.prior[nominal.names.index(EFFORT_HOLD)])
+    step = float(np.median([log.step for log in logs]))
+    return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
+
+
+def _is_shown(term: FittedTerm) -> bool:
+    """Tell whether the data show very strongly that a term is there, z^2 of its likelihood."""
+    p = term.parameters['load_coefficient' if term.term == LOAD else 'stribeck']
+    sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+    return sure and not (
+        term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
+    )
