@@ -226,7 +226,7 @@ def _search(
         keep,
         form or LawForm(),
         np.empty((len(y), 0)) if extra is None else extra,
-        unsure,
+        np.empty((len(y), 0)) if unsure is None else unsure,
     )
     return _Search(problem, np.abs(mean_v[keep]), v0)
 

@@ -62,10 +62,10 @@ class LawProblem:
         keep: BoolArray,
         form: LawForm,
         extra: FloatArray,
-        unsure: FloatArray | None = None,
+        unsure: FloatArray,
     ) -> None:
         self.v, self.y, self.groups, self.form = v, y, groups, form
-        self.unsure = np.empty((len(y), 0)) if unsure is None else unsure[keep]
+        self.unsure = unsure[keep]
         self.made: Callable[[FloatArray], FloatArray] = lambda column: lag(column)[keep]
         self.speed, self.count = np.abs(v), int(groups.max()) + 1
         self.extra = tuple(f'extra_{k}' for k in range(extra.shape[1]))
