@@ -68,16 +68,19 @@ class Cogging(EffortTerm):
             low = max(low, 4.0)
         high = _TURN * signals.band.cutoff / (_SLOW * top)
         end = min(high, _MOST * _SPACING / span)
-        found = np.arange(low, end, _SPACING / span)
-        if signals.length_unit(joint) == 'rad' and span > _TURN:
-            # Of many turns there are too many frequencies: further, those that repeat with each.
-            found = np.append(found, np.arange(np.ceil(max(low, end)), min(high, _MOST)))
+        fine = np.arange(low, end, _SPACING / span)
+        # Of many turns there are too many frequencies: further, those that repeat with each.
+        last = min(high, self.inner_bounds(signals, joint)['frequency'][1])
+        found = [*fine, *np.arange(np.ceil(max(low, end)), last)]
         return [{'frequency': float(w)} for w in found]
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         span = float(signals.scales.span[joint])
-        return {'frequency': (_PERIODS * _TURN / span, max(_MOST * _SPACING / span, _MOST))}
+        last = _MOST * _SPACING / span
+        if signals.length_unit(joint) == 'rad' and span > _TURN:
+            last = max(last, float(_MOST))
+        return {'frequency': (_PERIODS * _TURN / span, last)}
 
 
 @compiled
