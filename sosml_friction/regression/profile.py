@@ -25,7 +25,7 @@ from sosml_friction.regression.whitened import WhitenedRegression
 _LINEAR = 0.03
 #: Step along the profile in standard errors, and the most of the logarithm.
 _STEP, _LONGEST = 0.5, 0.3
-#: Steps after which they are doubled, a parabola takes two or three. Chosen, no
+#: Steps after which each is twice the last. A parabola needs no more than three. Chosen, no
 #: measurement.
 _MANY = 12
 

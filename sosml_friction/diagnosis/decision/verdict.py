@@ -11,6 +11,7 @@ from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.term import TERMS
 
+#: The end of the name of a harmonic's size.
 _HARMONIC = re.compile(r'_\d+$')
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
