@@ -11,7 +11,7 @@ import pytest
 from known_robots import coulomb_viscous, recording, sines
 
 from sosml_friction.diagnosis.diagnosis import diagnose
-from sosml_friction.identification.body_refit import refit_body
+from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.term_fit import fit_terms
 from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -64,5 +64,5 @@ def test_a_fit_of_these_terms_has_the_same_load(log, model):
 
 
 def test_so_has_a_fit_that_refits_the_bodies(log, model):
-    (load,) = refit_body([log], model).loads
+    (load,) = BodyComparison.of([log], model).refit.loads
     is_right(load.parameters['load_coefficient'], LOAD)
