@@ -19,13 +19,15 @@ class SlcanClient(slcanBus):
 
     python-can's own reader costs three system calls a byte and waits a millisecond when there is
     nothing: a 500 Hz cycle cannot afford either. Only reading lines differs; frames are written
-    and parsed by python-can. A line that is no frame is skipped and counted in ``malformed``; a
-    bell, by which an adapter refuses a frame or a command (off the bus, queue full), in
-    ``refused``: python-can drops it without a word.
+    and parsed by python-can. A line that is no frame is skipped: there, one ends the wait, and
+    frames that lie behind an acknowledgement are not seen by a wait of 0. What cannot be parsed
+    is counted in ``malformed``; a bell, by which an adapter refuses a frame or a command (off the
+    bus, queue full), in ``refused``: python-can drops it without a word.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._received = SlcanLines()
+        self._read_all = False
         self.malformed = 0
         self.refused = 0
         super().__init__(*args, **kwargs)
@@ -44,6 +46,7 @@ class SlcanClient(slcanBus):
             try:
                 ready, _, _ = select.select([descriptor], [], [], wait)
                 if not ready:
+                    self._read_all = True
                     return None
                 data = os.read(descriptor, 4096)
             except BlockingIOError:
@@ -67,8 +70,15 @@ class SlcanClient(slcanBus):
             self.serialPortOrig.close()
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
-        try:
-            return super()._recv_internal(timeout)
-        except (ValueError, IndexError, KeyError):
-            self.malformed += 1
-            return None, False
+        deadline = None if timeout is None else time.monotonic() + timeout
+        self._read_all = False
+        while not self._read_all:
+            left = None if deadline is None else max(0.0, deadline - time.monotonic())
+            try:
+                message, filtered = super()._recv_internal(left)
+            except (ValueError, IndexError, KeyError):
+                self.malformed += 1
+                continue
+            if message is not None:
+                return message, filtered
+        return None, False

@@ -86,10 +86,15 @@ class DrivenJoint:
         """Take the measurement of a cycle that began at ``start_ns`` and brought all replies."""
         self._latency_ns = self.stamp_ns - start_ns
         self.late = self._lateness.is_late(self._latency_ns)
-        # The loop takes what is newest, whatever its time.
-        self.v = self._slope.update(self.stamp_ns, self.q)
         if not self.late:
             self.sampled_v = self._sampled_slope.update(self.stamp_ns, self.q)
+        if self.late and self._latency_ns > self._slope.gap_ns:
+            # As good as any other time within the whole window: no slope comes of it.
+            self._slope.reset()
+            self.v = math.nan
+        else:
+            # The loop takes what is newest, whatever its time.
+            self.v = self._slope.update(self.stamp_ns, self.q)
         if not math.isnan(self.v):
             self.known_v = self.v
         step, seconds = self.q - self._last_q, (self.stamp_ns - self._last_ns) * 1e-9
@@ -146,10 +151,11 @@ class DrivenJoint:
         )
 
     def _too_fast(self) -> str:
+        # With a position whose time is not known, any joint that moves may seem too fast.
         limit = self.actuator.limits.velocity
-        if abs(self.v) > SPEED_FACTOR * limit:
+        if abs(self.sampled_v) > SPEED_FACTOR * limit:
             return (
-                f'joint {self.name} moves at {self.v:.3f} per second, above {SPEED_FACTOR:g} '
+                f'joint {self.name} moves at {self.sampled_v:.3f} per second, above {SPEED_FACTOR:g} '
                 f'times its limit {limit:g}'
             )
         return ''

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import select
 import socket
 import threading
 import time
@@ -40,7 +41,7 @@ def connect(server):
 
 
 def received(bus):
-    """Return the next frame; a line that brings no frame ends a wait early."""
+    """Return the next frame, however long the server takes to send it."""
     end = time.monotonic() + 6.0 * PATIENCE
     while (message := bus.recv(PATIENCE)) is None:
         assert time.monotonic() < end
@@ -139,6 +140,20 @@ def test_a_malformed_line_is_skipped_and_counted_by_the_client(server):
     server.send(MESSAGES[0])
     assert same(received(client), MESSAGES[0])
     assert client.malformed >= 3
+    client.shutdown()
+
+
+def test_a_wait_of_nothing_sees_the_frame_behind_acknowledgements_and_garbage(server):
+    """Else a driver that empties the buffer before it asks takes an old answer for the new one."""
+    client = connect(server)
+    server._client.sendall(b'z\rZ\r\rtXYZ8\rz\r')
+    server.send(MESSAGES[0])
+    # All of it is there before the first look.
+    poll = select.poll()
+    poll.register(client.serialPortOrig.fileno(), select.POLLIN)
+    assert poll.poll(1e3 * PATIENCE)
+    assert same(client.recv(0.0), MESSAGES[0])
+    assert client.recv(0.0) is None
     client.shutdown()
 
 

@@ -69,6 +69,39 @@ def test_a_velocity_that_is_not_known_yet_is_no_fault_and_none_to_damp_with():
     assert joint.known_v == joint.v
 
 
+def late_answer(joint, cycle, late_ms, v):
+    """Answer ``late_ms`` after the usual time, with where the joint was when it was asked."""
+    measurement = joint.actuator.measurement
+    measurement.q = 0.5 + v * cycle / RATE
+    measurement.stamp_ns = 2 * MS * cycle + MS + round(late_ms * MS)
+    joint.take(2 * MS * cycle)
+    return cycle + 1 + int(late_ms // 2)
+
+
+def test_an_answer_that_waited_out_a_standstill_of_the_program_has_no_speed():
+    """Asked before 200 ms without the processor and read after: its time is not known."""
+    joint = joint_of()
+    cycle = late_answer(joint, feed(joint, 0.7), 200.0, 0.7)
+    assert joint.late
+    assert math.isnan(joint.v)
+    for _ in range(20):
+        cycle = feed(joint, 0.7, cycles=1, start=cycle)
+        assert joint.problem() == ''
+        assert joint.known_v == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize('late_ms', [2.5, 5.0, 10.0, 21.0])
+def test_answers_that_are_late_by_less_make_no_false_speed_fault(late_ms):
+    """At the limit of 3 rad/s the loop's own slope is off by more than a fifth of it."""
+    joint = joint_of()
+    cycle, fastest = late_answer(joint, feed(joint, 3.0), late_ms, 3.0), 0.0
+    for _ in range(20):
+        cycle = feed(joint, 3.0, cycles=1, start=cycle)
+        fastest = max(fastest, joint.known_v)
+        assert joint.problem() == ''
+    assert late_ms < 9.0 or fastest > 3.6
+
+
 @pytest.mark.parametrize(
     ('q', 'fault'), [(-1.099, False), (-1.101, True), (2.099, False), (2.101, True)]
 )
