@@ -155,8 +155,8 @@ class DrivenJoint:
         limit = self.actuator.limits.velocity
         if abs(self.sampled_v) > SPEED_FACTOR * limit:
             return (
-                f'joint {self.name} moves at {self.sampled_v:.3f} per second, above {SPEED_FACTOR:g} '
-                f'times its limit {limit:g}'
+                f'joint {self.name} moves at {self.sampled_v:.3f} per second, above '
+                f'{SPEED_FACTOR:g} times its limit {limit:g}'
             )
         return ''
 
