@@ -10,7 +10,7 @@ with one node stopped and continued at random, the chain of the demonstration ru
 each time. Judged is what a busy machine must not touch: the robot reaches the end of its
 trajectory, every sample has its estimates, those are what a replay of the recording gives, to the
 last bit, and they begin afresh nowhere but where a gap is recorded. Told beside it is what it does
-touch. Exit code 1 if a run breaks one of these promises.
+touch. A run that breaks one of these promises keeps its recording; the exit code is then 1.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import contextlib
 import multiprocessing
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -161,15 +162,19 @@ def main() -> int:
     options = parser.parse_args()
     failed = 0
     for seed in range(options.runs):
-        with tempfile.TemporaryDirectory() as folder:
-            try:
-                with busy(options.load), standstills(options.standstills, seed):
-                    run = run_chain(Path(folder), seed, plateau=PLATEAU_S)
-                    load = os.getloadavg()[0]
-                told, broken = judge(run)
-            except SosmlFrictionError as error:
-                told, broken, load = 'no recording', [str(error)], os.getloadavg()[0]
+        folder = Path(tempfile.mkdtemp(prefix='busy_'))
+        try:
+            with busy(options.load), standstills(options.standstills, seed):
+                run = run_chain(folder, seed, plateau=PLATEAU_S)
+                load = os.getloadavg()[0]
+            told, broken = judge(run)
+        except SosmlFrictionError as error:
+            told, broken, load = 'no end', [str(error)], os.getloadavg()[0]
         failed += bool(broken)
+        if broken:
+            told += f'; see {folder}'
+        else:
+            shutil.rmtree(folder)
         print(f'run {seed}, load {load:.1f}: {", ".join(broken) or "ok"}; {told}', flush=True)
     return 1 if failed else 0
 

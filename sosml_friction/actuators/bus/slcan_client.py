@@ -12,6 +12,10 @@ from can.interfaces.slcan import slcanBus
 
 from sosml_friction.actuators.bus.slcan_lines import SlcanLines
 
+#: Lines without a frame that one wait skips, as many as a drain takes frames: no flood of them
+#: keeps a cycle.
+_MOST_SKIPPED = 256
+
 
 class SlcanClient(slcanBus):
     """
@@ -72,13 +76,13 @@ class SlcanClient(slcanBus):
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         deadline = None if timeout is None else time.monotonic() + timeout
         self._read_all = False
-        while not self._read_all:
+        for _ in range(_MOST_SKIPPED):
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
             try:
                 message, filtered = super()._recv_internal(left)
             except (ValueError, IndexError, KeyError):
                 self.malformed += 1
                 continue
-            if message is not None:
+            if message is not None or self._read_all:
                 return message, filtered
         return None, False

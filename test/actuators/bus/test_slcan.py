@@ -157,6 +157,16 @@ def test_a_wait_of_nothing_sees_the_frame_behind_acknowledgements_and_garbage(se
     client.shutdown()
 
 
+def test_a_flood_of_acknowledgements_does_not_keep_a_wait_of_nothing(server):
+    client = connect(server)
+    server._client.sendall(b'z\r' * 600)
+    server.send(MESSAGES[0])
+    waits = [client.recv(0.0) for _ in range(3)]
+    assert waits[:2] == [None, None]
+    assert same(waits[2], MESSAGES[0])
+    client.shutdown()
+
+
 def test_a_server_that_goes_away_is_an_error_not_a_silence(server):
     client = connect(server)
     server._drop_client()
