@@ -41,8 +41,8 @@ from sosml_friction.nodes.fit_job import summary
 PLATEAU_S = 1.6
 #: A gap in joint_states, as the chain's observers are told [s].
 GAP_S = 0.05
-#: A standstill comes each so often, and lasts at most so long [s]: less than the half second after
-#: which the emulated motors switch themselves off.
+#: A standstill comes each so often in the mean, chosen for some thirty in a run, and lasts at most
+#: so long [s]: less than the half second after which the emulated motors switch themselves off.
 EVERY_S, LONGEST_S = 2.0, 0.3
 #: What the copying process moves, more than any cache holds, and the disk gets at once [bytes].
 BLOCK = 1 << 27

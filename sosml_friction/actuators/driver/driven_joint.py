@@ -23,11 +23,11 @@ class DrivenJoint:
     """
     Keep one joint: its actuator, velocity, silence, and the faults that are its own.
 
-    ``v``: the slope of its last positions, NaN until the window is full; ``sampled_v``: of those
-    alone whose time is known; ``known_v``: the last ``v`` that was known: after a hiccup of the
-    host the window fills anew for a few cycles, and a joint damped by an old velocity is better
-    off than an undamped one. ``away``: it must be asked anew before it is driven. ``late``: nobody
-    knows when it measured what it answered last.
+    ``v``: the slope of its last positions, NaN until the window is full, by which the loop damps;
+    ``sampled_v``: of those alone whose time is known, by which it is judged; ``known_v``: the last
+    ``v`` that was known: after a hiccup of the host the window fills anew for a few cycles, and a
+    joint damped by an old velocity is better off than an undamped one. ``away``: it must be asked
+    anew before it is driven. ``late``: nobody knows when it measured what it answered last.
     """
 
     def __init__(self, actuator: Actuator, configuration: DriverConfiguration) -> None:
@@ -89,7 +89,7 @@ class DrivenJoint:
         if not self.late:
             self.sampled_v = self._sampled_slope.update(self.stamp_ns, self.q)
         if self.late and self._latency_ns > self._slope.gap_ns:
-            # As good as any other time within the whole window: no slope comes of it.
+            # Its time may be any within more than a whole window: no slope comes of it.
             self._slope.reset()
             self.v = math.nan
         else:
