@@ -35,6 +35,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.task import Future
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -54,6 +55,7 @@ from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_watch import DriverWatch
 from sosml_friction.nodes.fit_job import FitJob, summary
+from sosml_friction.nodes.fresh_start import read_start
 from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import declare
@@ -78,14 +80,18 @@ class _Run:
     """
     One run: its folder, its bag and how far it is.
 
-    ``pending`` holds what came before the beginning was known; ``begin_ns`` is the stamp of the
-    first sample of the bag, ``moving_from_ns`` that of the sample the trajectory was sent after.
+    ``reset`` will be the observers' answer to their reset. ``pending`` holds what came before the
+    beginning was known, ``unknown_ns`` the stamps at which no joint's friction was known.
+    ``begin_ns`` is the stamp of the first sample of the bag, ``moving_from_ns`` that of the sample
+    the trajectory was sent after.
     """
 
     folder: Path
     trajectory: Trajectory
     recorder: BagRecorder
+    reset: Future
     pending: list[tuple[str, bytes, int]] = field(default_factory=list)
+    unknown_ns: list[int] = field(default_factory=list)
     begin_ns: int = 0
     moving_from_ns: int = 0
     past_end: set[str] = field(default_factory=set)
@@ -329,9 +335,10 @@ class IdentifierNode(ProgramNode):
         trajectory, tags = self._plan(self._robot, state)
         name = self._p['run_name'] or datetime.now(timezone.utc).strftime('%Y%m%d_%H%M%S')
         folder = Path(self._p['output']) / name
-        run = self._run = _Run(folder, trajectory, self._open_bag(folder / 'bag', tags))
+        recorder = self._open_bag(folder / 'bag', tags)
         self._enter('starting', 'waiting for the observers to start afresh')
-        self._reset_client.call_async(Trigger.Request())
+        reset = self._reset_client.call_async(Trigger.Request())
+        run = self._run = _Run(folder, trajectory, recorder, reset)
         return run
 
     def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
@@ -393,9 +400,19 @@ class IdentifierNode(ProgramNode):
         }
 
     def _look_for_beginning(self, run: _Run, data: bytes) -> None:
-        if np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
+        if not np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
+            run.unknown_ns.append(_stamp_ns(data))
+        answer = run.reset.result() if run.reset.done() else None
+        if answer is None:
             return
-        run.begin_ns = run.moving_from_ns = _stamp_ns(data)
+        if not answer.success:
+            self._fail(f'{self._p["observer_node"]} did not start afresh: {answer.message}')
+            return
+        before_ns = read_start(answer.message)
+        starts = [t for t in run.unknown_ns if before_ns is None or t > before_ns]
+        if not starts:
+            return
+        run.begin_ns, run.moving_from_ns = starts[0], _stamp_ns(data)
         self._enter('moving', f'running {self._label}')
         pending, run.pending = run.pending, []
         for topic, message, log_ns in pending:

@@ -41,6 +41,7 @@ from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
+from sosml_friction.nodes.fresh_start import tell_start
 from sosml_friction.nodes.joint_states_topic import JointStatesTopic, PublishersOfJointStates
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.observer_health import ObserverHealth, Said
@@ -96,6 +97,7 @@ class ObserverNode(ProgramNode):
         self._columns: dict[tuple[str, ...], IndexArray | None] = {}
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
         self._has_estimated = False
+        self._last_ns: int | None = None
         self._waited = 0
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._timer = self.create_timer(
@@ -326,6 +328,7 @@ class ObserverNode(ProgramNode):
         t_ns = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
         q = self._unwrap(t_ns, q)
         taken = watch.update(t_ns, q, v, tau, (names, message.header.frame_id))
+        self._last_ns = t_ns
         if taken is None:
             self._health.heard(now_s, t_ns)
             self._health.event(now_s, 'repeated')
@@ -369,7 +372,7 @@ class ObserverNode(ProgramNode):
         self._watch.reset()
         # As measured again: a period is known for good.
         self._unwrap = RunningUnwrap(len(self._joints), self._unwrap.periods)
-        response.success, response.message = True, 'the next joint_states starts the observers'
+        response.success, response.message = True, tell_start(self._last_ns)
         return response
 
     def _diagnose(self) -> None:
