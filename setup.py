@@ -30,6 +30,7 @@ REQUIREMENTS = [
     'python-can>=4.3,<5',
     'rich>=13.7,<16',
     'scipy>=1.11,<2',
+    'threadpoolctl>=3.1,<4',
     'typer>=0.12,<1',
     'zstandard>=0.22,<1',
 ]

@@ -43,6 +43,7 @@ PIP = {
     'lz4': 'lz4',
     'mcap': 'mcap',
     'numba': 'numba',
+    'threadpoolctl': 'threadpoolctl',
     'typer': 'typer',
     'zstandard': 'zstandard',
 }

@@ -12,7 +12,10 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
-    ('arrays', 'compiled', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'),
+    (
+        *('arrays', 'compiled', 'exceptions', 'one_thread', 'plain_number', 'registry', 'share'),
+        'yaml_text',
+    ),
     ('model',),
     ('bags',),
     ('observers',),
@@ -33,6 +36,7 @@ ONLY = {
     'arrays': set(),
     'compiled': set(),
     'exceptions': set(),
+    'one_thread': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},
     'plain_number': set(),

@@ -17,6 +17,7 @@ from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis, diagnose_logs
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.export.diagnosed import trust_of_a_simulation, with_simulator
+from sosml_friction.one_thread import in_one_thread
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.common.output import check_output_folder
 from sosml_friction.report.diagnosis.document import (
@@ -101,6 +102,7 @@ class Diagnosis(Result):
         return f'{self.verdict}: {causes}' if causes else self.verdict
 
 
+@in_one_thread
 def diagnose(
     logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
     model: Model | None = None,

@@ -29,6 +29,7 @@ from sosml_friction.identification.several.bags_analysis import (
     consolidate_analyses,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.one_thread import in_one_thread
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
 from sosml_friction.report.fit.findings import answers, caveats
@@ -146,6 +147,7 @@ class Fit(Result):
         return '; '.join(parts)
 
 
+@in_one_thread
 def fit(
     logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog],
     model: Model | None = None,

@@ -33,8 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     :param arguments: the command line without the name of the program; sys.argv's if None.
     """
-    # Before NumPy is loaded: two threads are no faster on problems of this size
-    # (benchmarks/long_recordings.py).
+    # Before NumPy is loaded, for commands that fit by other ways too and the processes that they
+    # start; why is said in one_thread.py.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     given = sys.argv[1:] if arguments is None else list(arguments)
     try:

@@ -17,6 +17,7 @@ from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
+from sosml_friction.one_thread import in_one_thread
 from sosml_friction.report.fit.results import write_results
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class FitJob:
             raise _GivenUpError
         self.step = step
 
+    @in_one_thread
     def _work(self) -> None:
         self._fit()
         if self._diagnose and isinstance(self.outcome, BagAnalysis):
