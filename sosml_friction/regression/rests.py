@@ -38,16 +38,16 @@ class Rest:
     base: FloatArray | None
 
 
-def resting(q: FloatArray, band: Band, most: float) -> list[tuple[int, int]]:
+def resting(q: FloatArray, band: Band, most: float, cycles: float = 1.0) -> list[tuple[int, int]]:
     """
     Return where a joint is slow enough to rest, as samples (from, to).
 
-    All that is in a cycle of the band in which it goes no further than ``most``.
+    All that is in so many cycles of the band in which it goes no further than ``most``.
 
     :param q: position (N,) [rad or m].
     :param most: [rad or m].
     """
-    size = max(3, round(1.0 / (band.cutoff * band.step)))
+    size = max(3, round(cycles / (band.cutoff * band.step)))
     if len(q) < size:
         return []
     way = maximum_filter1d(q, size) - minimum_filter1d(q, size)
@@ -88,6 +88,23 @@ def turning(q: FloatArray, limit: float) -> list[tuple[int, int]]:
     return runs(near)
 
 
+def _stops_in_passing(q: FloatArray, band: Band, limit: float) -> list[tuple[int, int]]:
+    """
+    Return where a joint may have stopped for a moment and gone on, as samples (from, to).
+
+    It goes no further than ``limit`` in half a cycle of the band, the shortest that position as it
+    is smoothed can tell, but for no longer than a stop takes: what is as slow for longer is a
+    motion. It sticks there as where it turns around.
+    """
+    most = _stop(band)
+    return [(a, b) for a, b in resting(q, band, limit, 0.5) if b - a <= most]
+
+
+def _stop(band: Band) -> float:
+    """Return how many samples a stop takes."""
+    return max(_STOP / band.cutoff, _STOP_S) / band.step
+
+
 def still(q: FloatArray, band: Band, limit: FloatArray, speed: FloatArray) -> BoolArray:
     """Return where joints are slow enough to stick, in passing too, (N, n)."""
     result = np.zeros(q.shape, dtype=np.bool_)
@@ -117,7 +134,7 @@ def stopping_joints(
     result = []
     for i in range(len(limit)):
         for q, band in stretches:
-            long = max(_STOP / band.cutoff, _STOP_S) / band.step
+            long = _stop(band)
             found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
             if any(b - a > long and (end_stops or (a > 0 and b < len(q))) for a, b in found):
                 result.append(i)
@@ -161,7 +178,7 @@ def find_rests(
                 stuck[begin:end] = True
             # One that turns around most of the time does not move: that is noise of position.
             if 2 * np.count_nonzero(stuck) <= len(q):
-                for begin, end in found:
+                for begin, end in [*found, *_stops_in_passing(own, band, float(limit[i]))]:
                     stuck[begin:end] = True
                 found = runs(stuck)
         if found != [(0, len(q))]:

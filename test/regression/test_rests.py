@@ -181,6 +181,34 @@ def test_a_joint_that_stops_anywhere_rests_wherever_it_is_as_slow():
     assert len(resting(turn[:, 0], BAND, 1e-3)) == 1
 
 
+def braking(least, pause_s, gone_on_s=2.0):
+    """Return a position (N, 1) that brakes to a speed at 4 rad/s2, stays there, and goes on."""
+    t = np.arange(0.0, 2.0 * gone_on_s, STEP)
+    away = np.maximum(np.abs(t - gone_on_s) - 0.5 * pause_s, 0.0)
+    return np.cumsum(np.minimum(0.7, least + 4.0 * away))[:, None] * STEP
+
+
+def test_a_joint_that_sticks_does_so_where_it_stops_for_a_moment_too():
+    """
+    Friction is anything where it stops, whether it goes on to the other side or to the same.
+
+    So it is not where it only goes slower, nor in a plateau of a speed ladder, which is no stop.
+    """
+    limit = np.array([3e-3])
+
+    def unknown(q):
+        rests = find_rests(q, BAND, limit, TOP, [], [0])
+        at = (np.array([rest.rows.start + rest.rows.stop for rest in rests]) * 0.5) * BAND.factor
+        return at * STEP
+
+    assert stopping_joints([(braking(0.0, 0.03), BAND)], limit, TOP) == []
+    stops = unknown(braking(0.0, 0.03))
+    assert len(stops)
+    assert np.abs(stops + BAND.half * STEP - 2.0).max() < 0.3
+    assert len(unknown(braking(0.2, 0.03))) == 0
+    assert len(unknown(braking(0.06, 1.0))) == 0
+
+
 def test_another_recording_rests_where_this_one_stops():
     """What is left out of a fit is left out of the data that it is measured on."""
     t, q = stop_and_go()
