@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much of a residual noise of position would make look like a function of acceleration."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +35,26 @@ class PositionNoise:
     white: FloatArray
     effort: FloatArray
     inertia: FloatArray
+
+    @classmethod
+    def seen(
+        cls,
+        measured: FloatArray,
+        q: FloatArray,
+        quantum: FloatArray,
+        effort: FloatArray,
+        inertia: FloatArray,
+    ) -> PositionNoise:
+        """
+        Return the noise of ``measured`` (N, n), a motion ``q`` read in steps of ``quantum``.
+
+        Steps alone look like noise, by how fast the motion goes over them: white is what is more
+        than reading the motion in them makes.
+        """
+        steps = cls(q, quantum, np.zeros(len(quantum)), effort, inertia)
+        read = q + steps.drawn(np.random.default_rng(0))
+        more = _noise(measured) ** 2 - np.where(quantum > 0.0, _noise(read) ** 2, 0.0)
+        return replace(steps, white=np.sqrt(np.maximum(more, 0.0)))
 
     def drawn(self, rng: np.random.Generator) -> FloatArray:
         """
@@ -70,9 +92,23 @@ class PositionNoise:
             own = np.ascontiguousarray(a[:, i])
             knots = quantile_knots(own, _HATS)
             columns = [a] if len(knots) < 2 else [a, hats(own, knots)]
-            model = fit_noise([y[:, i] + n[:, i]], 1e-12 * float(self.effort[i]))
-            X = model.whiten(band.apply(np.concatenate(columns, axis=1)))
+            X = band.apply(np.concatenate(columns, axis=1))
+            both = y[:, i] + n[:, i]
+            # As the diagnosis does: the noise is what curves leave.
+            left = both - X @ np.linalg.lstsq(X, both, rcond=1e-9)[0]
+            model = fit_noise([left], 1e-12 * float(self.effort[i]))
+            X = model.whiten(X)
             made, rest = model.whiten(y[:, i]), model.whiten(n[:, i])
             fit = X @ np.linalg.lstsq(X, made, rcond=1e-9)[0]
             largest = max(largest, float(fit @ fit) / float(made @ made + rest @ rest))
         return largest
+
+
+def _noise(x: FloatArray) -> FloatArray:
+    """
+    Return the standard deviation of white noise (n,) of a signal (N, n), from its differences.
+
+    By the mean and not by the median, which is a multiple of the quantum where there are steps.
+    """
+    size = np.nanmean(np.abs(np.diff(x, 3, axis=0)), axis=0)
+    return np.asarray(np.sqrt(np.pi / 2.0) * size / np.sqrt(20.0))

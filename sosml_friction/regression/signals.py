@@ -197,13 +197,11 @@ def choose_band(
     whole = robot.inertia(np.nanmedian(log.q, axis=0))
     inertia = np.diag(whole)
     found = [settings.widest_band]
-    steps, white, efforts = np.zeros(robot.n), np.zeros(robot.n), np.zeros(robot.n)
+    steps, efforts = np.zeros(robot.n), np.zeros(robot.n)
     for i in range(robot.n):
         quantum, noise = signal_noise(log.q[:, i])
         if _in_steps(log.q[:, i], quantum):
             steps[i] = quantum
-        # Steps alone look like noise of a third of a quantum.
-        white[i] = noise if steps[i] == 0.0 or noise > quantum else 0.0
         # A joint that stands most of the time shows no noise, but moves in steps all the same.
         if noise > _DITHER * quantum or steps[i] > 0.0:
             noise = max(noise, quantum / np.sqrt(12.0))
@@ -217,7 +215,7 @@ def choose_band(
     widest = min(settings.widest_band, _HIGHEST / step)
     band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
     motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
-    noise_of = PositionNoise(motion, steps, white, efforts, whole)
+    noise_of = PositionNoise.seen(log.q, motion, steps, efforts, whole)
     most, feigned = _FEIGNED, noise_of.share(band)
     while feigned > most and band.cutoff > (lowest := _lowest(log.q, band)):
         most = _FEIGNED_LEFT

@@ -44,6 +44,41 @@ def test_steps_of_an_encoder_look_like_inertia_at_constant_speed_and_not_in_fast
     assert fast < 0.01
 
 
+def plateaus():
+    """Return a motion of 60 s at constant speeds, 0.2 to 2 rad/s, with 8 rad/s2 between them."""
+    rng = np.random.default_rng(1)
+    v, parts = 0.0, []
+    for k in range(60):
+        goal = rng.uniform(0.2, 2.0) * (1 - 2 * (k % 2))
+        ramp = np.arange(v, goal, 8.0 * STEP * np.sign(goal - v))
+        parts += [ramp, np.full(500 - len(ramp), goal)]
+        v = goal
+    return np.cumsum(np.concatenate(parts)) * STEP
+
+
+@pytest.mark.parametrize('dither', [0.0, 0.2, 0.5, 2.0])
+def test_noise_beside_the_steps_of_an_encoder_is_seen(dither):
+    """A reading that noise dithers has both: the steps' own noise says nothing of the other."""
+    quantum, q = 2.0 * np.pi / 16384, plateaus()
+    white = dither * quantum * np.random.default_rng(2).standard_normal(len(q))
+    read = (quantum * np.round((q + white) / quantum))[:, None]
+    one = np.ones(1)
+    seen = PositionNoise.seen(read, q[:, None], quantum * one, 0.05 * one, one[:, None])
+    assert seen.white[0] / quantum == pytest.approx(dither, rel=0.1, abs=0.05)
+
+
+def test_what_noise_feigns_is_measured_beside_the_noise_that_curves_leave():
+    """
+    The diagnosis whitens by what its whole catalogue leaves, and so does this.
+
+    At constant speed acceleration is noise: its effort is a line over it, of slope -M, which a
+    model of the noise that still had it would whiten away (0.16), and the diagnosis sees (0.57).
+    """
+    quantum, q, one = 2.0 * np.pi / 16384, plateaus()[:, None], np.ones(1)
+    noise = PositionNoise(q, quantum * one, 0.5 * quantum * one, 0.02 * one, 0.2 * one[:, None])
+    assert noise.share(Band(12.0, STEP)) > 0.4
+
+
 def test_a_band_is_in_proportion_to_how_slow_a_motion_is():
     """
     A time k times as long and an inertia k^2 times as large leave every effort what it is.
