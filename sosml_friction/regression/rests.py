@@ -172,13 +172,18 @@ def find_rests(
     for i in sorted({*joints, *turns}):
         own = np.ascontiguousarray(q[:, i])
         found = resting(own, band, _most(i, limit, speed, band))
+        if found != [(0, len(q))]:
+            mark = np.zeros(len(q), dtype=np.bool_)
+            for begin, end in [*found, *_stops_in_passing(own, band, float(limit[i]))]:
+                mark[begin:end] = True
+            found = runs(mark)
         if i in turns and found != [(0, len(q))]:
             stuck = np.zeros(len(q), dtype=np.bool_)
             for begin, end in turning(own, float(limit[i])):
                 stuck[begin:end] = True
             # One that turns around most of the time does not move: that is noise of position.
             if 2 * np.count_nonzero(stuck) <= len(q):
-                for begin, end in [*found, *_stops_in_passing(own, band, float(limit[i]))]:
+                for begin, end in found:
                     stuck[begin:end] = True
                 found = runs(stuck)
         if found != [(0, len(q))]:
