@@ -163,7 +163,9 @@ def fit_law(
     with the standard error of the jackknife.
 
     The Stribeck term is kept if an F test at 95 % says that it explains more than its two
-    parameters would by chance, v0 of the sign if one of one parameter does.
+    parameters would by chance, v0 of the sign if one of one parameter does. A v0 that fits better
+    by less than that may be true all the same: what it moves the parameters by is in their
+    covariance, V + d d^T.
     :mod:`~sosml_friction.identification.identifiability` says when a parameter is not
     identifiable.
 
@@ -297,6 +299,9 @@ class _Search:
             best = self._solve(middle, best.v0)
         self.full = self._whole(best)
         self.plain = self._whole(self._plain())
+        # With a smoother sign that fits better, but not by enough to be shown; of the law with a
+        # Stribeck term and without.
+        self.softer: dict[bool, LawSolution] = {}
         if self.finds_v0:
             self._settle_sign()
         self.freedom = problem.count - len(problem.base) - 2
@@ -367,12 +372,16 @@ class _Search:
         sharp = self._whole(self._refined(self.full.v_s, 0.0))
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
             limit = self._scale(self.full, 'smoothing_velocity', ()) * self._quantile(1)
-            if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
+            endless = self._is_endless(self.full)
+            if endless or not sharp.cost - self.full.cost > max(limit, least):
+                if not endless:
+                    self.softer[True] = self.full
                 self.full = sharp
         if self.plain.v0 > 0.0:
             limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
             sharp = self._whole(self._solve(None, 0.0))
             if not sharp.cost - self.plain.cost > max(limit, least):
+                self.softer[False] = self.plain
                 self.plain = sharp
 
     def _is_endless(self, solution: LawSolution) -> bool:
@@ -552,7 +561,7 @@ class _Search:
         of = tuple(n for n in names if (n, n) in C and n not in problem.extra)
         residual, scale = solution.residual, float(np.linalg.norm(problem.y))
         drawn_law = self.form.identifier(shown)
-        return LawFit(
+        fit = LawFit(
             self.form.identifier(shown and identified),
             {n: parameters[n] for n in ordered},
             float(np.sqrt(np.mean(residual**2))),
@@ -574,6 +583,13 @@ class _Search:
             self.fastest,
             extra,
         )
+        softer = self.softer.get(shown)
+        if softer is None:
+            return fit
+        other = dict(zip(problem.names(softer.v_s), softer.theta.tolist(), strict=True))
+        if shown:
+            other['stribeck_velocity'] = float(softer.v_s or np.nan)
+        return fit.with_shift({n: other[n] - best[n] for n in of if n in other})
 
     def _linear(
         self,
