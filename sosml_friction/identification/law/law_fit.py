@@ -163,8 +163,8 @@ def fit_law(
     with the standard error of the jackknife.
 
     The Stribeck term is kept if an F test at 95 % says that it explains more than its two
-    parameters would by chance, v0 of the sign if one of one parameter does. A v0 that fits better
-    by less than that may be true all the same: what it moves the parameters by is in their
+    parameters would by chance, v0 of the sign if one of one parameter does. What fits better by
+    less than that may be true all the same: what it moves the parameters by is in their
     covariance, V + d d^T.
     :mod:`~sosml_friction.identification.identifiability` says when a parameter is not
     identifiable.
@@ -583,13 +583,21 @@ class _Search:
             self.fastest,
             extra,
         )
-        softer = self.softer.get(shown)
-        if softer is None:
-            return fit
-        other = dict(zip(problem.names(softer.v_s), softer.theta.tolist(), strict=True))
-        if shown:
-            other['stribeck_velocity'] = float(softer.v_s or np.nan)
-        return fit.with_shift({n: other[n] - best[n] for n in of if n in other})
+        for other in self._unshown(shown):
+            names = problem.names(other.v_s)
+            values = dict(zip(names, other.theta.tolist(), strict=True))
+            if other.v_s is not None:
+                values['stribeck_velocity'] = other.v_s
+            fit = fit.with_shift({n: values[n] - best[n] for n in of if n in values})
+        return fit
+
+    def _unshown(self, shown: bool) -> list[LawSolution]:
+        """Return laws that fit better than what is named, by too little for it to be named."""
+        unshown = [self.softer[shown]] if shown in self.softer else []
+        asked = self.form.law == 'auto' and not shown and not self._is_driving()
+        if asked and self.problem.stribeck_at(self.full) > 0.0:
+            unshown.append(self.full)
+        return unshown
 
     def _linear(
         self,
