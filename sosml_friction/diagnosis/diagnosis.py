@@ -27,6 +27,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
 from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
+from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import verdict_of
@@ -216,7 +217,8 @@ def diagnose(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    errors = estimated(laboratory, kept).errors
+    slopes = report_slopes(laboratory, kept.accepted, kept.after.x)
+    errors = estimated(laboratory, kept).errors / slopes
     rejected = selection.rejected
     return Diagnosis(
         verdict=verdict,
@@ -234,7 +236,7 @@ def diagnose(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
-        refit=dict(zip(nominal, kept.after.x.tolist(), strict=False)),
+        refit=dict(zip(nominal, (kept.after.x / slopes).tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(laboratory, selection),
         stages=tuple(stages(folds, laboratory, selection)),

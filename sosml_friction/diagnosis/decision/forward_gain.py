@@ -12,6 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import known_terms, model_friction
@@ -79,6 +80,7 @@ class ForwardGain:
         :param x: deviations of the nominal, then the amplitudes of the findings (p + k,).
         :param fold_x: the same without each fold (folds, p + k).
         """
+        x, fold_x = (self._in_torque(findings, own) for own in (x, fold_x))
         result = [np.zeros((0, self._laboratory.robot.n))]
         # The windows of a stretch are simulated together, each by the model of its fold.
         for _, group in itertools.groupby(self._windows, key=lambda own: id(own.signals)):
@@ -86,6 +88,12 @@ class ForwardGain:
             numbers = [x if own.fold is None else fold_x[own.fold] for own in sets]
             result.append(self._together(sets, findings, numbers))
         return np.concatenate(result)
+
+    def _in_torque(self, findings: Sequence[Finding], x: FloatArray) -> FloatArray:
+        """Return parameters (..., p + k) with the nominal's deviations in torque."""
+        lab = self._laboratory
+        slopes = [report_slopes(lab, findings, own) for own in np.atleast_2d(x)]
+        return np.asarray(x / np.array(slopes).reshape(x.shape))
 
     def _together(
         self,

@@ -69,6 +69,8 @@ _NEAR, _ALONG = 13, 5
 _SURE = 1.5
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, _HIDDEN = 8.0, 3.0
+#: A search leaves 1e-6 of its ends; what is as near as this is at one.
+_AT_END = 1e-3
 #: v0 is searched between these multiples of the slowest speed.
 _LEAST_V0, _LARGEST_V0 = 0.08, 2.0
 _NO_COULOMB = (
@@ -163,7 +165,9 @@ def fit_law(
     with the standard error of the jackknife.
 
     The Stribeck term is kept if an F test at 95 % says that it explains more than its two
-    parameters would by chance, v0 of the sign if one of one parameter does.
+    parameters would by chance, v0 of the sign if one of one parameter does. What fits better by
+    less than that may be true all the same: what it moves the parameters by is in their
+    covariance, V + d d^T.
     :mod:`~sosml_friction.identification.identifiability` says when a parameter is not
     identifiable.
 
@@ -297,6 +301,9 @@ class _Search:
             best = self._solve(middle, best.v0)
         self.full = self._whole(best)
         self.plain = self._whole(self._plain())
+        # With a smoother sign that fits better, but not by enough to be shown; of the law with a
+        # Stribeck term and without.
+        self.softer: dict[bool, LawSolution] = {}
         if self.finds_v0:
             self._settle_sign()
         self.freedom = problem.count - len(problem.base) - 2
@@ -368,12 +375,12 @@ class _Search:
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
             limit = self._scale(self.full, 'smoothing_velocity', ()) * self._quantile(1)
             if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
-                self.full = sharp
+                self.softer[True], self.full = self.full, sharp
         if self.plain.v0 > 0.0:
             limit = self._scale(self.plain, 'smoothing_velocity', ()) * self._quantile(1)
             sharp = self._whole(self._solve(None, 0.0))
             if not sharp.cost - self.plain.cost > max(limit, least):
-                self.plain = sharp
+                self.softer[False], self.plain = self.plain, sharp
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """
@@ -381,8 +388,12 @@ class _Search:
 
         Beside a Stribeck term it then stands for a bend that the law does not have.
         """
-        # The search leaves 1e-6 of its ends.
-        return solution.v0 > (1.0 - 1e-3) * _LARGEST_V0 * self.slowest
+        return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
+
+    def _has_endless_knee(self, solution: LawSolution) -> bool:
+        """Tell whether v_s is where its search ends: it stands for a bend, or for nothing."""
+        first, last = (1.0 + _AT_END) * self.grid[0], (1.0 - _AT_END) * self.grid[-1]
+        return solution.v_s is not None and not first < solution.v_s < last
 
     def _quantile(self, parameters: int) -> float:
         freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
@@ -552,7 +563,7 @@ class _Search:
         of = tuple(n for n in names if (n, n) in C and n not in problem.extra)
         residual, scale = solution.residual, float(np.linalg.norm(problem.y))
         drawn_law = self.form.identifier(shown)
-        return LawFit(
+        fit = LawFit(
             self.form.identifier(shown and identified),
             {n: parameters[n] for n in ordered},
             float(np.sqrt(np.mean(residual**2))),
@@ -574,6 +585,25 @@ class _Search:
             self.fastest,
             extra,
         )
+        for other in self._unshown(shown):
+            names = problem.names(other.v_s)
+            values = dict(zip(names, other.theta.tolist(), strict=True))
+            if other.v_s is not None:
+                values['stribeck_velocity'] = other.v_s
+            fit = fit.with_shift({n: values[n] - best[n] for n in of if n in values})
+        return fit
+
+    def _unshown(self, shown: bool) -> list[LawSolution]:
+        """
+        Return laws that fit better than what is named, by too little for it to be named.
+
+        What ends at the end of a search is none found.
+        """
+        unshown = [self.softer[shown]] if shown in self.softer else []
+        asked = self.form.law == 'auto' and not shown and not self._is_driving()
+        if asked and self.problem.stribeck_at(self.full) > 0.0:
+            unshown.append(self.full)
+        return [x for x in unshown if not (self._is_endless(x) or self._has_endless_knee(x))]
 
     def _linear(
         self,
