@@ -90,14 +90,19 @@ def turning(q: FloatArray, limit: float) -> list[tuple[int, int]]:
 
 def _stops_in_passing(q: FloatArray, band: Band, limit: float) -> list[tuple[int, int]]:
     """
-    Return where a joint may have stopped for a moment and gone on, as samples (from, to).
+    Return where a joint may have stopped for a moment and gone on the same way, as (from, to).
 
     It goes no further than ``limit`` in half a cycle of the band, the shortest that position as it
     is smoothed can tell, but for no longer than a stop takes: what is as slow for longer is a
-    motion. It sticks there as where it turns around.
+    motion.
     """
-    most = _stop(band)
-    return [(a, b) for a, b in resting(q, band, limit, 0.5) if b - a <= most]
+    half, most = max(3, round(0.5 / (band.cutoff * band.step))), _stop(band)
+    return [
+        (a, b)
+        for a, b in resting(q, band, limit, 0.5)
+        if b - a <= most
+        and (q[a] - q[max(a - half, 0)]) * (q[min(b - 1 + half, len(q) - 1)] - q[b - 1]) > 0.0
+    ]
 
 
 def _stop(band: Band) -> float:
@@ -172,23 +177,19 @@ def find_rests(
     for i in sorted({*joints, *turns}):
         own = np.ascontiguousarray(q[:, i])
         found = resting(own, band, _most(i, limit, speed, band))
-        if found != [(0, len(q))]:
-            mark = np.zeros(len(q), dtype=np.bool_)
-            for begin, end in [*found, *_stops_in_passing(own, band, float(limit[i]))]:
-                mark[begin:end] = True
-            found = runs(mark)
-        if i in turns and found != [(0, len(q))]:
-            stuck = np.zeros(len(q), dtype=np.bool_)
-            for begin, end in turning(own, float(limit[i])):
-                stuck[begin:end] = True
+        if found == [(0, len(q))]:
+            continue
+        found += _stops_in_passing(own, band, float(limit[i]))
+        if i in turns:
+            around = turning(own, float(limit[i]))
             # One that turns around most of the time does not move: that is noise of position.
-            if 2 * np.count_nonzero(stuck) <= len(q):
-                for begin, end in found:
-                    stuck[begin:end] = True
-                found = runs(stuck)
-        if found != [(0, len(q))]:
-            for begin, end in found:
-                result += _pieces(i, begin, end, len(q), band)
+            if 2 * sum(end - begin for begin, end in around) <= len(q):
+                found += around
+        stuck = np.zeros(len(q), dtype=np.bool_)
+        for begin, end in found:
+            stuck[begin:end] = True
+        for begin, end in [] if stuck.all() else runs(stuck):
+            result += _pieces(i, begin, end, len(q), band)
     return _joined(result)
 
 
