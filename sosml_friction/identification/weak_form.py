@@ -28,6 +28,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler, Stretch
 from sosml_friction.observers.momentum_samples import MomentumSamples
+from sosml_friction.observers.signal_noise import white_noise
 
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
@@ -46,9 +47,6 @@ _STANDSTILL = 0.8
 _EXACT = 1e-6
 #: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
 _SMOOTHED = 5
-#: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
-#: measurement.
-_GROSS = 3.0
 
 
 @dataclass(frozen=True)
@@ -152,7 +150,7 @@ class WeakForm:
         # A cubic needs more than four samples.
         self._half = max(2, round(0.5 * self.settings.window_s / self._step))
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
-        self._q_noise = [_white_noise(q) for q in log.q.T]
+        self._q_noise = [white_noise(q) for q in log.q.T]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
         self._sampler = MomentumSampler(robot, effort_hold, 'message', maximum_gap_s)
         #: One standard error of the later sample's share.
@@ -219,7 +217,7 @@ class WeakForm:
             noise.append(
                 JointNoise(
                     self._q_noise[i],
-                    _white_noise(forcing),
+                    white_noise(forcing),
                     # Friction without a law is anything up to the torque.
                     max(fit.fit.residual_std, _EXACT * level) if fit else level,
                     self._v_noise[i],
@@ -464,23 +462,6 @@ class _Piece:
 
     def covers(self, time: FloatArray) -> BoolArray:
         return (time >= self.middle[0]) & (time <= self.middle[-1])
-
-
-def _white_noise(q: FloatArray) -> float:
-    """
-    Return the standard deviation of the white noise of a signal, rounding included.
-
-    From its third difference, without gross errors. A mean of squares, because the median of a
-    rounded position's differences is a multiple of the quantum.
-    """
-    difference = np.diff(q, 3)
-    difference = difference[np.isfinite(difference)]
-    if not len(difference):
-        return 0.0
-    size = np.abs(difference)
-    size = size[size <= _GROSS * np.quantile(size, 0.9)]
-    # The sum of the squares of 1, 3, 3, 1.
-    return float(np.sqrt(np.mean(size**2) / 20.0))
 
 
 def _tests(

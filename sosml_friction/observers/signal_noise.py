@@ -8,6 +8,10 @@ from scipy.special import comb
 from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
 
+#: A third difference above this multiple of the 90 % quantile is a gross error. Chosen, no
+#: measurement.
+_GROSS = 3.0
+
 
 def difference_noise(difference: FloatArray, order: int) -> FloatArray:
     """
@@ -76,3 +80,20 @@ def signal_noise(x: FloatArray, order: int = 3) -> tuple[float, float]:
         float(np.quantile(moved, 0.01)) if len(moved) else 0.0,
         float(difference_noise(difference, order)) if len(difference) else 0.0,
     )
+
+
+def white_noise(q: FloatArray) -> float:
+    """
+    Return the standard deviation of the white noise of a signal, rounding included.
+
+    From its third difference, without gross errors. A mean of squares, because the median of a
+    rounded position's differences is a multiple of the quantum.
+    """
+    difference = np.diff(q, 3)
+    difference = difference[np.isfinite(difference)]
+    if not len(difference):
+        return 0.0
+    size = np.abs(difference)
+    size = size[size <= _GROSS * np.quantile(size, 0.9)]
+    # The sum of the squares of 1, 3, 3, 1.
+    return float(np.sqrt(np.mean(size**2) / 20.0))

@@ -10,6 +10,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.finite_differences import second_derivative
+from sosml_friction.observers.signal_noise import white_noise
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.noise_model import fit_noise
@@ -53,7 +54,8 @@ class PositionNoise:
         """
         steps = cls(q, quantum, np.zeros(len(quantum)), effort, inertia)
         read = q + steps.drawn(np.random.default_rng(0))
-        more = _noise(measured) ** 2 - np.where(quantum > 0.0, _noise(read) ** 2, 0.0)
+        seen, own = (np.array([white_noise(column) for column in x.T]) for x in (measured, read))
+        more = seen**2 - np.where(quantum > 0.0, own**2, 0.0)
         return replace(steps, white=np.sqrt(np.maximum(more, 0.0)))
 
     def drawn(self, rng: np.random.Generator) -> FloatArray:
@@ -102,13 +104,3 @@ class PositionNoise:
             fit = X @ np.linalg.lstsq(X, made, rcond=1e-9)[0]
             largest = max(largest, float(fit @ fit) / float(made @ made + rest @ rest))
         return largest
-
-
-def _noise(x: FloatArray) -> FloatArray:
-    """
-    Return the standard deviation of white noise (n,) of a signal (N, n), from its differences.
-
-    By the mean and not by the median, which is a multiple of the quantum where there are steps.
-    """
-    size = np.nanmean(np.abs(np.diff(x, 3, axis=0)), axis=0)
-    return np.asarray(np.sqrt(np.pi / 2.0) * size / np.sqrt(20.0))

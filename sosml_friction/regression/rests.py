@@ -188,8 +188,9 @@ def find_rests(
         stuck = np.zeros(len(q), dtype=np.bool_)
         for begin, end in found:
             stuck[begin:end] = True
-        for begin, end in [] if stuck.all() else runs(stuck):
-            result += _pieces(i, begin, end, len(q), band)
+        if not stuck.all():
+            for begin, end in runs(stuck):
+                result += _pieces(i, begin, end, len(q), band)
     return _joined(result)
 
 
