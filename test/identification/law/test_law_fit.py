@@ -446,6 +446,7 @@ def test_a_smoother_sign_that_the_data_do_not_show_is_in_the_errors():
         if fit.smoothing_velocity == 0.0:
             low, high = fit.parameters['stribeck'].interval
             held.append(low <= TRUTH['stribeck'] <= high)
+    print(f'S: {sum(held)} of {len(held)} hold')
     assert len(held) > 10
     assert sum(held) > 0.5 * len(held)
 
@@ -462,5 +463,6 @@ def test_a_knee_that_the_data_do_not_show_is_in_the_errors():
         if not np.isfinite(fit.parameters['stribeck'].value):
             low, high = fit.parameters['coulomb'].interval
             held.append(low <= truth['coulomb'] <= high)
+    print(f'C: {sum(held)} of {len(held)} hold')
     assert len(held) > 30
     assert sum(held) >= 0.8 * len(held)
