@@ -200,6 +200,8 @@ $(STAMP): setup.py setup.cfg pyproject.toml package.xml Makefile $(if $(STALE),F
 	# The distribution's messages and SciPy are compiled against its NumPy: keep that one.
 	$(if $(ROS_PREFIX),"$$python" -c 'import numpy; print("numpy==" + numpy.__version__)',:) \
 	  > $(VENV)/constraints.txt
+	# Older ones, as Python 3.10 brings, can search for ever; 23.1 learned to jump back.
+	$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check 'pip>=23.1' &&
 	$(BIN)/python -m pip install --quiet --quiet --disable-pip-version-check --prefer-binary \
 	  --constraint $(VENV)/constraints.txt --editable '.[test]' || {
 	  echo >&2 "pip could not install what setup.py asks for, for the reason above (the ROS \
