@@ -32,6 +32,7 @@ REQUIREMENTS = [
     'scipy>=1.11,<2',
     'threadpoolctl>=3.1,<4',
     'typer>=0.12,<1',
+    'typing_extensions>=4.6,<5',
     'zstandard>=0.22,<1',
 ]
 # What stands in for a ROS 2 distribution: its rclpy, Fast DDS and messages, and Pinocchio.

@@ -35,6 +35,7 @@ ROSDEP = {
     'std_msgs': 'std_msgs',
     'std_srvs': 'std_srvs',
     'trajectory_msgs': 'trajectory_msgs',
+    'typing_extensions': 'python3-typing-extensions',
     'yaml': 'python3-yaml',
 }
 # Import -> name on PyPI, for what rosdep cannot give on Ubuntu 24.04.

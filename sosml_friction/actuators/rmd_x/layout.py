@@ -10,7 +10,9 @@ import struct
 import types
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, dataclass_transform, get_type_hints
+from typing import Any, ClassVar, get_type_hints
+
+from typing_extensions import dataclass_transform
 
 from sosml_friction.actuators.rmd_x.commands import Command, ControlMode, ErrorFlag
 from sosml_friction.exceptions import CanProtocolError
