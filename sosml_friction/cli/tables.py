@@ -9,7 +9,7 @@ import inspect
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -82,12 +82,13 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     that is removed when the command ends. Of its own options it needs ``model``, ``urdf`` and
     ``armature``.
     """
-    hints = get_type_hints(command, include_extras=True)
+    # Not typing.get_type_hints: on Python 3.10 a default of None hides the option from typer.
+    own = dict(inspect.signature(command, eval_str=True).parameters)
+    hints = {name: parameter.annotation for name, parameter in own.items()}
     name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
     hints[name] = Annotated[
         kind, typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
     ]
-    own = dict(inspect.signature(command).parameters)
     for name in _TABLE_OPTIONS:
         own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
     hints.update(_TABLE_OPTIONS)
