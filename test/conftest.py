@@ -17,6 +17,7 @@ from scipy.io import loadmat
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.cli import main as cli
 from sosml_friction.model.robot import Robot
+from sosml_friction.report.common import figure
 from sosml_friction.study.run import Study, StudySettings, run_study
 
 REPOSITORY = Path(__file__).resolve().parent.parent
@@ -191,3 +192,16 @@ def tiny_study() -> Study:
         plant_step=200e-6,
     )
     return run_study(settings, processes=1)
+
+
+@pytest.fixture(scope='module', autouse=True)
+def pictures_are_left_blank(request):
+    """
+    Make the figures of reports, and leave out that Matplotlib renders them.
+
+    It is a third of the time of a command; test/report judges what a report looks like.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if 'report' not in request.path.parts:
+            patch.setattr(figure, 'to_svg', lambda *_: '<svg data-axes="[]"></svg>')
+        yield

@@ -7,19 +7,6 @@ import pytest
 from slider_bags import record, slider_log
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.report.common import figure
-
-
-@pytest.fixture(scope='module', autouse=True)
-def pictures_are_left_blank():
-    """
-    Make the figures of reports, and leave out that Matplotlib renders them.
-
-    It is a third of the time of these tests; what a report looks like is judged in test/report.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figure, 'to_svg', lambda *_: '<svg data-axes="[]"></svg>')
-        yield
 
 
 @pytest.fixture(scope='session')
