@@ -434,8 +434,13 @@ class Plausibility:
             if len(recent_friction) > WINDOW_S / _LOOK_S + 2.0:
                 greatest = recent_friction.popleft()
                 if greatest > 0.0:
-                    self._seen[joint].append(greatest)
-                    self._friction[joint] = max(self._seen[joint])
+                    seen = self._seen[joint]
+                    # Only where the greatest leaves are all the others asked.
+                    leaves = len(seen) == _KEPT and seen[0] >= self._friction[joint]
+                    seen.append(greatest)
+                    self._friction[joint] = (
+                        max(seen) if leaves else max(self._friction[joint], greatest)
+                    )
             if self._is_known(joint) and self._has_stopped_dead(samples, joint):
                 self._frozen_q[joint] = samples[-1].q[joint]
                 self._found = True
