@@ -14,6 +14,7 @@ from sosml_friction.exceptions import DataError
 #: Cells with the line each was read from, by name of the column.
 Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
+_IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Rows that the form of a table is taken from: enough for a preamble, and read at once.
 _LOOK = 200
 
@@ -147,8 +148,12 @@ def _names(above: list[list[str]], width: int) -> list[str]:
     """Return the names of the columns from the header and, if there is one, the line of units."""
     if not above:
         return [str(k) for k in range(width)]
-    names = above[0]
-    if len(above) == 2:
-        units = [re.sub(r'^[\[(](.*)[\])]$', r'\1', cell) for cell in above[1]]
+    names = above[-1]
+    # Units have a name above each; else the line above is a preamble filled up with empty cells.
+    if len(above) == 2 and all(
+        n or not u or _IN_BRACKETS.fullmatch(u) for n, u in zip(*above, strict=True)
+    ):
+        names = above[0]
+        units = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[1]]
         names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, units, strict=True)]
     return [name or str(k) for k, name in enumerate(names)]

@@ -58,6 +58,12 @@ def test_a_line_of_units_goes_into_the_names(tmp_path):
     assert values.tolist() == [[0, 1.5, 2], [1, 2.5, 3]]
 
 
+def test_a_preamble_filled_up_with_empty_cells_is_no_header(tmp_path):
+    rows = ['Lab 3;;', 'Operator: XY;;', 't [s];q [deg];i [A]', '0;1,5;2', '1;2,5;3', '']
+    (tmp_path / 'x.csv').write_text('\n'.join(rows))
+    assert values_of(tmp_path / 'x.csv')[0] == ['t [s]', 'q [deg]', 'i [A]']
+
+
 def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
     (tmp_path / 'x.csv').write_text('t,phase,q\n0,rest,1\n1,"go, on",\n2,go,NA\n3,go,2\n')
     data = DataFile(tmp_path / 'x.csv')
