@@ -79,6 +79,10 @@ class Guesser:
         self.t: FloatArray = np.arange(float(count))
         if self.time.name and self.time.unit:
             self.t = evidence.seconds(self.series[self.time.name], self.time.unit)
+            # What repeats a stamp has no slope, and is left out when the file is read.
+            new = np.diff(self.t, prepend=-np.inf) != 0.0
+            self.t = self.t[new]
+            self.series = {name: x[new] for name, x in self.series.items()}
         others = {name: x for name, x in self.series.items() if name != self.time.name}
         self.moving = evidence.moving(self.t, others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []

@@ -104,6 +104,12 @@ def test_a_count_of_the_samples_is_no_time(tmp_path):
     assert roles(guess) == {'joint': {'position': 2, 'velocity': 3, 'effort': 4}}
 
 
+def test_samples_that_were_written_twice_change_nothing(tmp_path):
+    columns = [np.insert(x, 100, x[100]) for x in joint(5)]
+    own = roles(guess_mapping(save(tmp_path, [columns[k] for k in (0, 1, 3)])))['joint']
+    assert own == {'position': 1, 'effort': 2}
+
+
 def test_joints_without_velocities_are_halves(tmp_path):
     parts = [joint(seed) for seed in range(3)]
     columns = [parts[0][0], *(p[1] for p in parts), *(p[3] for p in parts)]
