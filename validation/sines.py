@@ -3,10 +3,9 @@
 """
 What the diagnosis says of a pendulum without a hidden effect that moves in a few sines.
 
-Inverse dynamics in closed form, no plant: effort is that of the nominal model to the last bit, and
-white noise is added to effort and position. In a motion of one or two sines acceleration is a
-function of position as well, so that curves over both, together, take the noise of acceleration
-off. Anything but ``nothing_above_floor`` is wrong. ``python -m validation.sines``
+Inverse dynamics in closed form, no plant: effort is that of the nominal model, and white noise is
+added to effort and position. Anything but ``nothing_above_floor`` is wrong; why a few sines are is
+in docs/numbers.md. ``python -m validation.sines``
 """
 
 from __future__ import annotations
