@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -29,10 +30,14 @@ class CanChain:
             probe.bind(('127.0.0.1', 0))
             self.port = int(probe.getsockname()[1])
         self.diagnostics: dict[str, tuple[str, dict[str, str]]] = {}
+        self._since_ns = 0
         ros.node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, 50)
         self.trajectories = ros.node.create_publisher(JointTrajectory, 'joint_trajectory', 10)
 
     def _hear(self, message: DiagnosticArray) -> None:
+        stamp = message.header.stamp
+        if stamp.sec * 10**9 + stamp.nanosec < self._since_ns:
+            return
         for status in message.status:
             values = {item.key: item.value for item in status.values}
             self.diagnostics[status.name] = (status.message, values)
@@ -56,7 +61,9 @@ class CanChain:
         return self.diagnostics.get(name, ('', {}))[1].get(key, '')
 
     def fresh(self, name: str) -> dict[str, str]:
-        """Wait for the next status called ``name`` and return its values."""
+        """Wait for a status called ``name`` that is made from now on and return its values."""
+        # What was made before and is still on its way knows nothing of what the test just did.
+        self._since_ns = time.time_ns()
         self.diagnostics.pop(name, None)
         self.ros.spin_until(lambda: name in self.diagnostics)
         return self.diagnostics[name][1]
