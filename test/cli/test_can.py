@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
 from pathlib import Path
 
@@ -13,6 +12,8 @@ import jsonschema
 import pytest
 from lockstep import emulated_exoskeleton
 
+from sosml_friction.actuators.bus import can_check
+from sosml_friction.actuators.bus import open_bus as bus_opening
 from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.bus.open_bus import open_bus
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
@@ -162,34 +163,54 @@ def test_scan_of_an_empty_bus_is_exit_code_one(hardware, capsys):
     assert len(err.splitlines()) == 1
 
 
-def test_scan_asks_nothing_where_another_host_talks(capsys):
-    other = open_bus('virtual', 'sosml_test_company', 1_000_000)
-    heard = open_bus('virtual', 'sosml_test_company', 1_000_000)
-    stop = threading.Event()
+class AnotherHost:
+    """A host whose frame is on the bus as soon as the command has opened it, and what it hears."""
 
-    def talk():
-        while not stop.is_set():
-            other.send(Frame(0x141, bytes([0x92] + 7 * [0])).to_message())
-            stop.wait(0.01)
+    def __init__(self, monkeypatch, channel: str, frame: Frame) -> None:
+        self.arguments = ('--interface', 'virtual', '--channel', channel)
+        self.message = frame.to_message()
+        self._own = open_bus('virtual', channel, 1_000_000)
+        self._heard = open_bus('virtual', channel, 1_000_000)
 
-    thread = threading.Thread(target=talk)
-    thread.start()
-    try:
-        code, out, err = run(
-            capsys, 'scan', '--interface', 'virtual', '--channel', 'sosml_test_company'
-        )
-    finally:
-        stop.set()
-        thread.join()
-    assert code == 2
-    assert out == ''
+        def opened(*name):
+            bus = open_bus(*name)
+            self._own.send(self.message)
+            return bus
+
+        monkeypatch.setattr(bus_opening, 'open_bus', opened)
+        monkeypatch.setattr(can_check, 'open_bus', opened)
+
+    def assert_alone(self) -> None:
+        """Nothing but its own frame was on the bus."""
+        heard = []
+        while (message := self._heard.recv(0.0)) is not None:
+            heard.append((message.arbitration_id, bytes(message.data)))
+        assert heard == [(self.message.arbitration_id, bytes(self.message.data))]
+
+    def close(self) -> None:
+        self._own.shutdown()
+        self._heard.shutdown()
+
+
+@pytest.fixture
+def another_host(monkeypatch):
+    hosts = []
+
+    def make(channel: str, frame: Frame) -> AnotherHost:
+        hosts.append(AnotherHost(monkeypatch, channel, frame))
+        return hosts[-1]
+
+    yield make
+    for host in hosts:
+        host.close()
+
+
+def test_scan_asks_nothing_where_another_host_talks(another_host, capsys):
+    other = another_host('sosml_test_company', Frame(0x141, bytes([0x92] + 7 * [0])))
+    code, out, err = run(capsys, 'scan', *other.arguments)
+    assert (code, out) == (2, '')
     assert 'another host is talking' in err
-    ids = set()
-    while (message := heard.recv(0.0)) is not None:
-        ids.add(message.arbitration_id)
-    assert ids == {0x141}
-    other.shutdown()
-    heard.shutdown()
+    other.assert_alone()
 
 
 # ---- check
@@ -199,35 +220,13 @@ def verdicts(checks: list[dict]) -> dict[tuple[str, str], str]:
     return {(own['joint'], own['step']): own['verdict'] for own in checks}
 
 
-def test_check_asks_nothing_where_another_host_drives(capsys):
+def test_check_asks_nothing_where_another_host_drives(another_host, capsys):
     """Its question to a servo's bridge is a command off."""
-    other = open_bus('virtual', 'sosml_test_driven', 1_000_000)
-    heard = open_bus('virtual', 'sosml_test_driven', 1_000_000)
-    stop = threading.Event()
-    talk = rmd_x.encode_request(1, rmd_x.SetCurrent(0.5)).to_message()
-
-    def drive():
-        while not stop.wait(0.005):
-            other.send(talk)
-
-    thread = threading.Thread(target=drive)
-    thread.start()
-    try:
-        code, out, err = run(
-            capsys, 'check', '--interface', 'virtual', '--channel', 'sosml_test_driven'
-        )
-        asked = set()
-        while (message := heard.recv(0.0)) is not None:
-            asked.add(bytes(message.data))
-    finally:
-        stop.set()
-        thread.join()
-        other.shutdown()
-        heard.shutdown()
-    assert code == 2
-    assert out == ''
+    other = another_host('sosml_test_driven', rmd_x.encode_request(1, rmd_x.SetCurrent(0.5)))
+    code, out, err = run(capsys, 'check', *other.arguments)
+    assert (code, out) == (2, '')
     assert 'another host commands these actuators' in err
-    assert asked == {bytes(talk.data)}
+    other.assert_alone()
 
 
 def test_check_passes_good_hardware_and_commands_nothing(hardware, capsys):

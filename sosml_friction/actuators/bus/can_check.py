@@ -23,7 +23,8 @@ from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
 BUS = 'bus'
-_LISTEN_NS = 100_000_000
+# Another host's cycle would be heard within this time.
+LISTEN_NS = 200_000_000
 
 
 def check_bus(
@@ -50,7 +51,7 @@ def check_bus(
     clock = Clock()
     cycle = BusCycle(bus, clock, actuators)
     try:
-        cycle.listen(clock.now_ns() + _LISTEN_NS)
+        cycle.listen(clock.now_ns() + LISTEN_NS)
         if cycle.counters.intruders:
             raise ActuatorError(
                 'another host commands these actuators: stop it first, or they answer two and a '
@@ -61,10 +62,6 @@ def check_bus(
         # What was found stands, whether the adapter says goodbye or not.
         with contextlib.suppress(can.CanError, OSError):
             bus.shutdown()
-
-
-# Another host's cycle would be heard within this time.
-LISTEN_NS = 200_000_000
 
 
 def scan_bus(inquiry: Inquiry) -> list[FoundActuator]:
