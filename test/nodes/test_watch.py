@@ -4,7 +4,6 @@
 
 import json
 import math
-import threading
 import time
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from rclpy.node import Node
 from rich.console import Console
 from sensor_msgs.msg import JointState
 
+from sosml_friction.nodes import watch
 from sosml_friction.nodes.diagnostics import WARN, make_array, make_status
 from sosml_friction.nodes.watch import Heard, run_watch
 
@@ -78,31 +78,39 @@ def test_without_an_observer_there_is_motion_and_no_friction():
     assert next(heard.rows()) == ('shoulder', '0.5000', '-', '-', '-', 'no observer')
 
 
-def test_a_node_that_publishes_is_heard_over_the_wire():
+def test_a_node_that_publishes_is_heard_over_the_wire_until_ctrl_c(monkeypatch):
     context = Context()
     rclpy.init(context=context)
     node = Node('speaks', context=context, namespace='left')
     publisher = node.create_publisher(JointState, 'friction_estimate', 10)
     diagnostics = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-    done = threading.Event()
+    status = make_status('driver_node: driver', WARN, 'on its way', {})
+    said = make_array(JointState().header.stamp, [status])
+    heard, listen = Heard(), watch._listen
+    end = time.monotonic() + 60.0
 
-    def speak():
-        while not done.is_set():
-            publisher.publish(state(effort=[0.75, 0.25]))
-            diagnostics.publish(DiagnosticArray())
-            time.sleep(0.02)
+    def speak_and_listen(executor):
+        assert time.monotonic() < end
+        publisher.publish(state(effort=[0.75, 0.25]))
+        diagnostics.publish(said)
+        listen(executor)
+        document = heard.document()
+        if document['joints'] and document['nodes']:
+            raise KeyboardInterrupt
 
-    thread = threading.Thread(target=speak)
-    thread.start()
+    monkeypatch.setattr(watch, 'Heard', lambda: heard)
+    monkeypatch.setattr(watch, '_listen', speak_and_listen)
     try:
-        heard = run_watch('left', 3.0)
+        assert run_watch('left') is heard
     finally:
-        done.set()
-        thread.join()
         node.destroy_node()
         rclpy.shutdown(context=context)
-    assert heard.anything
     assert '0.7500' in printed(heard)
+    assert 'on its way' in printed(heard)
+
+
+def test_a_watch_of_some_seconds_ends_by_itself():
+    assert isinstance(run_watch('nobody', 0.2), Heard)
 
 
 def test_where_nothing_runs_it_says_so(sosml):

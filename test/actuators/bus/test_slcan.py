@@ -4,10 +4,12 @@
 
 from __future__ import annotations
 
-import select
+import fcntl
 import socket
+import termios
 import threading
 import time
+from array import array
 
 import can
 import pytest
@@ -38,6 +40,18 @@ def connect(server):
     assert server.recv(PATIENCE).arbitration_id == 0x7FF
     assert server.connected
     return client
+
+
+def arrive(server, client, lines):
+    """Send lines and a frame behind them, and wait until all of it can be read at once."""
+    server._client.sendall(lines)
+    # The frame is t, 3 digits, the length, 16 digits and the end, behind what was to be answered.
+    there, count = array('i', [0]), len(lines) + len(server._answers) + 22
+    server.send(MESSAGES[0])
+    end = time.monotonic() + 6.0 * PATIENCE
+    while there[0] < count:
+        assert time.monotonic() < end
+        fcntl.ioctl(client.serialPortOrig.fileno(), termios.FIONREAD, there)
 
 
 def received(bus):
@@ -146,12 +160,7 @@ def test_a_malformed_line_is_skipped_and_counted_by_the_client(server):
 def test_a_wait_of_nothing_sees_the_frame_behind_acknowledgements_and_garbage(server):
     """Else a driver that empties the buffer before it asks takes an old answer for the new one."""
     client = connect(server)
-    server._client.sendall(b'z\rZ\r\rtXYZ8\rz\r')
-    server.send(MESSAGES[0])
-    # All of it is there before the first look.
-    poll = select.poll()
-    poll.register(client.serialPortOrig.fileno(), select.POLLIN)
-    assert poll.poll(1e3 * PATIENCE)
+    arrive(server, client, b'z\rZ\r\rtXYZ8\rz\r')
     assert same(client.recv(0.0), MESSAGES[0])
     assert client.recv(0.0) is None
     client.shutdown()
@@ -159,8 +168,7 @@ def test_a_wait_of_nothing_sees_the_frame_behind_acknowledgements_and_garbage(se
 
 def test_a_flood_of_acknowledgements_does_not_keep_a_wait_of_nothing(server):
     client = connect(server)
-    server._client.sendall(b'z\r' * 600)
-    server.send(MESSAGES[0])
+    arrive(server, client, b'z\r' * 600)
     waits = [client.recv(0.0) for _ in range(3)]
     assert waits[:2] == [None, None]
     assert same(waits[2], MESSAGES[0])

@@ -352,9 +352,10 @@ def test_an_adapter_that_stops_reading_keeps_frames_and_delivers_them_late(wire,
     for _ in range(20):
         bus.send(ASK.to_message())
     thread.set_faults('')
-    while bus.recv(0.2) is not None:
-        pass
-    assert emulator.actuator('shoulder').frames >= before + 20
+    end = time.monotonic() + LONG
+    while emulator.actuator('shoulder').frames < before + 20:
+        assert time.monotonic() < end
+        bus.recv(0.2)
     bus.shutdown()
 
 
@@ -405,10 +406,10 @@ def test_where_the_machine_stops_emulated_time_stands_still(emulator):
             time.sleep(0.1)
 
     thread = EmulatorThread(SlowBus(), emulator)
-    thread.start()
     begin = time.monotonic_ns()
+    thread.start()
     while thread.lost_ns < 300 * MS:
-        assert time.monotonic_ns() - begin < PATIENCE * 1e9
+        assert time.monotonic_ns() - begin < LONG * 1e9
         time.sleep(0.01)
     thread.stop()
     assert thread.error is None
