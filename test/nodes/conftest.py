@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+import gc
+import importlib
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -158,6 +161,43 @@ def other() -> Iterator[Ros]:
     peer.close()
 
 
+def ros_arguments(parameters: Iterable[str], files: Iterable[Path]) -> list[str]:
+    """Return the arguments that give a node ``key:=value`` parameters and parameter files."""
+    arguments = ['--ros-args']
+    for file in files:
+        arguments += ['--params-file', str(file)]
+    for parameter in parameters:
+        arguments += ['-p', parameter]
+    return arguments
+
+
+@pytest.fixture
+def refusal(capfd: pytest.CaptureFixture[str]) -> Callable[..., list[str]]:
+    """
+    Return a function that runs a node in this process, which must end it with exit code 2.
+
+    The function returns the lines that were printed. A process for each would spend its time on
+    imports; that a program ends with the code of its ``main`` is in the other tests of the node.
+    """
+
+    def refused(name: str, *parameters: str, files: tuple[Path, ...] = ()) -> list[str]:
+        main = importlib.import_module(f'sosml_friction.nodes.{name}').main
+        capfd.readouterr()
+        # A node that runs instead is ended as any program is, and its code is not 2.
+        late = threading.Timer(PATIENCE, os.kill, (os.getpid(), signal.SIGTERM))
+        late.start()
+        try:
+            code = main(ros_arguments(parameters, files))
+        finally:
+            late.cancel()
+            gc.unfreeze()
+        out, err = capfd.readouterr()
+        assert code == 2, out + err
+        return (out + err).splitlines()
+
+    return refused
+
+
 @pytest.fixture
 def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
     """Return a function that starts a node by name with ``key:=value`` parameters."""
@@ -166,11 +206,7 @@ def start_node(tmp_path: Path) -> Iterator[Callable[..., NodeProcess]]:
     def start(
         name: str, *parameters: str, files: tuple[Path, ...] = (), module: str = ''
     ) -> NodeProcess:
-        arguments = ['--ros-args']
-        for file in files:
-            arguments += ['--params-file', str(file)]
-        for parameter in parameters:
-            arguments += ['-p', parameter]
+        arguments = ros_arguments(parameters, files)
         node = NodeProcess(name, arguments, tmp_path / f'{name}_{len(started)}.log', module)
         started.append(node)
         return node

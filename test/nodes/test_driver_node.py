@@ -349,18 +349,15 @@ def test_a_callback_that_hangs_ends_in_zero_current_on_the_wire(chain, tmp_path)
         ([], 'slcan on socket://127.0.0.1:1 cannot be opened'),
     ],
 )
-def test_a_bad_configuration_is_one_line_and_exit_code_two(start_node, parameters, sentence):
+def test_a_bad_configuration_is_one_line_and_exit_code_two(refusal, parameters, sentence):
     needs_bus = ('lower rate', 'same order', 'the DBC', 'dbc_map')
     bus = (
         ['can_interface:=virtual', 'can_channel:=nobody']
         if sentence.startswith(needs_bus) or any(s in sentence for s in needs_bus)
         else ['can_channel:=socket://127.0.0.1:1']
     )
-    node = start_node('driver_node', *bus, *parameters, files=(PARAMETER_FILE,))
-    assert node.wait() == 2
-    lines = node.output.strip().splitlines()
-    assert len(lines) == 1
-    assert sentence in lines[0]
+    (line,) = refusal('driver_node', *bus, *parameters, files=(PARAMETER_FILE,))
+    assert sentence in line
 
 
 def test_a_silent_bus_is_one_line_and_exit_code_two(start_node):
@@ -380,10 +377,8 @@ def test_a_driver_that_starts_before_its_bus_waits_for_it(chain):
     assert driver.process.poll() is None
 
 
-def test_a_required_parameter_that_is_missing_is_named(start_node):
-    node = start_node('driver_node')
-    assert node.wait() == 2
-    (line,) = node.output.strip().splitlines()
+def test_a_required_parameter_that_is_missing_is_named(refusal):
+    (line,) = refusal('driver_node')
     assert 'parameter joints of driver_node is not set' in line
 
 

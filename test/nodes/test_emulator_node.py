@@ -83,9 +83,6 @@ def test_it_answers_over_tcp_client_after_client(start_node, port):
         (['joints:=[shoulder, wrist]'], 'wrist.driver'),
     ],
 )
-def test_a_bad_configuration_is_one_line_and_exit_code_two(start_node, parameters, sentence):
-    node = start_node('emulator_node', *parameters, files=(PARAMETER_FILE,))
-    assert node.wait() == 2
-    lines = node.output.strip().splitlines()
-    assert len(lines) == 1
-    assert sentence in lines[0]
+def test_a_bad_configuration_is_one_line_and_exit_code_two(refusal, parameters, sentence):
+    (line,) = refusal('emulator_node', *parameters, files=(PARAMETER_FILE,))
+    assert sentence in line

@@ -356,14 +356,12 @@ def test_a_robot_of_other_joints_ends_the_node_with_one_sentence(ros, start_node
         (['centre:=[0.0]'], 'parameter centre has 1 values'),
         (['method:=magic'], 'use one of auto'),
         (['trajectory:=zigzag'], 'use one of speed_ladder, symmetric_reversals'),
+        (["diagnose_without:=['stiction']"], "effect 'stiction' is unknown"),
     ],
 )
-def test_a_configuration_that_cannot_work_is_refused(start_node, parameters, sentence):
-    node = start_node('identifier_node', *parameters)
-    assert node.wait() == 2
-    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
-    assert len(lines) == 1, node.output
-    assert sentence in lines[0]
+def test_a_configuration_that_cannot_work_is_refused(refusal, parameters, sentence):
+    (line,) = (x for x in refusal('identifier_node', *parameters) if '[INFO]' not in x)
+    assert sentence in line
 
 
 def test_a_trajectory_beyond_the_limits_is_refused_before_anything_moves(
@@ -564,11 +562,3 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     steps = {x['step'] for x in run_values(arrays) if x['phase'] == 'diagnosing'}
     assert len(steps) > 2
     assert read_controllers(Bag.open(run / 'bag')) == controller
-
-
-def test_an_unknown_effect_in_diagnose_without_is_refused(start_node):
-    node = start_node('identifier_node', "diagnose_without:=['stiction']")
-    assert node.wait() == 2
-    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
-    assert len(lines) == 1, node.output
-    assert "effect 'stiction' is unknown" in lines[0]

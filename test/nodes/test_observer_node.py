@@ -427,12 +427,9 @@ def test_useless_joint_states_end_the_node_with_one_sentence(
     ],
 )
 def test_a_configuration_that_cannot_work_is_refused_with_one_sentence(
-    start_node, urdf_path, parameters, sentence
+    refusal, urdf_path, parameters, sentence
 ):
     if not any('urdf_path' in parameter for parameter in parameters):
         parameters = [*parameters, f'urdf_path:={urdf_path}']
-    node = start_node('observer_node', *parameters)
-    assert node.wait() == 2
-    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
-    assert len(lines) == 1, node.output
-    assert sentence in lines[0]
+    (line,) = (x for x in refusal('observer_node', *parameters) if '[INFO]' not in x)
+    assert sentence in line

@@ -109,10 +109,7 @@ def test_excluded_topics_are_not_played(ros, start_node, bag):
         (['bag:=BAG', 'rate:=0.0'], 'rate of replay_node does not fit'),
     ],
 )
-def test_what_cannot_be_played_is_refused_with_one_sentence(start_node, bag, parameters, sentence):
+def test_what_cannot_be_played_is_refused_with_one_sentence(refusal, bag, parameters, sentence):
     parameters = [parameter.replace('BAG', str(bag)) for parameter in parameters]
-    node = start_node('replay_node', *parameters)
-    assert node.wait() == 2
-    lines = [line for line in node.output.splitlines() if '[INFO]' not in line]
-    assert len(lines) == 1, node.output
-    assert sentence in lines[0]
+    (line,) = (x for x in refusal('replay_node', *parameters) if '[INFO]' not in x)
+    assert sentence in line
