@@ -62,11 +62,16 @@ def test_fit_prints_a_table_and_writes_beside_the_caller(sosml, slider_bag, tmp_
     assert fits['sosml']['method'] == 'samples'
 
 
-def test_fit_refits_inertia_and_adds_the_weak_form(sosml, slider_bag, tmp_path):
+def test_fit_refits_and_prints_inertia_and_adds_the_weak_form(sosml, slider_bag, tmp_path):
     """The effort was made with the mass of the model, 95.1089 kg, and 0.3 N of noise."""
-    code, out, err = sosml('fit', slider_bag, '--method', 'weak', '--refit-inertia', '--json')
+    code, out, err = sosml('fit', slider_bag, '--method', 'weak', '--refit-inertia')
     assert (code, err) == (0, '')
-    document = checked(out, 'fit')
+    row = next(line.split() for line in out.splitlines() if ' inertia ' in line)
+    assert row[:4] == ['slider', 'symmetric', 'inertia', 'kg']
+    assert float(row[4]) == pytest.approx(95.1089, rel=0.02)
+    assert 'slider, weak form: inertia' in out
+    folder = tmp_path / 'ladder_fit'
+    document = checked((folder / 'fit.json').read_text(), 'fit')
     weak = document['joints']['slider']['weak_form']
     assert weak['method'] == 'weak'
     assert weak['parameters']['coulomb']['value'] == pytest.approx(COULOMB, rel=0.02)
@@ -76,7 +81,6 @@ def test_fit_refits_inertia_and_adds_the_weak_form(sosml, slider_bag, tmp_path):
     inverse = document['inverse_model']['joints']['slider']['symmetric']
     assert inverse['parameters']['inertia']['value'] == pytest.approx(95.1089, rel=0.02)
     assert inverse['parameters']['coulomb']['value'] == pytest.approx(COULOMB, rel=0.05)
-    folder = tmp_path / 'ladder_fit'
     friction = read_model(folder).joints['slider'].friction
     assert friction.parameters['coulomb'].value == weak['parameters']['coulomb']['value']
     # Reported, not put in: friction was computed with the inertia that the model has.
@@ -84,15 +88,6 @@ def test_fit_refits_inertia_and_adds_the_weak_form(sosml, slider_bag, tmp_path):
     report = (folder / 'report.html').read_text()
     assert 'Inertia and friction by the inverse model' in report
     assert 'slider, weak form: inertia' in report
-
-
-def test_fit_prints_the_refitted_inertia(sosml, slider_bag):
-    code, out, _ = sosml('fit', slider_bag, '--refit-inertia')
-    assert code == 0
-    row = next(line.split() for line in out.splitlines() if ' inertia ' in line)
-    assert row[:4] == ['slider', 'symmetric', 'inertia', 'kg']
-    assert float(row[4]) == pytest.approx(95.1089, rel=0.02)
-    assert 'slider, weak form: inertia' in out
 
 
 def test_fit_with_a_truth_shows_it(sosml, slider_bag, slider_fit, tmp_path):

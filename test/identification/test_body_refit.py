@@ -27,13 +27,18 @@ from validation.trial import JOINTS, nominal_model
 SEED = 20261140
 
 
-@pytest.fixture(scope='module')
-def log():
-    """Return what the independent plant measures of itself."""
+def measured(duration):
+    """Return what the independent plant measures of itself, for so long or for a whole motion."""
     run = bp.simulate(
-        bp.Plant(), *reference('rich', None), np.random.default_rng(SEED), bp.Noise()
+        bp.Plant(), *reference('rich', duration), np.random.default_rng(SEED), bp.Noise()
     )
     return JointLog(JOINTS, np.rint(run.t * 1e9).astype(np.int64), run.q, run.v, run.tau)
+
+
+@pytest.fixture(scope='module')
+def log():
+    """Return 30 s, in which the bodies show as well; rotors take the whole motion."""
+    return measured(30.0)
 
 
 def scaled(share):
@@ -105,8 +110,8 @@ def unstated(model):
 
 
 @pytest.fixture(scope='module')
-def with_free_rotors(log):
-    return analyse_log(log, unstated(scaled(0.0)), FitSettings(), effort_hold='start')
+def with_free_rotors():
+    return analyse_log(measured(None), unstated(scaled(0.0)), FitSettings(), effort_hold='start')
 
 
 def test_rotors_that_nobody_stated_are_found_beside_friction(with_free_rotors):

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""One function of a test for many seeds, on two processes."""
+"""One function of a test for one seed, or for many on two processes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,15 @@ def over_seeds(file: str, function: str, seeds: Sequence[int], *arguments: Any) 
     """
     Return what ``function(seed, *arguments)`` of the test in ``file`` returns, by seed.
 
-    The processes are new ones: a copy of this one would have to collect what other tests left,
-    objects of libraries whose threads it has not, and one such copy ended in a segmentation fault.
+    One seed needs no other process, and none of its imports. For more the processes are new ones:
+    a copy of this one would have to collect what other tests left, objects of libraries whose
+    threads it has not, and one such copy ended in a segmentation fault.
     """
-    with workers(min(2, len(seeds))) as pool:
-        return run_all(pool, _call, [(file, function, seed, *arguments) for seed in seeds])
+    tasks = [(file, function, seed, *arguments) for seed in seeds]
+    if len(tasks) == 1:
+        return [_call(tasks[0])]
+    with workers(min(2, len(tasks))) as pool:
+        return run_all(pool, _call, tasks)
 
 
 def _call(task: tuple[Any, ...]) -> Any:

@@ -81,7 +81,7 @@ def test_an_observer_that_is_too_slow_does_not_settle():
 
 def test_every_observer_can_be_asked(study_arm):
     q = np.zeros(2)
-    noise, jump, time, speed = [5e-5] * 2, [2.0, 1.0], [1.0, 1.5], [1.0, 0.5]
+    noise, jump, time, speed = [5e-5] * 2, [2.0, 1.0], [0.4, 0.6], [1.0, 0.5]
     conditions = Conditions.of(study_arm, q, noise, [0.07] * 2, jump, time, speed)
     numbers = (np.array(x) for x in (speed, jump, time))
     measured = LogConditions(

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -26,7 +28,8 @@ TRUTH = {
 LOW = np.array([0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.12, 0.2, 0.35, 0.6])
 #: From 4 v_s up: the knee is not in the data.
 HIGH = np.array([0.12, 0.16, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62])
-SETS = 200
+#: Data sets; ``make validate`` has twice as many.
+SETS = 200 if 'SOSML_FRICTION_SEEDS' in os.environ else 100
 
 
 def law(v, truth):
@@ -128,7 +131,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say_with_stribeck(stribeck_fi
 
 
 def test_standard_errors_are_the_spread_of_the_estimates(stribeck_fits):
-    """200 sets know a spread to 5 %; delete-one errors from 40 clusters vary: within 20 %."""
+    """100 sets know a spread to 7 %; delete-one errors from 40 clusters vary: within 20 %."""
     for name in TRUTH:
         values = np.array([fit.parameters[name].value for fit in stribeck_fits])
         errors = np.array([fit.parameters[name].std_error for fit in stribeck_fits])
@@ -145,8 +148,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say_without_stribeck(null_fit
 
 
 def test_stribeck_is_not_invented(null_fits):
-    """Named by chance in at most 5 %: 15 of 200 would show once in 20 at exactly that rate."""
-    assert sum(fit.law == 'stribeck' for fit in null_fits) <= 15
+    """Named by chance in at most 5 %: more would show once in 20 at exactly that rate."""
+    assert sum(fit.law == 'stribeck' for fit in null_fits) <= binom.ppf(0.95, SETS, 0.05)
 
 
 def test_what_is_said_of_absent_stribeck_is_that_it_is_not_identifiable(null_fits):
