@@ -34,15 +34,16 @@ RUN = 'run'
 LOGS = 'logs'
 
 # A busy machine may keep a process from running for longer than a real joint may go without a
-# command. Nobody wears the emulated one, so its watchdogs and the driver wait for half a second,
-# and a joint may be left behind by its reference meanwhile.
-_PATIENT_HARDWARE = ('comm_timeout:=0.5', 'servo_watchdog:=0.5')
+# command, or each answer for longer than it may take. Nobody wears the emulated one, so its
+# watchdogs and the driver wait for two seconds, the most there is, and a joint may be left behind
+# by its reference meanwhile.
+_PATIENT_HARDWARE = ('comm_timeout:=2.0', 'servo_watchdog:=2.0')
 _PATIENT_DRIVER = (
-    'missed_limit:=250',
-    'reply_timeout:=0.02',
-    'host_timeout:=5.0',
-    'shoulder.tracking_limit:=1.0',
-    'elbow.tracking_limit:=1.0',
+    'missed_limit:=1000',
+    'reply_timeout:=0.1',
+    'host_timeout:=10.0',
+    'shoulder.tracking_limit:=3.0',
+    'elbow.tracking_limit:=3.0',
 )
 
 

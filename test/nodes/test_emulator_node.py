@@ -22,7 +22,7 @@ from sosml_friction.share import share_directory
 CONFIG = share_directory() / 'config'
 PARAMETER_FILE = CONFIG / 'exoskeleton.yaml'
 DBC = ServoDbc(CONFIG / 'elbow_servo.dbc')
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from can_chain import PARAMETER_FILE, CanChain
+from can_chain import PARAMETER_FILE, PATIENT_DRIVER, PATIENT_HARDWARE, CanChain
 from lockstep import nominal_robot
 from sensor_msgs.msg import JointState
 from shipped_observers import shipped_estimator
@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.nodes.qos import JOINT_STATES
 
-PATIENT = ('driver_node:missed_limit:=500', 'driver_node:reply_timeout:=0.02')
+PATIENT = [f'driver_node:{parameter}' for parameter in PATIENT_DRIVER]
 
 
 def stamps(messages: list[JointState]) -> list[int]:
@@ -31,7 +31,7 @@ def test_each_sample_gets_its_estimate_in_the_process_of_the_driver(ros, start_n
     chain = CanChain(ros, start_node)
     states = ros.collect(JointState, 'joint_states', JOINT_STATES)
     estimates = ros.collect(JointState, 'friction_estimate', JOINT_STATES)
-    chain.start_emulator('comm_timeout:=0.5', 'servo_watchdog:=0.5')
+    chain.start_emulator(*PATIENT_HARDWARE)
     channel = f'driver_node:can_channel:=socket://127.0.0.1:{chain.port}'
     timeout = 'driver_node:host_timeout:=10.0'
     node = start_node('exoskeleton_node', channel, timeout, *PATIENT, files=(PARAMETER_FILE,))

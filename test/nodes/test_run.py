@@ -73,7 +73,7 @@ def start():
 
 
 def finish(process):
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=300)
     return process.returncode, out.split(), err
 
 

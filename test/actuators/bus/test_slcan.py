@@ -22,7 +22,7 @@ from sosml_friction.actuators.bus.slcan_lines import SlcanLines
 from sosml_friction.actuators.bus.slcan_server import SlcanServerBus
 from sosml_friction.exceptions import ActuatorError, ConfigurationError
 
-PATIENCE = 10.0
+PATIENCE = 30.0
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def arrive(server, client, lines):
     # The frame is t, 3 digits, the length, 16 digits and the end, behind what was to be answered.
     there, count = array('i', [0]), len(lines) + len(server._answers) + 22
     server.send(MESSAGES[0])
-    end = time.monotonic() + 6.0 * PATIENCE
+    end = time.monotonic() + 2.0 * PATIENCE
     while there[0] < count:
         assert time.monotonic() < end
         fcntl.ioctl(client.serialPortOrig.fileno(), termios.FIONREAD, there)
@@ -56,7 +56,7 @@ def arrive(server, client, lines):
 
 def received(bus):
     """Return the next frame, however long the server takes to send it."""
-    end = time.monotonic() + 6.0 * PATIENCE
+    end = time.monotonic() + 2.0 * PATIENCE
     while (message := bus.recv(PATIENCE)) is None:
         assert time.monotonic() < end
     return message
@@ -64,7 +64,7 @@ def received(bus):
 
 def read_on(bus):
     """Receive until that is an error."""
-    end = time.monotonic() + 6.0 * PATIENCE
+    end = time.monotonic() + 2.0 * PATIENCE
     while time.monotonic() < end:
         bus.recv(PATIENCE)
 

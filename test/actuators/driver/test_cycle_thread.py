@@ -45,7 +45,7 @@ def run(durations):
     script, samples = Script(clock, durations), []
     thread = CycleThread(script, clock, samples.append)
     thread.start()
-    assert script.done.wait(10.0)
+    assert script.done.wait(60.0)
     thread.stop()
     return script, samples, thread
 
@@ -81,7 +81,7 @@ def test_an_exception_ends_in_outputs_off_and_is_kept(culprit):
 
     thread = CycleThread(script, clock, publish)
     thread.start()
-    assert script.done.wait(10.0)
+    assert script.done.wait(60.0)
     thread.join()
     assert script.shut_downs == 1
     expected = 'end of the script' if culprit == 'step' else 'no publisher'
