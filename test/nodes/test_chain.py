@@ -3,14 +3,15 @@
 """
 The whole chain: emulator, driver, observers and identifier as processes, CAN bytes over TCP, DDS.
 
-One run of 60 s at 500 Hz serves all tests here. It is one of real time on a machine that may be
-busy, and judged by wiring, counts, order and flags; numbers are judged in emulated time
-(``test_emulated_t1.py``, ``test_busy_machine.py``).
+One run at 500 Hz serves all tests here, of 60 s in ``make validate`` and 38 s else. It is one of
+real time on a machine that may be busy, and judged by wiring, counts, order and flags; numbers are
+judged in emulated time (``test_emulated_t1.py``, ``test_busy_machine.py``).
 """
 
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -34,8 +35,8 @@ from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recor
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
-#: Long enough for 60 s in all with the speeds of T1.
-PLATEAU = 1.6
+#: The least length of the run [s], and the plateaus that make it with the speeds of T1 [s].
+LEAST, PLATEAU = (60.0, 1.6) if 'SOSML_FRICTION_SEEDS' in os.environ else (38.0, 0.7)
 
 
 @pytest.fixture(scope='module')
@@ -63,7 +64,7 @@ def stamps(bag: Bag, topic: str) -> np.ndarray:
     return bag.joint_log(topic).t_ns
 
 
-def test_every_sample_of_60_s_at_500_hz_has_its_estimates(bag):
+def test_every_sample_of_the_run_at_500_hz_has_its_estimates(bag):
     """
     None is lost between driver, observers and recorder, and none comes twice.
 
@@ -71,7 +72,7 @@ def test_every_sample_of_60_s_at_500_hz_has_its_estimates(bag):
     than 500 a second, which is its to count, so only the span is judged here, not the number.
     """
     sampled = stamps(bag, '/joint_states')
-    assert (sampled[-1] - sampled[0]) * 1e-9 >= 60.0
+    assert (sampled[-1] - sampled[0]) * 1e-9 >= LEAST
     assert (np.diff(sampled) > 0).all()
     for topic in ('/friction_estimate', *(f'/friction_estimate/{name}' for name in OBSERVERS)):
         np.testing.assert_array_equal(stamps(bag, topic), sampled, err_msg=topic)
