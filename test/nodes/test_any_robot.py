@@ -75,7 +75,7 @@ def test_estimates_and_fits_of_an_arm_with_a_gripper_are_right_on_line_and_from_
     ros, start_node, make_serial_arm, tmp_path
 ):
     urdf = gripper_arm_urdf(make_serial_arm)
-    log = gripper_arm_log(urdf, 12.0)
+    log = gripper_arm_log(urdf, 9.0)
     states = messages(log)
     # The first message makes the node; of its estimate, nobody can have heard.
     batches = [(states[:1], None)]
