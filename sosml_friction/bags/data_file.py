@@ -214,7 +214,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
 def _number(cell: str) -> float:
     """
-    Return a number, or of a date and time (ISO 8601) the seconds since 1970.
+    Return a number, of a date and time (ISO 8601) the seconds since 1970, of a time its seconds.
 
     :raises ValueError: if it is neither.
     """
@@ -223,7 +223,8 @@ def _number(cell: str) -> float:
             raise ValueError
         return float(cell)
     except ValueError:
-        when = datetime.fromisoformat(re.sub('[zZ]$', '+00:00', cell))
+        date = '1970-01-01T' if re.match(r'\d\d:\d\d:\d\d', cell) else ''
+        when = datetime.fromisoformat(date + re.sub('[zZ]$', '+00:00', cell))
         # One without a zone: only differences matter.
         return (when if when.tzinfo else when.replace(tzinfo=timezone.utc)).timestamp()
 

@@ -8,24 +8,25 @@ from typing import NamedTuple
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
     'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
-    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel',
+    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel lage',
     'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
     'drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot acc accel acceleration',
-    'effort': 'tau torque torques trq effort efforts force moment current currents cur i iq amps '
-    'voltage voltages volts drehmoment strom',
+    'effort': 'tau torque torques trq eff effort efforts force moment current currents cur i iq '
+    'amps voltage voltages volts drehmoment kraft strom',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
 _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
-    'sp', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err', 'limit', 'max', 'min',
+    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
+    'limit', 'max', 'min',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control',
+    'filtered', 'filt', 'control', 'ist', 'istwert',
 ))  # fmt: skip
 #: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
 _UNITS = {
@@ -40,7 +41,8 @@ _UNITS = {
                  'turns/s': 'turns/s', 'rev/s': 'turns/s', 'rps': 'turns/s', 'm/s': 'm/s',
                  'mps': 'm/s', 'mm/s': 'mm/s', 'counts/s': 'counts/s'},
     'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'ma': 'mA', 'v': 'V',
-               'mv': 'mV'},
+               'mv': 'mV', '%': 'percent', 'percent': 'percent', 'pct': 'percent',
+               'counts': 'counts', 'count': 'counts', 'cts': 'counts'},
     'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
     'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
 }  # fmt: skip
@@ -53,8 +55,8 @@ _JOINED = (
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
-    'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A', 'strom': 'A',
-    'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
+    'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A',
+    'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
 }  # fmt: skip
 
 
@@ -65,7 +67,8 @@ class HeaderWord(NamedTuple):
     ``quantity``: ``time``, ``position``, ``velocity``, ``acceleration``, ``effort``,
     ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
     the name, a number or a name or ''; ``is_wish``: what was commanded, not what was measured.
-    ``is_unit_written``: whether the unit stands there, or comes with the word.
+    ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
+    stands in the place of a unit and is none that is known, or ''.
     """
 
     quantity: str
@@ -73,6 +76,7 @@ class HeaderWord(NamedTuple):
     joint: str
     is_wish: bool
     is_unit_written: bool
+    strange: str = ''
 
 
 def read_header(name: str) -> HeaderWord:
@@ -100,10 +104,15 @@ def read_header(name: str) -> HeaderWord:
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
     written = _written_unit(bracket[1] if bracket else None, lower, quantity, found)
-    unit = written or (_BY_WORD.get(found[-1], '') if found else '')
+    by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and bracket is not None:
         quantity = next((q for q, units in _UNITS.items() if bracket[1].lower() in units), '')
-        unit = written = _UNITS.get(quantity, {}).get(bracket[1].lower(), '')
+        written = _UNITS.get(quantity, {}).get(bracket[1].lower(), '')
+    strange = ''
+    if bracket is not None and not written:
+        inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
+        plain = all(w.isdecimal() or w in _FILLERS for w in inside)
+        strange = '' if plain else bracket[1]
     known_units = {part for own in _UNITS.get(quantity, ()) for part in (own, *own.split('/'))}
     rest = [
         part
@@ -114,7 +123,12 @@ def read_header(name: str) -> HeaderWord:
         and not (low in known_units and written)
     ]
     return HeaderWord(
-        quantity, unit, '_'.join(rest), any(p in _WISHES for p in lower), bool(written)
+        quantity,
+        written or ('' if strange else by_word),
+        '_'.join(rest),
+        any(p in _WISHES for p in lower),
+        bool(written),
+        strange,
     )
 
 

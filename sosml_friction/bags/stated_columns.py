@@ -50,7 +50,7 @@ class _StatedColumns(Guesser):
         name, _, unit = columns.time.partition(':')
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
-            time = evidence.Time(time.name, _known(unit, TIME_UNITS, columns.time), 'stated')
+            time = time._replace(unit=_known(unit, TIME_UNITS, columns.time), reason='stated')
         super().__init__(data, urdf_text, time)
 
     def guess(self) -> Guess:
@@ -71,9 +71,11 @@ class _StatedColumns(Guesser):
                 )
         self._put_time()
         if not self.time.unit:
+            why = '' if self.time.name else self._unread_time()
             raise DataError(
-                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
-                '--time NAME:ms'
+                why
+                or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
+                'as --time NAME:ms, or give sample_rate in a mapping (docs/import.md)'
             )
         time = self.series.get(self.time.name, np.zeros(1))
         if (np.diff(time) < 0).any():
@@ -110,6 +112,11 @@ class _StatedColumns(Guesser):
         """Return the name of a series as the file has it."""
         found = self.data.find(name) or name
         if found not in self.series:
+            if self.data.find(name) and self.data[found].ndim < 2:
+                raise DataError(
+                    f'{self.data.path}: {found!r} has {self.data[found].size} values, and most '
+                    f'have {max(map(len, self.series.values()), default=0)}: each sample needs one'
+                )
             known = ', '.join(self.series) or 'none'
             raise DataError(f'{self.data.path} has no series {name!r}: it has {known}')
         return found
@@ -124,7 +131,8 @@ class _StatedColumns(Guesser):
         if unit:
             said = _known(unit, UNITS[quantity], entry)
             self.stated_units.add(whole)
-        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
+        strange = '' if unit else word.strange
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
         self.why[whole] = 'stated'
         return whole
 
@@ -133,7 +141,12 @@ class _StatedColumns(Guesser):
         position = own['position']
         turn = self.columns.counts_per_turn
         for entry in (position, own.get('velocity', {})):
-            if 'counts_per_turn' in entry and turn is not None:
+            if 'counts_per_turn' in entry:
+                if turn is None:
+                    raise ConfigurationError(
+                        f'{entry["variable"]} is in {entry["unit"]}: give those of a turn, as '
+                        '--counts-per-turn 4096, or another unit'
+                    )
                 entry['counts_per_turn'] = turn
         if position['unit'] == FILL_IN:
             _, why = self._position_unit(joint)
@@ -150,6 +163,12 @@ class _StatedColumns(Guesser):
             return
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
+            strange = self.words[self.roles[joint]['effort']].strange
+            if strange:
+                raise ConfigurationError(
+                    f'effort {effort["variable"]}: [{strange}] in its name is no unit that is '
+                    f'known: state it, as --effort {effort["variable"]}:Nm'
+                )
             slides = position['unit'] in LINEAR_UNITS
             effort['unit'] = 'N' if slides else 'Nm'
             self.result.reasons[f'joints.{joint}.effort'] = (
