@@ -15,7 +15,7 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
-from sosml_friction.bags.mapping import FILL_IN, UNITS
+from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.urdf_joints import read_joints
@@ -531,11 +531,14 @@ class Guesser:
             reasons[f'joints.{joint}.velocity'] = told
         if 'effort' in roles:
             effort = roles['effort']
-            unit = self.words[effort].unit or FILL_IN
+            word = self.words[effort]
+            # What makes a joint slide may be called a torque all the same.
+            is_called = word.unit == 'Nm' and not word.is_unit_written and unit in LINEAR_UNITS
+            unit = FILL_IN if is_called else word.unit or FILL_IN
             own['effort'] = {'variable': self._variable(effort), 'unit': unit}
             told = self.why[effort]
             if unit == FILL_IN:
-                strange = self.words[effort].strange
+                strange = word.strange
                 tells = f'[{strange}] in its name is no unit that is known' if strange else ''
                 told += f'; {tells or "nothing tells its unit"}: '
                 told += 'Nm, N, or A or V with scale: Nm or N per unit'

@@ -12,7 +12,7 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.guess import Guesser
 from sosml_friction.bags.header_words import HeaderWord
-from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
+from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -159,6 +159,13 @@ class _StatedColumns(Guesser):
             name = own.pop('velocity')['variable']
             self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
         effort = own.get('effort')
+        slides = self.kinds.get(joint) == 'prismatic'
+        for quantity, entry in own.items() if joint in self.kinds else ():
+            if entry['unit'] in (ANGULAR_UNITS if slides else LINEAR_UNITS):
+                raise ConfigurationError(
+                    f'joint {joint} {"slides" if slides else "turns"} and its {quantity} '
+                    f'{entry["variable"]} is in {entry["unit"]}: correct the unit or the robot'
+                )
         if effort is None:
             return
         scales = self.columns.scales

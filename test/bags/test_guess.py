@@ -330,6 +330,14 @@ def test_a_velocity_with_a_name_finds_the_position_without_one(tmp_path):
     assert roles(guess) == {'joint': {'position': 'a0', 'velocity': 'speed', 'effort': 'u'}}
 
 
+def test_what_moves_a_slide_is_no_torque_by_its_name(tmp_path):
+    t, q, _, tau = joint(4)
+    data = save(tmp_path, [t, q, tau], ['t', 'x [m]', 'tau'])
+    assert guess_mapping(data).content['joints']['x']['effort']['unit'] == FILL_IN
+    stated = map_columns(data, Columns({'position': ['x'], 'effort': ['tau']}))
+    assert stated.content['joints']['joint']['effort']['unit'] == 'N'
+
+
 def test_two_positions_that_are_nearly_the_same_are_told(tmp_path):
     t, q, v, tau = joint(4)
     data = save(tmp_path, [t, q, q + 0.01 * v, tau], ['t', 'q_m', 'q_r', 'u'])

@@ -154,7 +154,14 @@ WRONG = [
         (*ROBOT, '--position', 'q:counts', '--effort', 'f'),
         'q is in counts: give those of a turn, as --counts-per-turn 4096',
     ),
-    ((*ROBOT, '--position', 'q:deg', '--effort', 'f:N'), 'has both deg and N: a joint either'),
+    (
+        (*ROBOT, '--position', 'q:deg', '--effort', 'f:N'),
+        'slides and its position q is in deg: correct',
+    ),
+    (
+        ('--pendulum', '1,1', '--position', 'q', '--effort', 'f:N'),
+        'turns and its effort f is in N',
+    ),
     ((*ROBOT, '--position', 'q', '--effort', 'f:A'), 'effort f is in A: give the Nm (or N)'),
     ((*ROBOT, '--position', 'q', '--effort', 'f', '--current', 'f'), 'both the effort: give one'),
     ((*ROBOT, '--position', 'elbow=q', '--effort', 'f'), 'the robot has joint: say which joint'),
