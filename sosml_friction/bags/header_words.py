@@ -31,18 +31,20 @@ _FILLERS = frozenset((
 #: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
 _UNITS = {
     'time': {'s': 's', 'sec': 's', 'secs': 's', 'seconds': 's', 'ms': 'ms', 'msec': 'ms',
-             'us': 'us', 'usec': 'us', 'ns': 'ns', 'nsec': 'ns', 'nanosec': 'ns'},
+             'milliseconds': 'ms', 'us': 'us', 'usec': 'us', 'microseconds': 'us', 'ns': 'ns',
+             'nsec': 'ns', 'nanosec': 'ns', 'nanoseconds': 'ns'},
     'position': {'rad': 'rad', 'radian': 'rad', 'radians': 'rad', 'deg': 'deg', 'degree': 'deg',
                  'degrees': 'deg', '°': 'deg', 'turn': 'turns', 'turns': 'turns', 'rev': 'turns',
                  'revs': 'turns', 'm': 'm', 'mm': 'mm', 'counts': 'counts', 'count': 'counts',
                  'ticks': 'counts', 'inc': 'counts', 'cts': 'counts'},
     'velocity': {'rad/s': 'rad/s', 'rads': 'rad/s', 'radps': 'rad/s', 'deg/s': 'deg/s',
                  'degs': 'deg/s', 'dps': 'deg/s', '°/s': 'deg/s', 'rpm': 'rpm', '1/min': 'rpm',
+                 'u/min': 'rpm', 'rev/min': 'rpm', 'r/min': 'rpm', 'min1': 'rpm',
                  'turns/s': 'turns/s', 'rev/s': 'turns/s', 'rps': 'turns/s', 'm/s': 'm/s',
                  'mps': 'm/s', 'mm/s': 'mm/s', 'counts/s': 'counts/s'},
-    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'ma': 'mA', 'v': 'V',
-               'mv': 'mV', '%': 'percent', 'percent': 'percent', 'pct': 'percent',
-               'counts': 'counts', 'count': 'counts', 'cts': 'counts'},
+    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'amps': 'A', 'arms': 'A',
+               'ma': 'mA', 'v': 'V', 'mv': 'mV', '%': 'percent', 'percent': 'percent',
+               'pct': 'percent', 'counts': 'counts', 'count': 'counts', 'cts': 'counts'},
     'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
     'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
 }  # fmt: skip
@@ -81,14 +83,18 @@ class HeaderWord(NamedTuple):
 
 def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""
-    # A bracket with a number is the column of a table, any other is a unit.
-    bracket = re.search(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name))
+    letters = {unit for units in _UNITS.values() for unit in units}
+    # A bracket with a number is the column of a table; of others that with a unit comes first.
+    brackets = sorted(
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name)),
+        key=lambda own: _plain_unit(own[1]) not in letters,
+    )
+    bracket = brackets[0] if brackets else None
     bare = name if bracket is None else name.replace(bracket[0], ' ')
     bare = bare.replace('_', ' ')
     for pattern, one in _JOINED:
         bare = pattern.sub(one, bare)
     words = [w for w in re.split(r'[^a-zA-Z0-9°]+', bare) if w]
-    letters = {unit for units in _UNITS.values() for unit in units}
     words = [
         part
         for word in words
@@ -103,11 +109,12 @@ def read_header(name: str) -> HeaderWord:
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
-    written = _written_unit(bracket[1] if bracket else None, lower, quantity, found)
+    said = None if bracket is None else _plain_unit(bracket[1])
+    written = _written_unit(said, lower, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
-    if not quantity and bracket is not None:
-        quantity = next((q for q, units in _UNITS.items() if bracket[1].lower() in units), '')
-        written = _UNITS.get(quantity, {}).get(bracket[1].lower(), '')
+    if not quantity and said is not None:
+        quantity = next((q for q, units in _UNITS.items() if said in units), '')
+        written = _UNITS.get(quantity, {}).get(said, '')
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
@@ -132,11 +139,17 @@ def read_header(name: str) -> HeaderWord:
     )
 
 
+def _plain_unit(text: str) -> str:
+    """Return a unit without what it may be written with: N·m and N-m are Nm, deg/sec is deg/s."""
+    bare = re.sub(r'[\s·⋅.*-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
+    return re.sub('/sec(ond)?$', '/s', bare)
+
+
 def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: list[str]) -> str:
     """Return the unit in brackets, or at the end of a name whose quantity is a whole word."""
     units = _UNITS.get(quantity, {})
     if bracket is not None:
-        return units.get(bracket.lower().replace(' ', ''), '')
+        return units.get(bracket, '')
     if not found or len(lower) < 2:
         return ''
     # "velocity_rad_s" and "pos_deg"; a single letter behind "q" may be anything: "q_m".

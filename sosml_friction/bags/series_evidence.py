@@ -62,7 +62,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     if parts is not None:
         return parts
     rising = {}
-    coarse = []
+    unfit = []
     for name, values in series.items() if not stated else ():
         steps = np.diff(values)
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
@@ -70,12 +70,14 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
             rising[name] = float(np.std(steps) / np.mean(steps))
         elif grows and read_header(name).quantity == 'time':
             share = 100.0 * float((steps == 0).mean())
-            coarse.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+            unfit.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+        elif (steps < 0).any() and read_header(name).quantity == 'time':
+            unfit.append(f': {name} goes back at index {int(np.argmax(steps < 0)) + 1}')
     by_name = [name for name in rising if read_header(name).quantity == 'time']
     if stated:
         chosen, why = stated, 'stated'
     elif not rising:
-        return Time('', '', f'no column grows all the time{"".join(coarse)}')
+        return Time('', '', f'no column grows all the time{"".join(unfit)}')
     elif len(by_name) == 1:
         chosen, why = by_name[0], 'its name says so, and it grows all the time'
     elif len(rising) == 1:

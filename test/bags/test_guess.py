@@ -378,6 +378,14 @@ def test_noise_is_no_robot(tmp_path):
         ('present_position', 'position', '', '', False),
         ('Drehzahl [1/min]', 'velocity', 'rpm', '', False),
         ('actual_torque [%]', 'effort', 'percent', '', False),
+        ('Motor Torque (N-m)', 'effort', 'Nm', '', False),
+        ('Angle (left) [deg]', 'position', 'deg', 'left', False),
+        ('elapsed time (milliseconds)', 'time', 'ms', 'elapsed', False),
+        ('Torque [N·m]', 'effort', 'Nm', '', False),
+        ('Speed [U/min]', 'velocity', 'rpm', '', False),
+        ('vel[deg/sec]', 'velocity', 'deg/s', '', False),
+        ('Timestamp [µs]', 'time', 'us', '', False),
+        ('Iq (Arms)', 'effort', 'A', '', False),
         ('torque [lbf ft]', 'effort', '', '', False),
         ('current (measured)', 'effort', 'A', '', False),
         ('elbow_eff', 'effort', '', 'elbow', False),
@@ -465,6 +473,14 @@ def test_a_time_with_too_few_digits_is_named(tmp_path):
     t, q, _, current = joint(9)
     guess = guess_mapping(save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i']))
     assert re.search(r't repeats \d+(\.\d)? % of its stamps', ' '.join(guess.sentences()))
+
+
+def test_a_time_that_goes_back_is_named(tmp_path):
+    t, q, _, current = joint(9)
+    guess = guess_mapping(save(tmp_path, [t % 5.0, q, current], ['t', 'q', 'i']))
+    assert (
+        'no column grows all the time: t goes back at index 1250' in guess.reasons['sample_rate']
+    )
 
 
 def test_velocities_in_one_another_s_columns_are_told(tmp_path):
