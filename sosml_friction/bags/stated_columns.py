@@ -4,6 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -148,18 +149,19 @@ class _StatedColumns(Guesser):
                         '--counts-per-turn 4096, or another unit'
                     )
                 entry['counts_per_turn'] = turn
+        slides = self.kinds.get(joint) == 'prismatic'
         if position['unit'] == FILL_IN:
             _, why = self._position_unit(joint)
+            entry = quote(f'{position["variable"]}:{"mm" if slides else "deg"}')
             raise DataError(
                 f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
-                f'--position {position["variable"]}:deg'
+                f'--position {entry}'
             )
         if FILL_IN in own.get('velocity', {}).values():
             why = self.result.reasons.pop(f'joints.{joint}.velocity')
             name = own.pop('velocity')['variable']
             self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
         effort = own.get('effort')
-        slides = self.kinds.get(joint) == 'prismatic'
         for quantity, entry in own.items() if joint in self.kinds else ():
             if entry['unit'] in (ANGULAR_UNITS if slides else LINEAR_UNITS):
                 raise ConfigurationError(
@@ -172,9 +174,10 @@ class _StatedColumns(Guesser):
         if effort['unit'] == FILL_IN:
             strange = self.words[self.roles[joint]['effort']].strange
             if strange:
+                entry = quote(f'{effort["variable"]}:{"N" if slides else "Nm"}')
                 raise ConfigurationError(
                     f'effort {effort["variable"]}: [{strange}] in its name is no unit that is '
-                    f'known: state it, as --effort {effort["variable"]}:Nm'
+                    f'known: state it, as --effort {entry}'
                 )
             slides = position['unit'] in LINEAR_UNITS
             effort['unit'] = 'N' if slides else 'Nm'

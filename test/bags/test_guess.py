@@ -277,7 +277,7 @@ def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
         (Columns({'position': [position], 'effort': [effort]}), '[min] in its name is no unit'),
         (
             Columns({'position': [position], 'effort': [effort]}, time='t [min]:ms'),
-            '[cm] in its name is no unit that is known: say which, as --position x [cm]:deg',
+            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'",
         ),
         (
             Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [min]:ms'),
