@@ -44,9 +44,9 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
     Text (columns, see :mod:`sosml_friction.bags.text_table`), MAT (fields of structs as
     ``struct.field``), NPZ, NPY, Parquet and JSON: a list of records, an object of lists, or a
-    record in each line. What has no names is called by number, counted from 0; ``rows`` or
-    ``columns`` give names to a table that has none. Integers stay integers, so that stamps in ns
-    keep every digit.
+    record in each line. A field of an array of structs or records is a table. What has no names
+    is called by number, counted from 0; ``rows`` or ``columns`` give names to a table that has
+    none. Integers stay integers, so that stamps in ns keep every digit.
 
     A name is looked for as it is, then without the unit behind it, then without regard to case;
     ``name[k]`` is column k of a table, and a number the column of that number.
@@ -214,7 +214,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
 def _number(cell: str) -> float:
     """
-    Return a number, or of a date and time (ISO 8601) the seconds since 1970.
+    Return a number, of a date and time (ISO 8601) the seconds since 1970, of a time its seconds.
 
     :raises ValueError: if it is neither.
     """
@@ -223,24 +223,39 @@ def _number(cell: str) -> float:
             raise ValueError
         return float(cell)
     except ValueError:
-        when = datetime.fromisoformat(re.sub('[zZ]$', '+00:00', cell))
+        date = '1970-01-01T' if re.match(r'\d\d:\d\d:\d\d', cell) else ''
+        when = datetime.fromisoformat(date + re.sub('[zZ]$', '+00:00', cell))
         # One without a zone: only differences matter.
         return (when if when.tzinfo else when.replace(tzinfo=timezone.utc)).timestamp()
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of nested mappings as arrays, by dotted names."""
+    """Return the values of nested mappings as arrays, by dotted names; null is NaN."""
     variables: dict[str, Any] = {}
-    for name, value in content.items():
+    for name, given in content.items():
+        value = _by_name(given)
         if isinstance(value, Mapping):
             inner = _flatten(value)
             variables.update({f'{name}.{part}': array for part, array in inner.items()})
-        else:
-            try:
-                variables[name] = np.asarray(value)
-            except ValueError:  # lists of several lengths
-                variables[name] = np.asarray(value, dtype=object)
+            continue
+        try:
+            array = np.asarray(value)
+            if array.dtype == object:
+                array = array.astype(np.float64)
+        except (TypeError, ValueError):  # lists of several lengths, or no numbers
+            array = np.asarray(value, dtype=object)
+        variables[name] = array
     return variables
+
+
+def _by_name(value: Any) -> Any:
+    """Return the columns of records, or of an array of structs or fields; others as they are."""
+    if isinstance(value, np.ndarray) and value.dtype.names:
+        return {name: value[name] for name in value.dtype.names}
+    is_list = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
+    if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
+        return _columns([_plain(record) for record in value])
+    return value
 
 
 def _check_size(path: Path, unpacked: int) -> None:
@@ -342,7 +357,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
             _check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
             for name in content.files:
                 try:
-                    variables[name] = content[name]
+                    variables.update(_flatten({name: content[name]}))
                 except ValueError as error:
                     if 'allow_pickle' not in str(error):
                         raise
@@ -363,7 +378,7 @@ def _read_npy(path: Path) -> dict[str, Any]:
     except Exception as error:
         raise DataError(f'{path} is no readable NPY file of a plain array: {error}') from error
     if table.dtype.names:
-        return {name: table[name] for name in table.dtype.names}
+        return _flatten(_by_name(table))
     if table.ndim != 2:
         raise DataError(f'{path} holds an array of shape {table.shape}: a table is needed')
     # There are more samples than quantities.
@@ -430,24 +445,27 @@ def _read_json(path: Path) -> dict[str, Any]:
             f'{path} holds no records with names: give a list of records, an object of lists, or '
             'a record in each line'
         )
-    flat = [_plain(record) for record in content]
-    names = dict.fromkeys(name for record in flat for name in record)
-    columns: dict[str, Any] = {}
+    return _flatten(_columns([_plain(record) for record in content]))
+
+
+def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Return the values of each name in plain records, NaN where a record does not have it."""
+    names = dict.fromkeys(name for record in records for name in record)
+    columns: dict[str, list[Any]] = {}
     for name in names:
-        values = [record.get(name) for record in flat]
+        values = [record.get(name) for record in records]
         width = next((len(x) for x in values if isinstance(x, list)), None)
         if width is not None:
             values = [[np.nan] * width if x is None else x for x in values]
-        elif any(x is None for x in values):
-            values = [np.nan if x is None else x for x in values]
         columns[name] = values
-    return _flatten(columns)
+    return columns
 
 
 def _plain(record: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
     """Return a record whose inner records are entries of dotted names."""
     plain: dict[str, Any] = {}
-    for name, value in record.items():
+    for name, given in record.items():
+        value = _by_name(given)
         if isinstance(value, Mapping):
             plain.update(_plain(value, f'{prefix}{name}.'))
         else:

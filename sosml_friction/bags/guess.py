@@ -5,6 +5,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
-from sosml_friction.bags.mapping import FILL_IN, UNITS
+from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.urdf_joints import read_joints
@@ -36,6 +37,8 @@ _UNIT_OF_WRAP = {
 }  # fmt: skip
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
+#: A motion has steps of less than this share of its spread, and at least so many samples.
+_ROUGH, _TELLING = 0.3, 100
 _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -75,15 +78,16 @@ class Guesser:
             if joint.is_single and joint.mimic is None
         }
         self.time = evidence.find_time(self.series) if time is None else time
-        count = max((len(x) for x in self.series.values()), default=0)
-        self.t: FloatArray = np.arange(float(count))
+        self.count = max((len(x) for x in self.series.values()), default=0)
+        self.t: FloatArray = np.arange(float(self.count))
         if self.time.name and self.time.unit:
-            self.t = evidence.seconds(self.series[self.time.name], self.time.unit)
+            self.t = evidence.seconds(self.series, self.time)
             # What repeats a stamp has no slope, and is left out when the file is read.
             new = np.diff(self.t, prepend=-np.inf) != 0.0
             self.t = self.t[new]
             self.series = {name: x[new] for name, x in self.series.items()}
-        others = {name: x for name, x in self.series.items() if name != self.time.name}
+        stamps = (self.time.name, self.time.nanoseconds)
+        others = {name: x for name, x in self.series.items() if name not in stamps}
         self.moving = evidence.moving(self.t, others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()
@@ -98,9 +102,10 @@ class Guesser:
         if not self._by_names():
             self._by_numbers()
         if not self.roles:
+            others = ''.join(f'; {sentence}' for sentence in self._of_other_length())
             raise DataError(
-                f'{self.data.path} holds nothing that looks like the position of a joint: write '
-                'the mapping yourself (docs/import.md)'
+                f'{self.data.path} holds nothing that looks like the position of a joint{others}: '
+                'write the mapping yourself (docs/import.md)'
             )
         self._add_slopes()
         self._add_efforts()
@@ -116,18 +121,29 @@ class Guesser:
             content['time'] = {'variable': self._variable(self.time.name)}
             content['time']['unit'] = self.time.unit or FILL_IN
             reasons['time'] = self.time.reason
-            parts = [n for n in self.series if 'nanosec' in n.lower()]
-            if len(parts) == 1 and parts[0] != self.time.name and self.time.unit == 's':
-                content['time']['nanoseconds'] = self._variable(parts[0])
+            if self.time.nanoseconds:
+                content['time']['nanoseconds'] = self._variable(self.time.nanoseconds)
         else:
             content['sample_rate'] = FILL_IN
-            reasons['sample_rate'] = f'{self.time.reason}: give the samples per second'
+            why = self._unread_time() or self.time.reason
+            reasons['sample_rate'] = f'{why}: give the samples per second'
+
+    def _unread_time(self) -> str:
+        """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
+        for name in self.data:
+            if name not in self.series and read_header(name).quantity == 'time':
+                try:
+                    self.data[name]
+                except DataError as error:
+                    return str(error)
+        return ''
 
     def _variable(self, name: str) -> str | int:
         return int(name) if name.isdecimal() else name
 
     def _taken(self) -> set[str]:
-        return {self.time.name} | {name for own in self.roles.values() for name in own.values()}
+        stamps = {self.time.name, self.time.nanoseconds}
+        return stamps | {name for own in self.roles.values() for name in own.values()}
 
     def _free(self) -> list[str]:
         """Return what moves, has no role, and is no wish of a controller."""
@@ -163,11 +179,21 @@ class Guesser:
                     continue
                 roles = self.roles.setdefault(joint, {})
                 if quantity in roles:
-                    self._remark(f'{name} is a {quantity} too: {roles[quantity]} was taken')
+                    article = 'an' if quantity == 'effort' else 'a'
+                    self._remark(
+                        f'{name} is {article} {quantity} too: {roles[quantity]} was taken'
+                    )
                     continue
                 roles[quantity] = name
                 self.why[name] = 'its name says so'
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
+        positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
+        for one, other in combinations(positions, 2):
+            if self._nearly_same(one, other):
+                self._remark(
+                    f'{one} and {other} are nearly the same: one may be the reference of a '
+                    'controller, and no joint'
+                )
         return bool(self.roles)
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
@@ -188,11 +214,15 @@ class Guesser:
             if len(keys) > 1:
                 self._remark('the joints are in the order of the URDF')
             return dict(zip(keys, of_urdf, strict=True))
-        named = {}
+        named: dict[str, str] = {}
         for key in keys:
             whole = [n for n in of_urdf if n == key or n.removesuffix('_joint') == key]
+            # The joints of a URDF may have the name of the robot before theirs.
+            ends = [n for n in of_urdf if re.search(f'[_/]{re.escape(key)}(_joint)?$', n)]
+            found = whole or (ends if key and not key.isdecimal() else [])
             plain = f'joint_{key}' if key.isdecimal() else key or 'joint'
-            named[key] = whole[0] if len(whole) == 1 else plain
+            is_one = len(found) == 1 and found[0] not in named.values()
+            named[key] = found[0] if is_one else plain
         return named
 
     def _by_numbers(self) -> None:
@@ -208,7 +238,7 @@ class Guesser:
                 self.why.setdefault(position, why)
             return
         free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
-        if not free:
+        if not any(map(self._may_be_position, free)):
             return
         if self._halves(free):
             return
@@ -240,7 +270,9 @@ class Guesser:
 
     def _best_pair(self, rough: Mapping[str, float]) -> tuple[str, str]:
         """Return, of the smooth columns, that whose motion explains another best, and why."""
-        smooth = [name for name in rough if rough[name] <= _ROUGHER * min(rough.values())]
+        may = [name for name in rough if self._may_be_position(name)]
+        smoothest = min(may, key=lambda name: rough[name])
+        smooth = [name for name in may if rough[name] <= _ROUGHER * rough[smoothest]]
         shares = {
             (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
             for one in smooth
@@ -249,7 +281,7 @@ class Guesser:
         }
         best = max(shares, key=lambda pair: shares[pair], default=('', ''))
         if not best[0] or shares[best] < _EXPLAINED:
-            return min(rough, key=lambda name: rough[name]), ''
+            return smoothest, ''
         return best[0], f'smooth, and its motion explains {best[1]}'
 
     def _halves(self, free: Sequence[str]) -> bool:
@@ -266,6 +298,8 @@ class Guesser:
         if any(self._nearly_same(a, b) for a in smooth[:count] for b in smooth[:count] if a < b):
             return False
         positions = [name for name in free if name in smooth[:count]]
+        if not all(map(self._may_be_position, positions)):
+            return False
         efforts = [name for name in free if name not in positions]
         together = zip(positions, efforts, strict=True)
         if any(
@@ -280,6 +314,9 @@ class Guesser:
             self.why[effort] = 'one of the rough half of the columns, in the order of positions'
         return True
 
+    def _may_be_position(self, name: str) -> bool:
+        return self.words[name].quantity != 'effort'
+
     def _nearly_same(self, one: str, other: str) -> bool:
         apart = self.moving[one] - self.moving[other]
         return float(np.std(apart)) < _SAME * float(np.std(self.moving[one]))
@@ -287,7 +324,8 @@ class Guesser:
     def _pairs(self) -> dict[str, evidence.Slope]:
         """Return the surest velocity of each series that is nobody's slope itself."""
         free = set(self._free())
-        slopes = [s for s in self.slopes if {s.position, s.velocity} <= free and s.cosine > 0.0]
+        may = set(filter(self._may_be_position, free))
+        slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
         # A velocity's own slope is an acceleration, or an effort that goes with it.
         velocities = {s.velocity for s in slopes if s.cosine > 1.0 - _SAME / 10.0}
         pairs: dict[str, evidence.Slope] = {}
@@ -333,12 +371,14 @@ class Guesser:
 
     def _add_slopes(self) -> None:
         """Give each joint without a velocity the series that is the slope of its position."""
+        may = [
+            n for n, w in self.words.items() if w.quantity in ('', 'velocity') and not w.is_wish
+        ]
         for roles in self.roles.values():
-            free = self._free()
             for slope in self.slopes:
-                mine = slope.position == roles['position'] and slope.velocity in free
+                mine = slope.position == roles['position'] and slope.velocity in may
                 mine = mine and (slope.cosine > _SURE or _is_of_units(slope.factor))
-                if 'velocity' not in roles and mine and self.words[slope.velocity].quantity == '':
+                if 'velocity' not in roles and mine and slope.velocity not in self._taken():
                     roles['velocity'] = slope.velocity
 
     def _add_efforts(self) -> None:
@@ -433,6 +473,8 @@ class Guesser:
         word = self.words[name]
         if word.unit:
             return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
+        if word.strange:
+            return FILL_IN, f'[{word.strange}] in its name is no unit that is known'
         period = self._wrap(name)
         if period in _UNIT_OF_WRAP:
             return _UNIT_OF_WRAP[period], f'it wraps at {period:.6g}'
@@ -489,11 +531,17 @@ class Guesser:
             reasons[f'joints.{joint}.velocity'] = told
         if 'effort' in roles:
             effort = roles['effort']
-            unit = self.words[effort].unit or FILL_IN
+            word = self.words[effort]
+            # What makes a joint slide may be called a torque all the same.
+            is_called = word.unit == 'Nm' and not word.is_unit_written and unit in LINEAR_UNITS
+            unit = FILL_IN if is_called else word.unit or FILL_IN
             own['effort'] = {'variable': self._variable(effort), 'unit': unit}
             told = self.why[effort]
             if unit == FILL_IN:
-                told += '; nothing tells its unit: Nm, N, or A or V with scale: Nm or N per unit'
+                strange = word.strange
+                tells = f'[{strange}] in its name is no unit that is known' if strange else ''
+                told += f'; {tells or "nothing tells its unit"}: '
+                told += 'Nm, N, or A or V with scale: Nm or N per unit'
             elif UNITS['effort'][unit] is None:
                 own['effort']['scale'] = FILL_IN
                 told += f'; {unit} by its name: the scale is the Nm or N at the joint per {unit}'
@@ -517,6 +565,12 @@ class Guesser:
             if others:
                 why += f', but it is the slope of {others[0]}: look whether columns are swapped'
                 return entry, why
+            if self._moves(position) and velocity in self.moving:
+                entry['scale'] = FILL_IN
+                return entry, (
+                    f'{why}, but it is not the slope of {position}; a scale says that it is right '
+                    'all the same; without this line the velocity comes from position'
+                )
             rests = 'the joint rests, so that nothing but the unit of position tells its own'
             return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
@@ -539,6 +593,19 @@ class Guesser:
             'line the velocity comes from position'
         )
 
+    def _moves(self, position: str) -> bool:
+        """Tell whether a position is more than noise about a place."""
+        if len(self.t) < _TELLING or position not in self.moving:
+            return False
+        spans = [
+            np.ptp(self.moving[r['position']])
+            for r in self.roles.values()
+            if r['position'] in self.moving
+        ]
+        values = self.moving[position]
+        is_far = bool(np.ptp(values) > _SAME * max(spans))
+        return is_far and evidence.roughness(values) < _ROUGH
+
     # What else there is to say.
 
     def _remark(self, sentence: str) -> None:
@@ -547,6 +614,12 @@ class Guesser:
 
     def _put_remarks(self) -> None:
         taken = self._taken()
+        strange = [joint for joint in self.roles if self.kinds and joint not in self.kinds]
+        if strange:
+            self._remark(
+                f'{", ".join(strange)}: not in the URDF, which has {", ".join(self.kinds)}; call '
+                'each joint as it does'
+            )
         for name, word in self.words.items():
             if word.quantity == 'injected' and name not in taken:
                 self._remark(
@@ -557,9 +630,23 @@ class Guesser:
         if constants:
             listed = ', '.join(f'{name} = {value:.6g}' for name, value in constants.items())
             self._remark(f'constants of the file, which a scale may name: {listed}')
+        for sentence in self._of_other_length():
+            self._remark(sentence)
         rest = [n for n in self.series if n not in taken]
         if rest:
             self._remark(f'not used: {", ".join(rest)}')
+
+    def _of_other_length(self) -> list[str]:
+        """Return a sentence on each variable of another length than most, numbers alone not."""
+        told = []
+        for name in self.data:
+            try:
+                shape = self.data[name].shape
+            except DataError:
+                continue
+            if shape and self.count not in shape:
+                told.append(f'{name} has {max(shape)} values, and most have {self.count}')
+        return told
 
 
 def _is_of_units(factor: float) -> bool:

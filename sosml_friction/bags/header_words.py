@@ -8,39 +8,43 @@ from typing import NamedTuple
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
     'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
-    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel',
+    'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel lage',
     'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
     'drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot acc accel acceleration',
-    'effort': 'tau torque torques trq effort efforts force moment current currents cur i iq amps '
-    'voltage voltages volts drehmoment strom',
+    'effort': 'tau torque torques trq eff effort efforts force moment current currents cur i iq '
+    'amps voltage voltages volts drehmoment kraft strom',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
 _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
-    'sp', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err', 'limit', 'max', 'min',
+    'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
+    'limit', 'max', 'min',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control',
+    'filtered', 'filt', 'control', 'ist', 'istwert',
 ))  # fmt: skip
 #: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
 _UNITS = {
     'time': {'s': 's', 'sec': 's', 'secs': 's', 'seconds': 's', 'ms': 'ms', 'msec': 'ms',
-             'us': 'us', 'usec': 'us', 'ns': 'ns', 'nsec': 'ns', 'nanosec': 'ns'},
+             'milliseconds': 'ms', 'us': 'us', 'usec': 'us', 'microseconds': 'us', 'ns': 'ns',
+             'nsec': 'ns', 'nanosec': 'ns', 'nanoseconds': 'ns'},
     'position': {'rad': 'rad', 'radian': 'rad', 'radians': 'rad', 'deg': 'deg', 'degree': 'deg',
                  'degrees': 'deg', '°': 'deg', 'turn': 'turns', 'turns': 'turns', 'rev': 'turns',
                  'revs': 'turns', 'm': 'm', 'mm': 'mm', 'counts': 'counts', 'count': 'counts',
                  'ticks': 'counts', 'inc': 'counts', 'cts': 'counts'},
     'velocity': {'rad/s': 'rad/s', 'rads': 'rad/s', 'radps': 'rad/s', 'deg/s': 'deg/s',
                  'degs': 'deg/s', 'dps': 'deg/s', '°/s': 'deg/s', 'rpm': 'rpm', '1/min': 'rpm',
+                 'u/min': 'rpm', 'rev/min': 'rpm', 'r/min': 'rpm', 'min1': 'rpm',
                  'turns/s': 'turns/s', 'rev/s': 'turns/s', 'rps': 'turns/s', 'm/s': 'm/s',
                  'mps': 'm/s', 'mm/s': 'mm/s', 'counts/s': 'counts/s'},
-    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'ma': 'mA', 'v': 'V',
-               'mv': 'mV'},
+    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'amps': 'A', 'arms': 'A',
+               'ma': 'mA', 'v': 'V', 'mv': 'mV', '%': 'percent', 'percent': 'percent',
+               'pct': 'percent', 'counts': 'counts', 'count': 'counts', 'cts': 'counts'},
     'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
     'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
 }  # fmt: skip
@@ -53,8 +57,8 @@ _JOINED = (
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
-    'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A', 'strom': 'A',
-    'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
+    'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A',
+    'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
 }  # fmt: skip
 
 
@@ -65,7 +69,8 @@ class HeaderWord(NamedTuple):
     ``quantity``: ``time``, ``position``, ``velocity``, ``acceleration``, ``effort``,
     ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
     the name, a number or a name or ''; ``is_wish``: what was commanded, not what was measured.
-    ``is_unit_written``: whether the unit stands there, or comes with the word.
+    ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
+    stands in the place of a unit and is none that is known, or ''.
     """
 
     quantity: str
@@ -73,18 +78,23 @@ class HeaderWord(NamedTuple):
     joint: str
     is_wish: bool
     is_unit_written: bool
+    strange: str = ''
 
 
 def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""
-    # A bracket with a number is the column of a table, any other is a unit.
-    bracket = re.search(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name))
+    letters = {unit for units in _UNITS.values() for unit in units}
+    # A bracket with a number is the column of a table; of others that with a unit comes first.
+    brackets = sorted(
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name)),
+        key=lambda own: _plain_unit(own[1]) not in letters,
+    )
+    bracket = brackets[0] if brackets else None
     bare = name if bracket is None else name.replace(bracket[0], ' ')
     bare = bare.replace('_', ' ')
     for pattern, one in _JOINED:
         bare = pattern.sub(one, bare)
     words = [w for w in re.split(r'[^a-zA-Z0-9°]+', bare) if w]
-    letters = {unit for units in _UNITS.values() for unit in units}
     words = [
         part
         for word in words
@@ -99,11 +109,17 @@ def read_header(name: str) -> HeaderWord:
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
-    written = _written_unit(bracket[1] if bracket else None, lower, quantity, found)
-    unit = written or (_BY_WORD.get(found[-1], '') if found else '')
-    if not quantity and bracket is not None:
-        quantity = next((q for q, units in _UNITS.items() if bracket[1].lower() in units), '')
-        unit = written = _UNITS.get(quantity, {}).get(bracket[1].lower(), '')
+    said = None if bracket is None else _plain_unit(bracket[1])
+    written = _written_unit(said, lower, quantity, found)
+    by_word = _BY_WORD.get(found[-1], '') if found else ''
+    if not quantity and said is not None:
+        quantity = next((q for q, units in _UNITS.items() if said in units), '')
+        written = _UNITS.get(quantity, {}).get(said, '')
+    strange = ''
+    if bracket is not None and not written:
+        inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
+        plain = all(w.isdecimal() or w in _FILLERS for w in inside)
+        strange = '' if plain else bracket[1]
     known_units = {part for own in _UNITS.get(quantity, ()) for part in (own, *own.split('/'))}
     rest = [
         part
@@ -114,15 +130,26 @@ def read_header(name: str) -> HeaderWord:
         and not (low in known_units and written)
     ]
     return HeaderWord(
-        quantity, unit, '_'.join(rest), any(p in _WISHES for p in lower), bool(written)
+        quantity,
+        written or ('' if strange else by_word),
+        '_'.join(rest),
+        any(p in _WISHES for p in lower),
+        bool(written),
+        strange,
     )
+
+
+def _plain_unit(text: str) -> str:
+    """Return a unit without what it may be written with: N·m and N-m are Nm, deg/sec is deg/s."""
+    bare = re.sub(r'[\s·⋅.*-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
+    return re.sub('/sec(ond)?$', '/s', bare)
 
 
 def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: list[str]) -> str:
     """Return the unit in brackets, or at the end of a name whose quantity is a whole word."""
     units = _UNITS.get(quantity, {})
     if bracket is not None:
-        return units.get(bracket.lower().replace(' ', ''), '')
+        return units.get(bracket, '')
     if not found or len(lower) < 2:
         return ''
     # "velocity_rad_s" and "pos_deg"; a single letter behind "q" may be anything: "q_m".

@@ -5,8 +5,8 @@ The mapping file of an import: which variable is what, in which unit.
 
 docs/import.md has every key. Each quantity is ``value = variable * unit * scale + offset`` in SI
 units (rad, m, Nm, N, degC); a position that wraps is unwrapped before. What is not known has no
-default: an effort in A, mA, V, mV or counts needs its ``scale`` (Nm or N per unit), a position in
-counts its ``counts_per_unit`` or ``counts_per_turn``.
+default: an effort in A, mA, V, mV, percent or counts needs its ``scale`` (Nm or N per unit), a
+position in counts its ``counts_per_unit`` or ``counts_per_turn``.
 """
 
 import math
@@ -48,6 +48,7 @@ UNITS: dict[str, dict[str, float | None]] = {
         'mA': None,
         'V': None,
         'mV': None,
+        'percent': None,
         'counts': None,
     },
     'temperature': {'degC': 1.0, 'K': 1.0},

@@ -3,6 +3,7 @@
 """What series of numbers say of themselves: which is time, which is the slope of which."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -25,11 +26,16 @@ _REPEATED = 0.05
 
 
 class Time(NamedTuple):
-    """Name the series that is time, its unit, and why; '' where none is, or no unit is told."""
+    """
+    Name the series that is time, its unit, and why; '' where none is, or no unit is told.
+
+    ``nanoseconds``: the series that is added to one of whole seconds, or ''.
+    """
 
     name: str
     unit: str
     reason: str
+    nanoseconds: str = ''
 
 
 class Slope(NamedTuple):
@@ -52,8 +58,11 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
 
     :param stated: the one that is known to be time.
     """
+    parts = _seconds_and_nanoseconds(series, stated)
+    if parts is not None:
+        return parts
     rising = {}
-    coarse = []
+    unfit = []
     for name, values in series.items() if not stated else ():
         steps = np.diff(values)
         grows = len(steps) > 0 and np.isfinite(values).all() and (steps >= 0).all()
@@ -61,27 +70,34 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
             rising[name] = float(np.std(steps) / np.mean(steps))
         elif grows and read_header(name).quantity == 'time':
             share = 100.0 * float((steps == 0).mean())
-            coarse.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+            unfit.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+        elif (steps < 0).any() and read_header(name).quantity == 'time':
+            unfit.append(f': {name} goes back at index {int(np.argmax(steps < 0)) + 1}')
     by_name = [name for name in rising if read_header(name).quantity == 'time']
     if stated:
         chosen, why = stated, 'stated'
     elif not rising:
-        return Time('', '', f'no column grows all the time{"".join(coarse)}')
+        return Time('', '', f'no column grows all the time{"".join(unfit)}')
     elif len(by_name) == 1:
         chosen, why = by_name[0], 'its name says so, and it grows all the time'
     elif len(rising) == 1:
         chosen, why = next(iter(rising)), 'the only column that grows all the time'
     else:
         # A count of the samples is more even than any clock.
-        clocks = [name for name in rising if np.ptp(np.diff(series[name])) > 0.0]
+        clocks = [name for name in rising if not _counts_samples(series[name])]
         among = by_name or clocks or list(rising)
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
         why = f'it grows all the time, in more even steps than {others} does'
     step = float(np.median(np.diff(series[chosen])))
-    unit = read_header(chosen).unit if read_header(chosen).quantity == 'time' else ''
-    if unit:
-        return Time(chosen, unit, f'{why}; its name has the unit')
+    word = read_header(chosen)
+    if word.quantity == 'time' and word.unit:
+        return Time(chosen, word.unit, f'{why}; its name has the unit')
+    if word.strange:
+        return Time(chosen, '', f'{why}; [{word.strange}] in its name is no unit that is known')
+    if word.quantity != 'time' and _counts_samples(series[chosen]):
+        why += '; it counts up by 1: ms at 1 kHz, or a count that needs a sample_rate instead'
+        return Time(chosen, '', why)
     for unit, ns in TIME_UNITS.items():
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
         if _RATES[0] <= rate < _RATES[1]:
@@ -89,9 +105,33 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
 
 
-def seconds(series: NDArray[Any], unit: str) -> FloatArray:
-    """Return a series of time from its first sample on [s], (N,)."""
-    from_start: FloatArray = (series - series[0]).astype(np.float64) * (TIME_UNITS[unit] * 1e-9)
+def _counts_samples(values: NDArray[Any]) -> bool:
+    return bool((np.diff(values) == 1).all())
+
+
+def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) -> Time | None:
+    """Return the time that two series are together, as stamps of ROS are; None if none are."""
+    fine = [name for name in series if re.search('n(ano)?sec(ond)?s?$', name, re.IGNORECASE)]
+    whole = [name for name in series if re.search('(?<![a-z])sec(ond)?s?$', name, re.IGNORECASE)]
+    whole = [stated] if stated in whole else [] if stated else whole
+    if len(fine) != 1 or len(whole) != 1:
+        return None
+    both = np.array([series[whole[0]], series[fine[0]]])
+    if both.dtype.kind != 'i' or not ((both[1] >= 0) & (both[1] < 10**9)).all():
+        return None
+    steps = np.diff((both[0] - both[0, 0]) * 10**9 + both[1])
+    if (steps < 0).any() or (steps == 0).mean() > _REPEATED:
+        return None
+    why = f'whole seconds, with {fine[0]} beside them'
+    return Time(whole[0], 's', why, fine[0])
+
+
+def seconds(series: Mapping[str, NDArray[Any]], time: Time) -> FloatArray:
+    """Return a time whose unit is known, from its first sample on [s], (N,)."""
+    own = series[time.name]
+    from_start: FloatArray = (own - own[0]).astype(np.float64) * (TIME_UNITS[time.unit] * 1e-9)
+    if time.nanoseconds:
+        from_start = from_start + 1e-9 * (series[time.nanoseconds] - series[time.nanoseconds][0])
     return from_start
 
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from shlex import quote
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.guess import Guesser
 from sosml_friction.bags.header_words import HeaderWord
-from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
+from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -50,7 +51,7 @@ class _StatedColumns(Guesser):
         name, _, unit = columns.time.partition(':')
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
-            time = evidence.Time(time.name, _known(unit, TIME_UNITS, columns.time), 'stated')
+            time = time._replace(unit=_known(unit, TIME_UNITS, columns.time), reason='stated')
         super().__init__(data, urdf_text, time)
 
     def guess(self) -> Guess:
@@ -71,9 +72,11 @@ class _StatedColumns(Guesser):
                 )
         self._put_time()
         if not self.time.unit:
+            why = '' if self.time.name else self._unread_time()
             raise DataError(
-                f'{self.data.path}: {self.time.reason}: say which column is time and its unit, as '
-                '--time NAME:ms'
+                why
+                or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
+                'as --time NAME:ms, or give sample_rate in a mapping (docs/import.md)'
             )
         time = self.series.get(self.time.name, np.zeros(1))
         if (np.diff(time) < 0).any():
@@ -110,6 +113,11 @@ class _StatedColumns(Guesser):
         """Return the name of a series as the file has it."""
         found = self.data.find(name) or name
         if found not in self.series:
+            if self.data.find(name) and self.data[found].ndim < 2:
+                raise DataError(
+                    f'{self.data.path}: {found!r} has {self.data[found].size} values, and most '
+                    f'have {max(map(len, self.series.values()), default=0)}: each sample needs one'
+                )
             known = ', '.join(self.series) or 'none'
             raise DataError(f'{self.data.path} has no series {name!r}: it has {known}')
         return found
@@ -124,7 +132,8 @@ class _StatedColumns(Guesser):
         if unit:
             said = _known(unit, UNITS[quantity], entry)
             self.stated_units.add(whole)
-        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit))
+        strange = '' if unit else word.strange
+        self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
         self.why[whole] = 'stated'
         return whole
 
@@ -133,23 +142,43 @@ class _StatedColumns(Guesser):
         position = own['position']
         turn = self.columns.counts_per_turn
         for entry in (position, own.get('velocity', {})):
-            if 'counts_per_turn' in entry and turn is not None:
+            if 'counts_per_turn' in entry:
+                if turn is None:
+                    raise ConfigurationError(
+                        f'{entry["variable"]} is in {entry["unit"]}: give those of a turn, as '
+                        '--counts-per-turn 4096, or another unit'
+                    )
                 entry['counts_per_turn'] = turn
+        slides = self.kinds.get(joint) == 'prismatic'
         if position['unit'] == FILL_IN:
             _, why = self._position_unit(joint)
+            entry = quote(f'{position["variable"]}:{"mm" if slides else "deg"}')
             raise DataError(
                 f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
-                f'--position {position["variable"]}:deg'
+                f'--position {entry}'
             )
         if FILL_IN in own.get('velocity', {}).values():
             why = self.result.reasons.pop(f'joints.{joint}.velocity')
             name = own.pop('velocity')['variable']
             self._remark(f'velocity {name} is left out: {why.split("; a scale")[0]}')
         effort = own.get('effort')
+        for quantity, entry in own.items() if joint in self.kinds else ():
+            if entry['unit'] in (ANGULAR_UNITS if slides else LINEAR_UNITS):
+                raise ConfigurationError(
+                    f'joint {joint} {"slides" if slides else "turns"} and its {quantity} '
+                    f'{entry["variable"]} is in {entry["unit"]}: correct the unit or the robot'
+                )
         if effort is None:
             return
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
+            strange = self.words[self.roles[joint]['effort']].strange
+            if strange:
+                entry = quote(f'{effort["variable"]}:{"N" if slides else "Nm"}')
+                raise ConfigurationError(
+                    f'effort {effort["variable"]}: [{strange}] in its name is no unit that is '
+                    f'known: state it, as --effort {entry}'
+                )
             slides = position['unit'] in LINEAR_UNITS
             effort['unit'] = 'N' if slides else 'Nm'
             self.result.reasons[f'joints.{joint}.effort'] = (

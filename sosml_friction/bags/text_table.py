@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read a table of numbers written as text, with or without names of its columns."""
 
+import codecs
 import csv
 import re
 from collections import Counter
@@ -28,18 +29,17 @@ def read_text_table(path: Path) -> Columns:
     """
     Return the cells of each column.
 
-    Columns are parted by comma, semicolon, tab, or any white space; where it is not the comma, a
-    decimal comma is read as a point. The header is the line above the numbers, with ``#`` or ``%``
-    before it or without; units in a line of their own below it are put into the names as
-    ``name [unit]``. A column without a name is called by its number, counted from 0. Lines above
-    the header that do not have its number of cells are passed over.
+    The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
+    comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
+    read as a point. What parts them may stand behind the last number of a row too. The header is
+    the line above the numbers, with ``#`` or ``%`` before it or without; units in a line of their
+    own below it are put into the names as ``name [unit]``. A column without a name is called by
+    its number, counted from 0. Lines above the header that do not have its number of cells are
+    passed over.
 
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
-    try:
-        text = path.read_text(encoding='utf-8-sig')
-    except UnicodeDecodeError as error:
-        raise DataError(f'{path} is no readable CSV file: {error}') from error
+    text = _text(path)
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
@@ -61,6 +61,8 @@ def read_text_table(path: Path) -> Columns:
     above = [cells for _, cells in rows[max(0, first - 2) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
+    if all(not row.cells[-1] for row in rows[first:]):
+        above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
     above = [cells for cells in above if len(cells) == width]
     names = _names(above, width)
     if len(set(names)) != len(names):
@@ -78,10 +80,23 @@ def read_text_table(path: Path) -> Columns:
     }
 
 
+def _text(path: Path) -> str:
+    raw = path.read_bytes()
+    is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    # What is no text has bytes of 0.
+    known = ('utf-16',) if is_wide else ('utf-8-sig',) if b'\0' in raw else ('utf-8-sig', 'cp1252')
+    for encoding in known:
+        try:
+            return raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    raise DataError(f'{path} is no readable CSV file: save it as text in UTF-8')
+
+
 def _delimiter(lines: list[str]) -> str:
     """Return what parts the cells, '' for white space: what most lines have as many of."""
     best, most = '', 0
-    for candidate in ';\t,':
+    for candidate in ';\t|,':
         counts = Counter(line.count(candidate) for line in lines)
         counts.pop(0, None)
         # With a decimal comma there are commas too, but the semicolon or tab comes first.

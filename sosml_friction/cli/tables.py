@@ -43,12 +43,15 @@ _TABLE_OPTIONS: dict[str, Any] = {
         ),
     ],
     'velocity': Annotated[str | None, _columns_option('Column of velocity.')],
-    'effort': Annotated[str | None, _columns_option('Column of effort: Nm, or :N, :mNm, :A, :V.')],
+    'effort': Annotated[
+        str | None, _columns_option('Column of effort: Nm, or :N, :mNm, :A, :V, :percent.')
+    ],
     'current': Annotated[str | None, _columns_option('Column of current [A], with --kt.')],
     'kt': Annotated[
         str | None,
         typer.Option(
-            metavar='VALUE', help='Nm (or N) at the joint per A, or per V or count of --effort.'
+            metavar='VALUE',
+            help='Nm (or N) at the joint per A, or per V, percent or count of --effort.',
         ),
     ],
     'time': Annotated[
@@ -145,7 +148,8 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         given['urdf'] = None if len(tables) == len(paths) else place / 'model' / 'robot.urdf'
         for sentence in simple.provenance.get('assumed', ()):
             remark(f'assumed: {sentence}')
-    no_robot = simple is None and given['model'] is None and given['urdf'] is None
+    named = [given.get(name) for name in ('model', 'urdf', 'mjcf')]
+    no_robot = simple is None and all(name is None for name in named)
     if tables and no_robot and said['mapping'] is None:
         raise ConfigurationError(
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
@@ -154,7 +158,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
-        urdf = urdf_text(given['urdf'], given['model'])
+        urdf = urdf_text(given['urdf'], given['model'], given.get('mjcf'))
     for path in tables:
         _make_bag(path, bags[path], said, urdf)
     for path in others:
@@ -169,14 +173,20 @@ def _as_list(paths: Path | list[Path]) -> list[Path]:
     return [paths] if isinstance(paths, Path) else paths
 
 
-def urdf_text(urdf: Path | None, model: Path | None = None) -> str | None:
+def urdf_text(
+    urdf: Path | None, model: Path | None = None, mjcf: Path | None = None
+) -> str | None:
     """
-    Return a URDF, else that of a model folder, None if neither is given.
+    Return a URDF, else that of a model folder or of an MJCF, None if none is given.
 
     :raises ConfigurationError: if it cannot be read.
     """
     from sosml_friction.model.model_folder import read_model
 
+    if urdf is None and mjcf is not None:
+        from sosml_friction.mujoco.reading import read_mjcf
+
+        return read_mjcf(mjcf).urdf
     if urdf is None:
         return None if model is None else read_model(model).urdf
     try:
@@ -270,5 +280,6 @@ def _with_unit(data: DataFile, current: str) -> str:
     if ':' in current:
         return current
     name = current.rpartition('=')[2]
-    unit = read_header(data.find(name) or name).unit
-    return f'{current}:{unit if unit in ("A", "mA") else "A"}'
+    word = read_header(data.find(name) or name)
+    # What its header has in the place of a unit counts more than the name of the option.
+    return current if word.is_unit_written or word.strange else f'{current}:A'

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from sosml_friction.bags import data_file
 from sosml_friction.bags.data_file import DataFile
@@ -49,6 +50,35 @@ def test_a_record_that_lacks_a_value_has_nan(tmp_path):
     data = DataFile(path)
     np.testing.assert_array_equal(data['q'], [[1, 2], [np.nan, np.nan], [3, 4]])
     assert np.isnan(data['c']).all()
+
+
+def test_a_null_in_a_list_of_numbers_is_nan(tmp_path):
+    (tmp_path / 'x.json').write_text('{"t": [0, 1, 2], "arm": {"q": [0.5, null, 1.5]}}')
+    series = DataFile(tmp_path / 'x.json').series()
+    np.testing.assert_array_equal(series['arm.q'], [0.5, np.nan, 1.5])
+
+
+def test_a_list_of_joints_in_each_record_is_a_table_of_each_quantity(tmp_path):
+    joints = [[{'q': q, 'i': -q} for q in row] for row in Q.tolist()]
+    records = [{'t': t, 'arm': row} for t, row in zip(T.tolist(), joints, strict=True)]
+    (tmp_path / 'x.json').write_text(json.dumps(records))
+    np.testing.assert_array_equal(DataFile(tmp_path / 'x.json')['arm.q'], Q)
+
+
+@pytest.mark.parametrize('each', ['sample', 'joint'])
+def test_an_array_of_structs_is_a_table_of_each_field(tmp_path, each):
+    parts = Q if each == 'sample' else Q.T
+    arm = np.zeros(len(parts), dtype=[('q', object)])
+    arm['q'] = [*parts]
+    savemat(tmp_path / 'x.mat', {'t': T, 'arm': arm})
+    series = DataFile(tmp_path / 'x.mat').series()
+    np.testing.assert_array_equal(series['arm.q[1]'], Q[:, 1])
+
+
+def test_records_in_an_npz_file_have_their_fields(tmp_path):
+    records = np.array([*zip(T, Q, strict=True)], dtype=[('t', float), ('q', float, 2)])
+    np.savez(tmp_path / 'x.npz', log=records)
+    assert list(DataFile(tmp_path / 'x.npz').series()) == ['log.t', 'log.q[0]', 'log.q[1]']
 
 
 @given(st.text(max_size=100))
@@ -149,8 +179,6 @@ def test_a_cell_that_only_python_takes_for_a_number_is_refused(tmp_path, cell, s
 
 
 def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_path, monkeypatch):
-    from scipy.io import savemat
-
     monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
     zeros = np.zeros(2**18)
     np.savez_compressed(tmp_path / 'x.npz', t=T, zeros=zeros)
@@ -167,8 +195,6 @@ def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_pa
 
 
 def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
-    from scipy.io import savemat
-
     path = tmp_path / 'x.mat'
     savemat(path, {'q': np.random.default_rng(0).normal(size=2000)}, do_compression=True)
     whole = path.read_bytes()
@@ -196,8 +222,6 @@ def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monke
 @pytest.mark.parametrize('packed', [False, True])
 @pytest.mark.parametrize('kind', [0, 8, 46, 2**16 - 1])
 def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
-    from scipy.io import savemat
-
     path = tmp_path / 'x.mat'
     savemat(path, {'arm': {'q': T}})
     content = path.read_bytes()

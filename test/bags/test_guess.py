@@ -104,6 +104,32 @@ def test_a_count_of_the_samples_is_no_time(tmp_path):
     assert roles(guess) == {'joint': {'position': 2, 'velocity': 3, 'effort': 4}}
 
 
+def test_a_count_alone_is_no_time_until_it_is_said(tmp_path):
+    t, q, _, tau = joint(2)
+    data = save(tmp_path, [np.arange(len(t)), q, tau], ['frame', 'q', 'tau'])
+    guess = guess_mapping(data)
+    assert guess.left_open == ['time.unit']
+    assert 'a count that needs a sample_rate' in guess.reasons['time']
+    columns = {'position': ['q'], 'effort': ['tau']}
+    with pytest.raises(DataError, match='or a count that needs a sample_rate instead: say which'):
+        map_columns(data, Columns(columns))
+    assert map_columns(data, Columns(columns, time='frame:ms')).content['time']['unit'] == 'ms'
+
+
+@pytest.mark.parametrize('stated', [False, True])
+def test_seconds_and_nanoseconds_are_one_time(tmp_path, stated):
+    t, q, v, tau = joint(2)
+    ns = np.rint((t + 1.7e9 - 0.3) * 1e9).astype(np.int64)
+    np.savez(tmp_path / 'x.npz', sec=ns // 10**9, nanosec=ns % 10**9, q=q, dq=v, tau=tau)
+    data = DataFile(tmp_path / 'x.npz')
+    guess = guess_mapping(data)
+    if stated:
+        guess = map_columns(data, Columns({'position': ['q'], 'effort': ['tau']}, time='sec'))
+    assert guess.content['time'] == {'variable': 'sec', 'unit': 's', 'nanoseconds': 'nanosec'}
+    log = read_recording(data.path, parse_mapping(guess.content, data.path))
+    np.testing.assert_array_equal(log.t_ns, ns)
+
+
 def test_samples_that_were_written_twice_change_nothing(tmp_path):
     columns = [np.insert(x, 100, x[100]) for x in joint(5)]
     own = roles(guess_mapping(save(tmp_path, [columns[k] for k in (0, 1, 3)])))['joint']
@@ -236,6 +262,88 @@ def test_what_is_left_open_is_refused_until_it_is_filled_in(tmp_path):
     np.testing.assert_allclose(log.tau[:, 0], 1.8 * current)
 
 
+def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
+    t, q, _, tau = joint(4)
+    data = save(tmp_path, [t / 60.0, 10.0 * q, tau], ['t [min]', 'x [cm]', 'torque [lbf ft]'])
+    guess = guess_mapping(data)
+    assert guess.left_open == [
+        'time.unit',
+        'joints.joint.position.unit',
+        'joints.joint.effort.unit',
+    ]
+    assert '[cm] in its name is no unit' in guess.reasons['joints.joint.position']
+    position, effort = 'x [cm]', 'torque [lbf ft]'
+    for columns, sentence in (
+        (Columns({'position': [position], 'effort': [effort]}), '[min] in its name is no unit'),
+        (
+            Columns({'position': [position], 'effort': [effort]}, time='t [min]:ms'),
+            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'",
+        ),
+        (
+            Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [min]:ms'),
+            '[lbf ft] in its name is no unit that is known: state it',
+        ),
+    ):
+        with pytest.raises(SosmlFrictionError, match=re.escape(sentence)):
+            map_columns(data, columns)
+
+
+def test_a_torque_is_no_position_where_that_has_another_length(tmp_path):
+    (t, q, _, tau), (_, _, _, other) = joint(4), joint(5)
+    np.savez(tmp_path / 'x.npz', t=t, q=np.array([q, q])[:, 1:], tau=np.array([tau, other]))
+    data = DataFile(tmp_path / 'x.npz')
+    sentence = 'position of a joint; q has 2499 values, and most have 2500: write the mapping'
+    with pytest.raises(DataError, match=sentence):
+        guess_mapping(data)
+
+
+def test_a_velocity_that_is_no_slope_is_left_open_and_out(tmp_path):
+    t, q, v, tau = joint(4)
+    data = save(tmp_path, [t, q, q + 0.01 * v, tau], ['t', 'q', 'qd', 'tau'])
+    guess = guess_mapping(data)
+    assert guess.left_open == ['joints.joint.velocity.scale']
+    stated = map_columns(data, Columns({'position': ['q'], 'velocity': ['qd'], 'effort': ['tau']}))
+    assert 'velocity' not in stated.content['joints']['joint']
+    assert stated.remarks == ['velocity qd is left out: stated, but it is not the slope of q']
+
+
+def test_joints_have_the_names_of_the_urdf_behind_that_of_the_robot(tmp_path):
+    (t, q, _, tau), (_, q2, _, tau2) = joint(4), joint(5)
+    names = ['t', 'elbow/position', 'elbow/effort', 'tool/position', 'tool/effort']
+    joints = ''.join(
+        f'<link name="l{k}"/><joint name="{name}" type="continuous"><axis xyz="0 1 0"/>'
+        f'<parent link="base"/><child link="l{k}"/></joint>'
+        for k, name in enumerate(('left_elbow_joint', 'left_grip'))
+    )
+    urdf = f'<robot name="r"><link name="base"/>{joints}</robot>'
+    guess = guess_mapping(save(tmp_path, [t, q, tau, q2, tau2], names), urdf)
+    assert list(guess.content['joints']) == ['left_elbow_joint', 'tool']
+    assert (
+        'tool: not in the URDF, which has left_elbow_joint, left_grip; call each joint as it does'
+        in guess.remarks
+    )
+
+
+def test_a_velocity_with_a_name_finds_the_position_without_one(tmp_path):
+    t, q, v, tau = joint(4)
+    guess = guess_mapping(save(tmp_path, [t, q, v, tau], ['t', 'a0', 'speed', 'u']))
+    assert roles(guess) == {'joint': {'position': 'a0', 'velocity': 'speed', 'effort': 'u'}}
+
+
+def test_what_moves_a_slide_is_no_torque_by_its_name(tmp_path):
+    t, q, _, tau = joint(4)
+    data = save(tmp_path, [t, q, tau], ['t', 'x [m]', 'tau'])
+    assert guess_mapping(data).content['joints']['x']['effort']['unit'] == FILL_IN
+    stated = map_columns(data, Columns({'position': ['x'], 'effort': ['tau']}))
+    assert stated.content['joints']['joint']['effort']['unit'] == 'N'
+
+
+def test_two_positions_that_are_nearly_the_same_are_told(tmp_path):
+    t, q, v, tau = joint(4)
+    data = save(tmp_path, [t, q, q + 0.01 * v, tau], ['t', 'q_m', 'q_r', 'u'])
+    assert 'q_m and q_r are nearly the same' in ' '.join(guess_mapping(data).remarks)
+
+
 def test_noise_is_no_robot(tmp_path):
     rng = np.random.default_rng(0)
     data = save(tmp_path, [np.zeros(50), np.ones(50)])
@@ -269,6 +377,20 @@ def test_noise_is_no_robot(tmp_path):
         ('tau_J_d[3]', 'effort', 'Nm', 'J_3', True),
         ('present_position', 'position', '', '', False),
         ('Drehzahl [1/min]', 'velocity', 'rpm', '', False),
+        ('actual_torque [%]', 'effort', 'percent', '', False),
+        ('Motor Torque (N-m)', 'effort', 'Nm', '', False),
+        ('Angle (left) [deg]', 'position', 'deg', 'left', False),
+        ('elapsed time (milliseconds)', 'time', 'ms', 'elapsed', False),
+        ('Torque [N·m]', 'effort', 'Nm', '', False),
+        ('Speed [U/min]', 'velocity', 'rpm', '', False),
+        ('vel[deg/sec]', 'velocity', 'deg/s', '', False),
+        ('Timestamp [µs]', 'time', 'us', '', False),
+        ('Iq (Arms)', 'effort', 'A', '', False),
+        ('torque [lbf ft]', 'effort', '', '', False),
+        ('current (measured)', 'effort', 'A', '', False),
+        ('elbow_eff', 'effort', '', 'elbow', False),
+        ('Soll Winkel [deg]', 'position', 'deg', '', True),
+        ('Strom Istwert', 'effort', 'A', '', False),
     ],
 )
 def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
@@ -331,10 +453,34 @@ def test_dates_are_times(tmp_path):
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
 
 
+def test_times_of_a_day_are_times_and_other_dates_are_named(tmp_path):
+    t, q, _, current = joint(9)
+    begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
+    for k, form in enumerate(('%H:%M:%S.%f', '%d.%m.%Y %H:%M:%S.%f')):
+        stamps = [(begin + timedelta(seconds=x)).strftime(form) for x in t]
+        lines = [f'{x},{y:.9f},{z:.9f}' for x, y, z in zip(stamps, q, current, strict=True)]
+        (tmp_path / f'{k}.csv').write_text('\n'.join(['time,q,i', *lines]))
+    assert guess_mapping(DataFile(tmp_path / '0.csv')).content['time']['unit'] == 's'
+    data = DataFile(tmp_path / '1.csv')
+    sentence = "line 2, column 'time': '30.03.2025 00:59:50.000000' is not a number"
+    assert sentence in guess_mapping(data).reasons['sample_rate']
+    for time in ('', 'time'):
+        with pytest.raises(DataError, match=sentence):
+            map_columns(data, Columns({'position': ['q'], 'effort': ['i']}, time, [1.0]))
+
+
 def test_a_time_with_too_few_digits_is_named(tmp_path):
     t, q, _, current = joint(9)
     guess = guess_mapping(save(tmp_path, [np.floor(t / 0.1) * 0.1, q, current], ['t', 'q', 'i']))
     assert re.search(r't repeats \d+(\.\d)? % of its stamps', ' '.join(guess.sentences()))
+
+
+def test_a_time_that_goes_back_is_named(tmp_path):
+    t, q, _, current = joint(9)
+    guess = guess_mapping(save(tmp_path, [t % 5.0, q, current], ['t', 'q', 'i']))
+    assert (
+        'no column grows all the time: t goes back at index 1250' in guess.reasons['sample_rate']
+    )
 
 
 def test_velocities_in_one_another_s_columns_are_told(tmp_path):

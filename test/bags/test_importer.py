@@ -222,6 +222,7 @@ def test_start_time_is_added(source, mapping, start, ns):
         ('effort', 'mA', {'scale': 0.75}, 1.5),
         ('effort', 'V', {'scale': 'gear'}, 72.0),
         ('effort', 'mV', {'scale': 0.75}, 1.5),
+        ('effort', 'percent', {'scale': 0.75}, 1.5),
         ('effort', 'counts', {'scale': 0.75}, 1.5),
         ('temperature', 'degC', {}, 2.0),
         ('temperature', 'K', {}, -271.15),
@@ -566,7 +567,7 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
         ('x.csv', b't,q,tau\n0,1,2\n1,2\n', 'line 3 has 2 cells where the header has 3'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2,two\n', "line 3, column 'tau': 'two' is not a number"),
         ('x.csv', b't,q,q\n0,1,2\n', 'has the header t, q, q: each column needs its own name'),
-        ('x.csv', b't,q,tau\n\xff\xfe,1,2\n', 'is no readable CSV file'),
+        ('x.csv', b't,q,tau\n\xff\xfe,1,2\n', 'is not a number'),
         ('x.mat', b'not a mat file' * 20, 'is no readable MAT file'),
         ('x.npz', b'PK not a zip', 'is no readable NPZ file'),
         (

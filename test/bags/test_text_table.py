@@ -26,7 +26,7 @@ def values_of(path):
         st.tuples(st.integers(2, 12), st.integers(2, 5)),
         elements=st.floats(-1e6, 1e6, allow_nan=False).map(lambda x: round(x, 6)),
     ),
-    delimiter=st.sampled_from([',', ';', '\t', ' ', '   ']),
+    delimiter=st.sampled_from([',', ';', '\t', '|', ' ', '   ']),
     comma=st.booleans(),
     header=st.sampled_from(['', 'plain', '#', '%']),
     preamble=st.booleans(),
@@ -70,6 +70,28 @@ def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
     assert list(data) == ['t', 'phase', 'q']
     np.testing.assert_array_equal(data['q'], [1, np.nan, np.nan, 2])
     assert list(data.series()) == ['t', 'q']
+
+
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'cp1252'])
+def test_a_table_is_read_in_the_encodings_of_spreadsheets(tmp_path, encoding):
+    (tmp_path / 'x.csv').write_text('t;Winkel [°]\n0;1,5\n1;2,5\n', encoding=encoding)
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['t', 'Winkel [°]']
+    assert values.tolist() == [[0, 1.5], [1, 2.5]]
+
+
+def test_what_is_no_text_is_refused(tmp_path):
+    (tmp_path / 'x.csv').write_bytes(bytes(range(256)))
+    with pytest.raises(DataError, match='save it as text'):
+        read_text_table(tmp_path / 'x.csv')
+
+
+@pytest.mark.parametrize('header', ['t,q', 't,q,'])
+def test_a_comma_behind_each_row_leaves_the_header_in_place(tmp_path, header):
+    (tmp_path / 'x.csv').write_text(f'{header}\n0,1,\n1,2,\n')
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == ['t', 'q', '2']
+    np.testing.assert_array_equal(data['q'], [1, 2])
 
 
 def test_remarks_between_the_rows_are_passed_over(tmp_path):

@@ -112,6 +112,20 @@ def test_the_only_joint_of_a_model_is_the_one_of_the_columns(sosml, tmp_path):
     assert list(checked(out, 'fit')['joints']) == ['slider']
 
 
+def test_an_mjcf_is_a_robot_for_a_table(sosml, tmp_path):
+    pytest.importorskip('mujoco')
+    slide = '<joint name="slide" type="slide" axis="1 0 0" armature="5"/>'
+    body = f'<body>{slide}<inertial pos="0 0 0" mass="90.1089" diaginertia="1 1 1"/></body>'
+    (tmp_path / 'axis.xml').write_text(f'<mujoco><worldbody>{body}</worldbody></mujoco>')
+    columns = ('--position', 'q', '--effort', 'f')
+    code, out, err = sosml(
+        'fit', write_table(tmp_path), *columns, '--mjcf', tmp_path / 'axis.xml', '--json'
+    )
+    assert code == 0
+    assert 'slide.position is q [m]' in err
+    assert friction(out)['coulomb'] == pytest.approx(COULOMB, rel=0.03)
+
+
 def test_diagnose_takes_the_same(sosml, tmp_path):
     table = write_table(tmp_path)
     columns = ('--position', 'q', '--effort', 'f')
@@ -136,7 +150,18 @@ WRONG = [
     (('--pendulum', '1'), '--pendulum 1 has 1 numbers: give mass,length in kg and m'),
     (('--pendulum', 'a,b'), '--pendulum a,b is no number: give numbers'),
     (('--axis', '-1', '--position', 'q'), 'the mass is -1 kg: give a positive number'),
-    ((*ROBOT, '--position', 'q:deg', '--effort', 'f:N'), 'has both deg and N: a joint either'),
+    (
+        (*ROBOT, '--position', 'q:counts', '--effort', 'f'),
+        'q is in counts: give those of a turn, as --counts-per-turn 4096',
+    ),
+    (
+        (*ROBOT, '--position', 'q:deg', '--effort', 'f:N'),
+        'slides and its position q is in deg: correct',
+    ),
+    (
+        ('--pendulum', '1,1', '--position', 'q', '--effort', 'f:N'),
+        'turns and its effort f is in N',
+    ),
     ((*ROBOT, '--position', 'q', '--effort', 'f:A'), 'effort f is in A: give the Nm (or N)'),
     ((*ROBOT, '--position', 'q', '--effort', 'f', '--current', 'f'), 'both the effort: give one'),
     ((*ROBOT, '--position', 'elbow=q', '--effort', 'f'), 'the robot has joint: say which joint'),
