@@ -474,7 +474,7 @@ class Guesser:
         if word.unit:
             return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
         if word.strange:
-            return FILL_IN, f'[{word.strange}] in its name is no unit that is known'
+            return FILL_IN, word.objection
         period = self._wrap(name)
         if period in _UNIT_OF_WRAP:
             return _UNIT_OF_WRAP[period], f'it wraps at {period:.6g}'
@@ -538,9 +538,7 @@ class Guesser:
             own['effort'] = {'variable': self._variable(effort), 'unit': unit}
             told = self.why[effort]
             if unit == FILL_IN:
-                strange = word.strange
-                tells = f'[{strange}] in its name is no unit that is known' if strange else ''
-                told += f'; {tells or "nothing tells its unit"}: '
+                told += f'; {word.objection or "nothing tells its unit"}: '
                 told += 'Nm, N, or A or V with scale: Nm or N per unit'
             elif UNITS['effort'][unit] is None:
                 own['effort']['scale'] = FILL_IN

@@ -80,6 +80,11 @@ class HeaderWord(NamedTuple):
     is_unit_written: bool
     strange: str = ''
 
+    @property
+    def objection(self) -> str:
+        """Return the sentence on what stands in the place of a unit, '' where all is well."""
+        return f'[{self.strange}] in its name is no unit that is known' if self.strange else ''
+
 
 def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""

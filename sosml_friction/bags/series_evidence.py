@@ -94,7 +94,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     if word.quantity == 'time' and word.unit:
         return Time(chosen, word.unit, f'{why}; its name has the unit')
     if word.strange:
-        return Time(chosen, '', f'{why}; [{word.strange}] in its name is no unit that is known')
+        return Time(chosen, '', f'{why}; {word.objection}')
     if word.quantity != 'time' and _counts_samples(series[chosen]):
         why += '; it counts up by 1: ms at 1 kHz, or a count that needs a sample_rate instead'
         return Time(chosen, '', why)

@@ -172,15 +172,14 @@ class _StatedColumns(Guesser):
             return
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
-            strange = self.words[self.roles[joint]['effort']].strange
-            if strange:
-                entry = quote(f'{effort["variable"]}:{"N" if slides else "Nm"}')
+            unit = 'N' if position['unit'] in LINEAR_UNITS else 'Nm'
+            objection = self.words[self.roles[joint]['effort']].objection
+            if objection:
+                entry = quote(f'{effort["variable"]}:{unit}')
                 raise ConfigurationError(
-                    f'effort {effort["variable"]}: [{strange}] in its name is no unit that is '
-                    f'known: state it, as --effort {entry}'
+                    f'effort {effort["variable"]}: {objection}: state it, as --effort {entry}'
                 )
-            slides = position['unit'] in LINEAR_UNITS
-            effort['unit'] = 'N' if slides else 'Nm'
+            effort['unit'] = unit
             self.result.reasons[f'joints.{joint}.effort'] = (
                 f'taken as {effort["unit"]}, as nothing tells another unit'
             )
