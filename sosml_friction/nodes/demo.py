@@ -37,11 +37,10 @@ LOGS = 'logs'
 # command, or each answer for longer than it may take. Nobody wears the emulated one, so its
 # watchdogs and the driver wait for two seconds, the most there is, and a joint may be left behind
 # by its reference meanwhile.
-_PATIENT_HARDWARE = ('comm_timeout:=2.0', 'servo_watchdog:=2.0')
-_PATIENT_DRIVER = (
+PATIENT_HARDWARE = ('comm_timeout:=2.0', 'servo_watchdog:=2.0')
+PATIENT_DRIVER = (
     'missed_limit:=1000',
     'reply_timeout:=0.1',
-    'host_timeout:=10.0',
     'shoulder.tracking_limit:=3.0',
     'elbow.tracking_limit:=3.0',
 )
@@ -121,8 +120,12 @@ def run_chain(
     if plateau is not None:
         identifier.append(f'plateau:={float(plateau)}')
     nodes = {
-        'emulator_node': [f'can_channel:=127.0.0.1:{port}', f'seed:={seed}', *_PATIENT_HARDWARE],
-        'driver_node': [f'can_channel:=socket://127.0.0.1:{port}', *_PATIENT_DRIVER],
+        'emulator_node': [f'can_channel:=127.0.0.1:{port}', f'seed:={seed}', *PATIENT_HARDWARE],
+        'driver_node': [
+            f'can_channel:=socket://127.0.0.1:{port}',
+            'host_timeout:=10.0',
+            *PATIENT_DRIVER,
+        ],
         'observer_node': [*_STATED_GAP],
         'identifier_node': identifier,
     }

@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip('rclpy')
 
 from builtin_interfaces.msg import Duration
-from can_chain import PARAMETER_FILE, PATIENT_DRIVER, PATIENT_HARDWARE, CanChain
+from can_chain import PARAMETER_FILE, CanChain
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from sensor_msgs.msg import JointState, Temperature
@@ -25,6 +25,7 @@ from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from sosml_friction.exceptions import TrajectoryError
+from sosml_friction.nodes.demo import PATIENT_DRIVER, PATIENT_HARDWARE
 from sosml_friction.nodes.driver_node import PARAMETERS, trajectory_from_message
 from sosml_friction.nodes.parameters import markdown_table
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED

@@ -12,11 +12,13 @@ import pytest
 pytest.importorskip('rclpy')
 
 from builtin_interfaces.msg import Duration
-from can_chain import PATIENT_DRIVER, PATIENT_HARDWARE, CanChain
+from can_chain import CanChain
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import SetBool
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from sosml_friction.nodes.demo import PATIENT_DRIVER, PATIENT_HARDWARE
 
 HANGING = np.array([-np.pi / 2, 0.0])
 # The answer that is missing is told before the status that is, five of which take half a second.

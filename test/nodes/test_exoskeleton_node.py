@@ -11,13 +11,14 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from can_chain import PARAMETER_FILE, PATIENT_DRIVER, PATIENT_HARDWARE, CanChain
+from can_chain import PARAMETER_FILE, CanChain
 from lockstep import nominal_robot
 from sensor_msgs.msg import JointState
 from shipped_observers import shipped_estimator
 from std_srvs.srv import SetBool, Trigger
 
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.nodes.demo import PATIENT_DRIVER, PATIENT_HARDWARE
 from sosml_friction.nodes.qos import JOINT_STATES
 
 PATIENT = [f'driver_node:{parameter}' for parameter in PATIENT_DRIVER]

@@ -14,16 +14,6 @@ from trajectory_msgs.msg import JointTrajectory
 from sosml_friction.share import share_directory
 
 PARAMETER_FILE = share_directory() / 'config' / 'exoskeleton.yaml'
-# A busy machine may stop a process for longer than a real joint may go without a command, or
-# answer every frame late, and the reference goes on meanwhile: no test on real processes is about
-# that.
-PATIENT_HARDWARE = ('comm_timeout:=2.0', 'servo_watchdog:=2.0')
-PATIENT_DRIVER = (
-    'missed_limit:=1000',
-    'reply_timeout:=0.1',
-    'shoulder.tracking_limit:=3.0',
-    'elbow.tracking_limit:=3.0',
-)
 
 
 class CanChain:
