@@ -37,8 +37,9 @@ _UNIT_OF_WRAP = {
 }  # fmt: skip
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
-#: A motion has steps of less than this share of its spread, and at least so many samples.
-_ROUGH, _TELLING = 0.3, 100
+#: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
+#: Chosen, no measurement.
+_ROUGH = 0.3
 _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -593,16 +594,7 @@ class Guesser:
 
     def _moves(self, position: str) -> bool:
         """Tell whether a position is more than noise about a place."""
-        if len(self.t) < _TELLING or position not in self.moving:
-            return False
-        spans = [
-            np.ptp(self.moving[r['position']])
-            for r in self.roles.values()
-            if r['position'] in self.moving
-        ]
-        values = self.moving[position]
-        is_far = bool(np.ptp(values) > _SAME * max(spans))
-        return is_far and evidence.roughness(values) < _ROUGH
+        return position in self.moving and evidence.roughness(self.moving[position]) < _ROUGH
 
     # What else there is to say.
 
