@@ -6,40 +6,25 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.header_words import HeaderWord, read_header
-from sosml_friction.bags.importer import recognised_wrap
-from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
+from sosml_friction.bags.mapping import UNITS
 from sosml_friction.bags.proposed_mapping import Guess
+from sosml_friction.bags.recorded_columns import SAME, RecordedColumns, agree
 from sosml_friction.exceptions import DataError
-from sosml_friction.model.urdf_joints import read_joints
 
-#: Two figures of one quantity agree if they are this close: units are further apart.
-_SAME = 0.05
 #: Cosine of a slope that is one in whatever units.
 _SURE = 0.999
-#: Spans that a joint has in rad: less may be metres, more degrees or a shaft that turns freely.
-_RAD_SPAN = (0.5, 4.0 * math.pi)
 #: Share of an effort's variance that direction, speed and acceleration must explain: of noise in
 #: 1000 samples that are 10 each alike, three columns explain 3 %.
 _EXPLAINED = 0.05
 #: A position may be rougher than another smooth column, such as a temperature, by so much.
 _ROUGHER = 10.0
-#: Turns, and the +-12.5 rad of the frames that CAN servos took over from MIT's Mini Cheetah.
-_UNIT_OF_WRAP = {
-    2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
-}  # fmt: skip
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
-#: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
-#: Chosen, no measurement.
-_ROUGH = 0.3
 _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -58,44 +43,8 @@ def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
     return Guesser(data, urdf_text).guess()
 
 
-class Guesser:
-    """Hold what is known of the columns of one file while their mapping is put together."""
-
-    def __init__(
-        self, data: DataFile, urdf_text: str | None, time: evidence.Time | None = None
-    ) -> None:
-        self.data = data
-        self.series = data.series()
-        self.result = Guess()
-        self.is_named = not all(name.isdecimal() for name in data)
-        self.words = {
-            name: read_header(name) if self.is_named else HeaderWord('', '', '', False, False)
-            for name in self.series
-        }
-        joints = {} if urdf_text is None else read_joints(urdf_text).joints
-        self.kinds = {
-            name: joint.kind
-            for name, joint in joints.items()
-            if joint.is_single and joint.mimic is None
-        }
-        self.time = evidence.find_time(self.series) if time is None else time
-        self.count = max((len(x) for x in self.series.values()), default=0)
-        self.t: FloatArray = np.arange(float(self.count))
-        if self.time.name and self.time.unit:
-            self.t = evidence.seconds(self.series, self.time)
-            # What repeats a stamp has no slope, and is left out when the file is read.
-            new = np.diff(self.t, prepend=-np.inf) != 0.0
-            self.t = self.t[new]
-            self.series = {name: x[new] for name, x in self.series.items()}
-        stamps = (self.time.name, self.time.nanoseconds)
-        others = {name: x for name, x in self.series.items() if name not in stamps}
-        self.moving = evidence.moving(self.t, others)
-        self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
-        self.stated_units: set[str] = set()
-        self.roles: dict[str, dict[str, str]] = {}
-        self.why: dict[str, str] = {}
-        # Positions that are nearly the same: one is measured, the others are its references.
-        self.alike: set[str] = set()
+class Guesser(RecordedColumns):
+    """Find who is what among the columns of one file."""
 
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
@@ -115,32 +64,6 @@ class Guesser:
             self._put_joint(joint, roles)
         self._put_remarks()
         return self.result
-
-    def _put_time(self) -> None:
-        content, reasons = self.result.content, self.result.reasons
-        if self.time.name:
-            content['time'] = {'variable': self._variable(self.time.name)}
-            content['time']['unit'] = self.time.unit or FILL_IN
-            reasons['time'] = self.time.reason
-            if self.time.nanoseconds:
-                content['time']['nanoseconds'] = self._variable(self.time.nanoseconds)
-        else:
-            content['sample_rate'] = FILL_IN
-            why = self._unread_time() or self.time.reason
-            reasons['sample_rate'] = f'{why}: give the samples per second'
-
-    def _unread_time(self) -> str:
-        """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
-        for name in self.data:
-            if name not in self.series and read_header(name).quantity == 'time':
-                try:
-                    self.data[name]
-                except DataError as error:
-                    return str(error)
-        return ''
-
-    def _variable(self, name: str) -> str | int:
-        return int(name) if name.isdecimal() else name
 
     def _taken(self) -> set[str]:
         stamps = {self.time.name, self.time.nanoseconds}
@@ -318,17 +241,13 @@ class Guesser:
     def _may_be_position(self, name: str) -> bool:
         return self.words[name].quantity != 'effort'
 
-    def _nearly_same(self, one: str, other: str) -> bool:
-        apart = self.moving[one] - self.moving[other]
-        return float(np.std(apart)) < _SAME * float(np.std(self.moving[one]))
-
     def _pairs(self) -> dict[str, evidence.Slope]:
         """Return the surest velocity of each series that is nobody's slope itself."""
         free = set(self._free())
         may = set(filter(self._may_be_position, free))
         slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
         # A velocity's own slope is an acceleration, or an effort that goes with it.
-        velocities = {s.velocity for s in slopes if s.cosine > 1.0 - _SAME / 10.0}
+        velocities = {s.velocity for s in slopes if s.cosine > 1.0 - SAME / 10.0}
         pairs: dict[str, evidence.Slope] = {}
         used: set[str] = set()
         for slope in slopes:
@@ -466,142 +385,6 @@ class Guesser:
                 f'{" and ".join(rivals)} are computed'
             )
 
-    # In which units.
-
-    def _position_unit(self, joint: str) -> tuple[str, str]:
-        """Return the unit of a joint's position, FILL_IN where nothing tells, and why."""
-        name = self.roles[joint]['position']
-        word = self.words[name]
-        if word.unit:
-            return word.unit, 'stated' if name in self.stated_units else 'its name has the unit'
-        if word.strange:
-            return FILL_IN, word.objection
-        period = self._wrap(name)
-        if period in _UNIT_OF_WRAP:
-            return _UNIT_OF_WRAP[period], f'it wraps at {period:.6g}'
-        velocity = self.roles[joint].get('velocity')
-        slope = self._slope(name, velocity)
-        if slope is not None and velocity and self.words[velocity].is_unit_written:
-            si = UNITS['velocity'].get(self.words[velocity].unit)
-            for unit, factor in UNITS['position'].items():
-                if si and factor and _agree(slope.factor * factor, si):
-                    return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
-        spans = {
-            j: float(np.ptp(self.moving[r['position']]))
-            for j, r in self.roles.items()
-            if r['position'] in self.moving
-        }
-        kind = self.kinds.get(joint)
-        span = spans.get(joint, 0.0) if kind == 'prismatic' else max(spans.values(), default=0.0)
-        if kind == 'prismatic':
-            return ('m', 'it slides in the URDF') if span < 5.0 else ('mm', f'it moves {span:.3g}')
-        values = self.series[name]
-        if span > 100.0 and np.isfinite(values).all() and (values == np.rint(values)).all():
-            return 'counts', f'whole numbers, {span:.0f} from end to end'
-        if kind is not None and span < _RAD_SPAN[1]:
-            return 'rad', f'it turns in the URDF, and moves {span:.3g}'
-        if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
-            most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
-            return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
-        return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
-
-    def _wrap(self, name: str, unit: str = '') -> float | None:
-        return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
-
-    def _slope(self, position: str, velocity: str | None) -> evidence.Slope | None:
-        mine = [s for s in self.slopes if (s.position, s.velocity) == (position, velocity)]
-        return mine[0] if mine else None
-
-    def _put_joint(self, joint: str, roles: Mapping[str, str]) -> None:
-        own: dict[str, Any] = {}
-        self.result.content['joints'][joint] = own
-        reasons = self.result.reasons
-        unit, why = self._position_unit(joint)
-        name = roles['position']
-        own['position'] = {'variable': self._variable(name), 'unit': unit}
-        if unit == 'counts':
-            own['position']['counts_per_turn'] = FILL_IN
-        period = self._wrap(name, unit)
-        if period is not None:
-            own['position']['wrap'] = float(f'{period:.9g}')
-            why += '; it jumps back by one and the same size'
-        known = 'unit open' if unit == FILL_IN else unit
-        reasons[f'joints.{joint}.position'] = f'{self.why[name]}; {known}: {why}'
-        if 'velocity' in roles:
-            own['velocity'], told = self._velocity(name, roles['velocity'], unit)
-            reasons[f'joints.{joint}.velocity'] = told
-        if 'effort' in roles:
-            effort = roles['effort']
-            word = self.words[effort]
-            # What makes a joint slide may be called a torque all the same.
-            is_called = word.unit == 'Nm' and not word.is_unit_written and unit in LINEAR_UNITS
-            unit = FILL_IN if is_called else word.unit or FILL_IN
-            own['effort'] = {'variable': self._variable(effort), 'unit': unit}
-            told = self.why[effort]
-            if unit == FILL_IN:
-                told += f'; {word.objection or "nothing tells its unit"}: '
-                told += 'Nm, N, or A or V with scale: Nm or N per unit'
-            elif UNITS['effort'][unit] is None:
-                own['effort']['scale'] = FILL_IN
-                told += f'; {unit} by its name: the scale is the Nm or N at the joint per {unit}'
-            else:
-                told += f'; {unit} by its name'
-            reasons[f'joints.{joint}.effort'] = told
-        if 'temperature' in roles:
-            own['temperature'] = {'variable': self._variable(roles['temperature']), 'unit': 'degC'}
-
-    def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
-        """Return the entry of a velocity by the factor between it and the slope of position."""
-        entry: dict[str, Any] = {'variable': self._variable(velocity)}
-        slope = self._slope(position, velocity)
-        written = self.words[velocity].unit
-        si = UNITS['position'].get(unit)
-        if slope is None:
-            kind = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
-            entry['unit'] = written or kind.get(unit, FILL_IN)
-            why = self.why.get(velocity, 'its place says so')
-            others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
-            if others:
-                why += f', but it is the slope of {others[0]}: look whether columns are swapped'
-                return entry, why
-            if self._moves(position) and velocity in self.moving:
-                entry['scale'] = FILL_IN
-                return entry, (
-                    f'{why}, but it is not the slope of {position}; a scale says that it is right '
-                    'all the same; without this line the velocity comes from position'
-                )
-            rests = 'the joint rests, so that nothing but the unit of position tells its own'
-            return entry, f'{why}; {rests}'
-        told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
-        if si is None:
-            entry['unit'] = written or FILL_IN
-            if entry['unit'] == 'counts/s':
-                entry['counts_per_turn'] = FILL_IN
-            return entry, f'{told}; its unit depends on that of position'
-        turns = {'rad', 'deg', 'turns'} & {unit}
-        units = ('rad/s', 'deg/s', 'rpm', 'turns/s') if turns else ('m/s', 'mm/s')
-        fitting = [u for u in units if _agree(slope.factor * si, UNITS['velocity'][u] or 0.0)]
-        if fitting and written in ('', *fitting):
-            entry['unit'] = fitting[0]
-            return entry, told
-        entry['unit'] = written or units[0]
-        entry['scale'] = FILL_IN
-        per = slope.factor * si / (UNITS['velocity'].get(entry['unit']) or 1.0)
-        return entry, (
-            f'{told}: no unit explains it; a scale of {per:.4g} makes it the slope; without this '
-            'line the velocity comes from position'
-        )
-
-    def _moves(self, position: str) -> bool:
-        """Tell whether a position is more than noise about a place."""
-        return position in self.moving and evidence.roughness(self.moving[position]) < _ROUGH
-
-    # What else there is to say.
-
-    def _remark(self, sentence: str) -> None:
-        if sentence not in self.result.remarks:
-            self.result.remarks.append(sentence)
-
     def _put_remarks(self) -> None:
         taken = self._taken()
         strange = [joint for joint in self.roles if self.kinds and joint not in self.kinds]
@@ -626,27 +409,11 @@ class Guesser:
         if rest:
             self._remark(f'not used: {", ".join(rest)}')
 
-    def _of_other_length(self) -> list[str]:
-        """Return a sentence on each variable of another length than most, numbers alone not."""
-        told = []
-        for name in self.data:
-            try:
-                shape = self.data[name].shape
-            except DataError:
-                continue
-            if shape and self.count not in shape:
-                told.append(f'{name} has {max(shape)} values, and most have {self.count}')
-        return told
-
 
 def _is_of_units(factor: float) -> bool:
     """Tell whether a slope per velocity is that of a position and a velocity in known units."""
     return any(
-        place and speed and _agree(factor * place, speed)
+        place and speed and agree(factor * place, speed)
         for place in UNITS['position'].values()
         for speed in UNITS['velocity'].values()
     )
-
-
-def _agree(one: float, other: float) -> bool:
-    return abs(one - other) <= _SAME * abs(other)
