@@ -83,7 +83,7 @@ class _Run:
     ``reset`` will be the observers' answer to their reset. ``pending`` holds what came before the
     beginning was known, ``unknown_ns`` the stamps at which no joint's friction was known.
     ``begin_ns`` is the stamp of the first sample of the bag, ``moving_from_ns`` that of the sample
-    the trajectory was sent after.
+    the trajectory was sent after; ``off_track_since``: how long it had run then [s].
     """
 
     folder: Path
@@ -468,9 +468,10 @@ class IdentifierNode(ProgramNode):
         if not (errors > self._p['tracking_tolerance']).any():
             run.off_track_since = None
             return
-        now = time.monotonic()
-        run.off_track_since = run.off_track_since or now
-        if now - run.off_track_since > 1.0:
+        # By the samples' time: where the machine stands still the last one only stays the last.
+        if run.off_track_since is None:
+            run.off_track_since = elapsed
+        if elapsed - run.off_track_since > 1.0:
             worst = int(np.nanargmax(errors))
             self._fail(
                 f'joint {names[worst]} is {errors[worst]:.2g} away from the trajectory '

@@ -9,6 +9,7 @@ import shutil
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,11 +25,13 @@ from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
+from sosml_friction.bags.serialization import serialize
 from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.fresh_start import tell_start
+from sosml_friction.nodes.identifier_node import IdentifierNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.one_thread import in_one_thread
@@ -565,3 +568,22 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     steps = {x['step'] for x in run_values(arrays) if x['phase'] == 'diagnosing'}
     assert len(steps) > 2
     assert read_controllers(Bag.open(run / 'bag')) == controller
+
+
+def test_a_joint_is_off_its_way_for_a_second_of_samples_and_not_of_a_machine_that_stands_still():
+    """The last sample before a stop stays the last, for however long; it says nothing new."""
+    trajectory = Trajectory(('elbow',), np.array([0.0, 10.0]), np.zeros((2, 1)), np.zeros((2, 1)))
+    run = SimpleNamespace(trajectory=trajectory, off_track_since=None)
+    failed = []
+    node = SimpleNamespace(_p={'tracking_tolerance': 0.2}, _fail=failed.append)
+
+    def look(elapsed, position):
+        run.elapsed = lambda _: elapsed
+        state = JointState(name=['elbow'], position=[position])
+        IdentifierNode._check_tracking(node, run, serialize(state))
+
+    for elapsed, position in ((1.0, 0.5), *[(1.1, 0.5)] * 50, (2.0, 0.1), (2.1, 0.5), (3.0, 0.5)):
+        look(elapsed, position)
+    assert not failed
+    look(3.2, 0.5)
+    assert 'joint elbow is 0.5 away from the trajectory 3.2 s into it' in failed[0]
