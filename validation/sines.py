@@ -4,14 +4,15 @@
 What the diagnosis says of a pendulum without a hidden effect that moves in a few sines.
 
 Inverse dynamics in closed form, no plant: effort is that of the nominal model, and white noise is
-added to effort and position. Anything but ``nothing_above_floor`` is wrong; why a few sines are is
-in docs/numbers.md. ``python -m validation.sines``
+added to effort and position. Anything but ``nothing_above_floor`` is wrong.
+``python -m validation.sines``
 """
 
 from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,14 @@ def recording(sines: int, seed: int) -> sf.JointLog:
     return sf.JointLog(('joint',), t_ns, q[:, None], np.full((len(t), 1), np.nan), tau[:, None])
 
 
+def said(sines: int, seeds: Iterable[int]) -> list[str]:
+    """Return the verdict of each recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / 'pendulum.xml'
+        model.write_text(MJCF)
+        return [sf.diagnose(recording(sines, seed), mjcf=model).verdict for seed in seeds]
+
+
 def main() -> None:
     """Count the verdicts by number of sines and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or '').strip().splitlines()[0])
@@ -54,13 +63,9 @@ def main() -> None:
     options = parser.parse_args()
     verdicts = ('nothing_above_floor', 'unknown_structure', 'ambiguous', 'named', 'bad_data')
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        model = Path(folder) / 'pendulum.xml'
-        model.write_text(MJCF)
-        for sines in (1, 2, 3, 6):
-            seeds = range(options.seed, options.seed + options.seeds)
-            said = [sf.diagnose(recording(sines, s), mjcf=model).verdict for s in seeds]
-            rows.append([str(sines), *(str(said.count(verdict)) for verdict in verdicts)])
+    for sines in (1, 2, 3, 6):
+        found = said(sines, range(options.seed, options.seed + options.seeds))
+        rows.append([str(sines), *(str(found.count(verdict)) for verdict in verdicts)])
     print_table(terminal_table({'sines': 'n', **dict.fromkeys(verdicts, 'n')}, rows))
 
 

@@ -115,7 +115,7 @@ def _inverse(replay: Replay, stretches: Sequence[Signals]) -> FloatArray:
     wrong, whole, away = [], [], []
     for s in stretches:
         expected = replay.effort(s.time, s.q, s.v, s.a)
-        wrong.append(s.in_band(s.tau - expected))
+        wrong.append(s.in_band(s.tau - expected - s.shaken))
         whole.append(s.in_band(s.tau))
         # While a joint turns around it sticks: what it takes then is no function of its motion.
         turns = np.zeros_like(s.v)

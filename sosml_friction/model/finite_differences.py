@@ -4,8 +4,13 @@
 
 import numpy as np
 from scipy.ndimage import convolve1d
+from scipy.signal import oaconvolve
 
 from sosml_friction.arrays import FloatArray
+
+#: From this many weights on, products of spectra are faster than sums: twice at 121, 12 times at
+#: 801 (benchmarks/convolution.py).
+_LONG = 100
 
 
 def first_derivative(x: FloatArray, step: float) -> FloatArray:
@@ -28,4 +33,9 @@ def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
     pad = min(len(weights) // 2, len(x) - 1)
     ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
     longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
-    return np.asarray(convolve1d(longer, weights, axis=0, mode='nearest')[pad : pad + len(x)])
+    if len(weights) < _LONG:
+        result = convolve1d(longer, weights, axis=0, mode='nearest')
+    else:
+        column = weights.reshape(-1, *(1,) * (x.ndim - 1))
+        result = oaconvolve(longer, column, mode='same', axes=0)
+    return np.asarray(result[pad : pad + len(x)])

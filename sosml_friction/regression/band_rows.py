@@ -81,7 +81,7 @@ class BandRows:
             tuple(signals),
             nominal,
             candidates,
-            [s.in_band(s.tau - s.torque) for s in signals],
+            [s.in_band(s.unexplained) for s in signals],
             [s.in_band(nominal.columns(s)) for s in signals],
             [columns_in_band(signals, candidate) for candidate in candidates],
             [columns_in_band(signals, candidate) for candidate in structures],

@@ -15,7 +15,7 @@ from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
-from sosml_friction.model.finite_differences import first_derivative
+from sosml_friction.model.finite_differences import first_derivative, second_derivative
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.smooth_sign import softened
@@ -27,6 +27,7 @@ from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
 #: of a share of its range of motion and a number of quanta of position. Chosen, no measurement.
@@ -61,7 +62,10 @@ class Signals:
     """
     Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
 
-    ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives;
+    ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives,
+    the second of :func:`~.steady_acceleration.steady_acceleration`;
+    ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
+    measured: in the residual it is noise of known size, but in a column it would take that off;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
@@ -91,6 +95,7 @@ class Signals:
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
+    shaken: FloatArray | float = 0.0
     feigned: float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
@@ -114,6 +119,11 @@ class Signals:
             warm = self.temperature - self.temperature[0]
         load = self.rigid - np.array(self.robot.armature) * self.a + self.more_load
         return Motion(self.time, self.q, self.v, self.sign, load, warm)
+
+    @property
+    def unexplained(self) -> FloatArray:
+        """Return the effort beyond what the nominal model expects of the motion as measured."""
+        return np.asarray(self.tau - self.torque - self.shaken)
 
     def effort_unit(self, joint: int) -> str:
         """Return the unit of effort of a joint, Nm or N."""
@@ -194,10 +204,26 @@ def choose_band(
     """
     if settings.band is not None:
         return Band(settings.band, step), 0.0
-    whole = robot.inertia(np.nanmedian(log.q, axis=0))
-    inertia = np.diag(whole)
+    noise_of, seen = _position_noise(log, robot, step)
     found = [settings.widest_band]
-    steps, efforts = np.zeros(robot.n), np.zeros(robot.n)
+    for noise, effort, inertia in zip(
+        seen, noise_of.effort, np.diag(noise_of.inertia), strict=True
+    ):
+        if noise > 0.0 and effort > 0.0 and inertia > 0.0:
+            found.append(float(np.sqrt(np.sqrt(5.0) * effort / (inertia * noise)) / (2.0 * np.pi)))
+    widest = min(settings.widest_band, _HIGHEST / step)
+    band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
+    most, feigned = _FEIGNED, noise_of.share(band)
+    while feigned > most and band.cutoff > (lowest := _lowest(log.q, band)):
+        most = _FEIGNED_LEFT
+        band = Band(max(_LOWER * band.cutoff, lowest), step)
+        feigned = noise_of.share(band)
+    return band, feigned
+
+
+def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionNoise, FloatArray]:
+    """Return the noise of position, and the standard deviation of what is seen of it (n,)."""
+    steps, effort, seen = np.zeros((3, robot.n))
     for i in range(robot.n):
         quantum, noise = signal_noise(log.q[:, i])
         if _in_steps(log.q[:, i], quantum):
@@ -205,23 +231,13 @@ def choose_band(
         # A joint that stands most of the time shows no noise, but moves in steps all the same.
         if noise > _DITHER * quantum or steps[i] > 0.0:
             noise = max(noise, quantum / np.sqrt(12.0))
+        seen[i] = noise
         # The effort of a silent joint is no part of the regression.
-        known = np.isfinite(log.tau[:, i]).any()
-        effort = efforts[i] = signal_noise(log.tau[:, i])[1] if known else 0.0
-        if noise > 0.0 and effort > 0.0 and inertia[i] > 0.0:
-            found.append(
-                float(np.sqrt(np.sqrt(5.0) * effort / (inertia[i] * noise)) / (2.0 * np.pi))
-            )
-    widest = min(settings.widest_band, _HIGHEST / step)
-    band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
-    motion = Band(min(_NARROWEST, widest), step).smooth(log.q, 1.0)
-    noise_of = PositionNoise.seen(log.q, motion, steps, efforts, whole)
-    most, feigned = _FEIGNED, noise_of.share(band)
-    while feigned > most and band.cutoff > (lowest := _lowest(log.q, band)):
-        most = _FEIGNED_LEFT
-        band = Band(max(_LOWER * band.cutoff, lowest), step)
-        feigned = noise_of.share(band)
-    return band, feigned
+        if np.isfinite(log.tau[:, i]).any():
+            effort[i] = signal_noise(log.tau[:, i])[1]
+    motion = Band(min(_NARROWEST, _HIGHEST / step), step).smooth(log.q, 1.0)
+    inertia = robot.inertia(np.nanmedian(log.q, axis=0))
+    return PositionNoise.seen(log.q, motion, steps, effort, inertia), seen
 
 
 def _lowest(q: FloatArray, band: Band) -> float:
@@ -322,18 +338,22 @@ def make_signals(
     sign = np.column_stack(
         [sign_state(q, v, i, scales.displacement[i], scales) for i in range(robot.n)]
     )
-    regressor = robot.torque_regressors(q, v, a)
-    rigid = regressor @ robot.inertial_parameters().ravel() + np.array(robot.armature) * a
+    noise = _position_noise(stretch, robot, step)[0].drawn(np.random.default_rng(0))
+    steady = steady_acceleration(a, second_derivative(band.smooth(noise), step), band)
+    regressor = robot.torque_regressors(q, v, steady)
+    bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
+    rigid = regressor @ bodies + rotors * steady
+    shaken = robot.torque_regressors(q, v, a) @ bodies + rotors * a - rigid
     if robot.followers:
         # Their bodies are not in the regressor.
-        rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, a, strict=True)])
+        rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, steady, strict=True)])
     friction = nominal_friction(v, sign, scales)
     silent = ~np.isfinite(stretch.tau).any(axis=0)
     return Signals(
         time=start_s + np.arange(len(q), dtype=np.float64) * step,
         q=q,
         v=v,
-        a=a,
+        a=steady,
         tau=np.where(silent, rigid + friction, np.nan_to_num(stretch.tau)),
         sign=sign,
         rigid=rigid,
@@ -343,6 +363,7 @@ def make_signals(
         scales=scales,
         band=band,
         temperature=stretch.temperature,
+        shaken=shaken,
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
 

@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The recordings in a few sines are those of the model that they are held against."""
+"""Recordings in a few sines are those of their model, and nothing is said to be missing."""
 
 import mujoco
 import numpy as np
@@ -26,3 +26,8 @@ def test_effort_without_noise_is_that_of_mujoco(count, monkeypatch):
         friction = sines.COULOMB * np.sign(v)
         # Differences are off by (w h)^2 / 12 and / 6 of themselves, of six sines at most 3e-4 Nm.
         assert data.qfrc_inverse[0] + friction == pytest.approx(tau[k], abs=5e-4)
+
+
+def test_nothing_is_missing_in_two_sines():
+    """Acceleration is then nearly a function of position and direction, and so is its noise."""
+    assert sines.said(2, [1]) == ['nothing_above_floor']

@@ -67,7 +67,7 @@ def another_recording(laboratory: WhitenedRegression, others: Sequence[Signals])
 
     residual, nominal, measured = (
         np.concatenate([s.in_band(make(s)) for s in others])
-        for make in (lambda s: s.tau - s.torque, laboratory.nominal.columns, lambda s: s.tau)
+        for make in (lambda s: s.unexplained, laboratory.nominal.columns, lambda s: s.tau)
     )
     return HeldOut(residual, nominal, columns, measured, None, 'another recording')
 

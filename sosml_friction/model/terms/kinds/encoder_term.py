@@ -8,10 +8,13 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.moved_body import moved_body
+from sosml_friction.model.terms.kinds.moved_body import mass_and_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
+
+#: Step of position for slopes [rad or m].
+_STEP = 1e-4
 
 
 class EncoderTerm(Term):
@@ -22,9 +25,19 @@ class EncoderTerm(Term):
         """Return true less measured position per unit of each amplitude, as ``q`` [rad or m]."""
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the effort of a body that is where the encoder does not say."""
-        parts = self.error(signals.q[:, joint], inner)
-        return np.stack([moved_body(signals, joint, x) for x in parts], axis=2)
+        """
+        Return the effort of a body that is where the encoder does not say.
+
+        The error's second derivative is e'' q'^2 + e' q''.
+        """
+        q = signals.q[:, joint]
+        before, at, after = (
+            np.stack(self.error(q + step, inner), axis=1)[:, None] for step in (-_STEP, 0.0, _STEP)
+        )
+        slope, bend = (after - before) / (2.0 * _STEP), (after - 2.0 * at + before) / _STEP**2
+        v, a = signals.v[:, joint, None, None], signals.a[:, joint, None, None]
+        mass, gravity = (x[:, :, joint, None] for x in mass_and_slope(signals))
+        return np.asarray(mass * (bend * v**2 + slope * a) + gravity * at)
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray

@@ -5,7 +5,6 @@
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.model.finite_differences import second_derivative
 from sosml_friction.model.terms.kinds.recording import Recording
 
 #: Step of position for the slope of gravity [rad or m].
@@ -26,13 +25,12 @@ def between(signals: Recording, rows: IndexArray, coarse: FloatArray) -> FloatAr
     return lines.reshape(len(signals.q), *coarse.shape[1:])
 
 
-def moved_body(signals: Recording, joint: int, displacement: FloatArray) -> FloatArray:
+def mass_and_slope(signals: Recording) -> tuple[FloatArray, FloatArray]:
     """
-    Return M e_j d'' + dg/dq e_j d, (N, n): effort where body ``joint`` is d beside its motor.
+    Return M without the rotors, and dg/dq, along a recording, each (N, n, n).
 
-    The first order in d of M q'' + g; that of C q' is left out. The rotor is not moved.
-
-    :param displacement: d (N,) [rad or m].
+    Where body j is d beside its motor, effort is M e_j d'' + dg/dq e_j d more: the first order in
+    d of M q'' + g; that of C q' is left out. The rotor is not moved.
     """
     if ('mass', 0) not in signals.cache:
         rows = coarse_rows(signals)
@@ -50,8 +48,4 @@ def moved_body(signals: Recording, joint: int, displacement: FloatArray) -> Floa
             ]
         signals.cache[('mass', 0)] = between(signals, rows, M)
         signals.cache[('slope', 0)] = between(signals, rows, slope)
-    acceleration = second_derivative(displacement, signals.band.step)
-    return np.asarray(
-        signals.cache[('mass', 0)][:, :, joint] * acceleration[:, None]
-        + signals.cache[('slope', 0)][:, :, joint] * displacement[:, None]
-    )
+    return signals.cache[('mass', 0)], signals.cache[('slope', 0)]

@@ -12,7 +12,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.fitted import Fitted
-from sosml_friction.model.terms.kinds.moved_body import moved_body
+from sosml_friction.model.terms.kinds.moved_body import mass_and_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import Gear, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -128,17 +128,15 @@ def transmission_column(
 ) -> FloatArray:
     """Return (N, n, 1): what the effort is more than with a stiff gear, first order in d."""
     if ('load', joint) not in signals.cache:
-        moved_body(signals, joint, np.zeros(len(signals.q)))  # fills the cache
-        # The noise of position is in the load, and a resonance would amplify it.
+        # A resonance would amplify what noise is left.
         body = signals.rigid[:, joint] - signals.robot.armature[joint] * signals.a[:, joint]
         signals.cache[('load', joint)] = signals.band.smooth(body, _SMOOTHER)
     load = signals.cache[('load', joint)]
-    mass = signals.cache[('mass', 0)]
+    mass, slope = mass_and_slope(signals)
     inertia = np.ascontiguousarray(mass[:, joint, joint])
     frequency = np.sqrt(stiffness / float(inertia.min())) / (2.0 * np.pi)
     substeps = max(1, int(np.ceil(_STEPS * frequency * signals.band.step)))
     d, a = deflection(load, inertia, stiffness, gap, signals.band.step, substeps)
-    slope = signals.cache[('slope', 0)]
     return np.asarray(mass[:, :, joint] * a[:, None] + slope[:, :, joint] * d[:, None])[:, :, None]
 
 

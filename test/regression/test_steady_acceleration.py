@@ -1,0 +1,52 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Noise of position leaves the acceleration where the motion is smooth, and edges stay."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sosml_friction.model.finite_differences import second_derivative
+from sosml_friction.regression.band import Band
+from sosml_friction.regression.steady_acceleration import steady_acceleration
+
+STEP = 4e-3
+BAND = Band(20.0, STEP)
+TIME = np.arange(0.0, 60.0, STEP)
+
+
+def noise(seed: int) -> np.ndarray:
+    """Return what 20 urad of white noise of position are in acceleration, (N, 1)."""
+    e = 2e-5 * np.random.default_rng(seed).standard_normal((len(TIME), 1))
+    return second_derivative(BAND.smooth(e), STEP)
+
+
+def test_a_slow_sine_loses_its_noise():
+    """
+    Noise of acceleration below f is in proportion to f^2.5, and the sine is far below.
+
+    A low-pass at 20 Hz / 2^3 leaves (1 / 16)^2.5 = 0.1 % of the noise below 40 Hz; 5 % of it are
+    left if 0.3 % of the samples keep all.
+    """
+    true = np.sin(2.0 * np.pi * 0.2 * TIME)[:, None]
+    added = noise(1)
+    error = steady_acceleration(true + added, noise(2), BAND) - true
+    inner = slice(500, -500)
+    assert np.std(error[inner]) < 0.06 * np.std(added)
+
+
+def test_a_jump_keeps_its_edge():
+    """All intervals of 3 sigma share a point: nothing is further than 6 sigma off what is read."""
+    true = BAND.smooth(np.where(TIME % 10.0 < 5.0, 1.0, -1.0)[:, None])
+    added = noise(1)
+    sigma = np.std(noise(2))
+    result = steady_acceleration(true + added, noise(2), BAND)
+    edge = np.abs(np.gradient(true[:, 0])) > 0.01
+    assert np.abs(result - true - added).max() <= 6.0 * sigma
+    assert np.abs(result - true)[~edge].std() < 0.5 * sigma
+
+
+def test_what_has_no_noise_stays_as_it_is():
+    true = np.cumsum(np.random.default_rng(1).standard_normal((len(TIME), 2)), axis=0)
+    assert steady_acceleration(true, np.zeros_like(true), BAND) == pytest.approx(true, abs=0.0)
