@@ -9,7 +9,6 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.interpolate import BSpline
 from scipy.signal import savgol_coeffs, savgol_filter
 from scipy.sparse import csr_array
 
@@ -17,6 +16,7 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
+from sosml_friction.identification.cubic_spline import cubic_spline
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
@@ -475,17 +475,16 @@ def _tests(
 
     :param end: ends of the intervals (N,) [s]; ``h`` (N,) their lengths.
     """
-    phi = BSpline.basis_element(np.linspace(0.0, support, _PIECES + 1), extrapolate=False)
-    integral = phi.antiderivative()
+    piece = support / _PIECES
     begin = end - h
     first = np.searchsorted(end, starts, side='right')
     count = np.searchsorted(begin, starts + support) - first
     bounds = np.append(0, np.cumsum(count))
     row = np.repeat(np.arange(len(starts)), count)
     index = np.arange(bounds[-1]) - bounds[row] + first[row]
-    below, above = (np.clip(t[index] - starts[row], 0.0, support) for t in (begin, end))
-    whole = float(integral(support))
+    (below, lower), (above, upper) = (
+        cubic_spline((t[index] - starts[row]) / piece - 2.0) for t in (begin, end)
+    )
     shape = (len(starts), len(end))
-    weights = (integral(above) - integral(below)) / whole
-    slopes = (phi(above) - phi(below)) / h[index] / whole
+    weights, slopes = upper - lower, (above - below) / h[index] / piece
     return csr_array((weights, index, bounds), shape), csr_array((slopes, index, bounds), shape)

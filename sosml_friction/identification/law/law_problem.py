@@ -160,13 +160,13 @@ class LawProblem:
         for _ in range(MOST_SOLVED):
             root = np.sqrt(w)
             # The bounds need only the triangle: a long recording is reduced to it first.
-            Q, R = np.linalg.qr(X / scale * root[:, None])
-            moment = Q.T @ (self.y * root)
+            whole = triangle(X / scale * root[:, None], (self.y * root)[:, None])
+            R, moment = whole[: len(names), :-1], whole[: len(names), -1]
             if self.form.ridge > 0.0:
                 drawn = [float(name == 'bias') for name in names]
                 R = np.vstack([R, np.sqrt(self.form.ridge) * np.diag(drawn)])
                 moment = np.append(moment, np.zeros(len(names)))
-            theta = np.linalg.lstsq(R, moment, rcond=1e-12)[0]
+            theta = np.asarray(np.linalg.lstsq(R, moment, rcond=1e-12)[0], dtype=np.float64)
             if (theta < lower).any():
                 theta = lsq_linear(R, moment, bounds=(lower, np.inf), method='bvls').x
             theta = theta / scale
