@@ -30,6 +30,7 @@ from sosml_friction.diagnosis.decision.model_causes import estimated, model_caus
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
+from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
 from sosml_friction.diagnosis.extended_model.effort_error import (
@@ -174,6 +175,7 @@ def diagnose(
             selector = Selector(laboratory, step)
             selection = selector.run()
     laboratory = selection.laboratory or laboratory
+    shown_gate(laboratory, selection)
     if others is not None and np.any(laboratory.signals[0].more_load):
         count = len(laboratory.nominal.bound)
         placed = [finding.placed for finding in selection.accepted]

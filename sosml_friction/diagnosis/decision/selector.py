@@ -25,9 +25,6 @@ from sosml_friction.regression.whitened import WhitenedRegression
 _REFINED = 4
 #: Candidates that the report lists.
 _LISTED = 30
-#: A cause explains at least this share of what the best impossible candidate explains: that much
-#: is what a wrong model looks like. Chosen, no measurement.
-_BELOW_IMPOSSIBLE = 0.5
 #: A joint of whose residual free curves explain more than this share is explained by half.
 #: Chosen, no measurement.
 _HALF = 0.5
@@ -213,11 +210,16 @@ class Selector:
         return replace(finding, failed=failed_gates(finding))
 
     def _misfit(self, finding: Finding) -> float:
-        """Return the floor that impossible candidates set, as a share of the held-out energy."""
+        """
+        Return the floor that impossible candidates set, as a share of the held-out energy.
+
+        The best of them shows what a wrong model looks like: a cause explains as much, but for
+        the standard error of what it explains.
+        """
         if finding.score.energy <= 0.0:
             return 0.0
         share = finding.score.cv_gain / finding.score.energy
-        return _BELOW_IMPOSSIBLE * self._impossible * share
+        return self._impossible * share - finding.score.cv_se
 
     def _eliminate(self, result: Selection) -> bool:
         """

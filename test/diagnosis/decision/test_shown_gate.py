@@ -1,0 +1,80 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Which causes are taken back because they may be nothing beside the others."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import pytest
+
+from sosml_friction.diagnosis.decision import shown_gate as module
+from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.model.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A stand-in for a finding: its effect, its size, and another size beside other effects."""
+
+    effect: str
+    size: float
+    beside: dict[str, float] = field(default_factory=dict, hash=False)
+    failed: tuple[str, ...] = ()
+
+    def reported(self, names):
+        return self.effect, names[0]
+
+
+class Selected(SimpleNamespace):
+    """A stand-in for a selection that counts how often it was judged anew."""
+
+    judged = 0
+
+    def refit(self, laboratory):
+        pass
+
+    def judge_remainder(self, laboratory):
+        self.judged += 1
+
+
+def causes_of(_, selection):
+    """Return causes of standard error 1, each with the size that it has beside the others."""
+    there = {finding.effect for finding in selection.accepted}
+    return [
+        Cause(each.effect, 'elbow', {name: Parameter(size, 'Nm', 1.0, (size - 2, size + 2))}, {})
+        for each in selection.accepted
+        for name, size in [
+            (
+                'stribeck' if each.effect == 'stribeck' else 'bias',
+                next((s for e, s in each.beside.items() if e in there), each.size),
+            )
+        ]
+    ]
+
+
+@pytest.mark.parametrize(
+    ('accepted', 'kept'),
+    [
+        ([Accepted('stribeck', 1.0)], ['stribeck']),
+        ([Accepted('effort_bias', 9.0), Accepted('stribeck', 1.0)], ['effort_bias']),
+        ([Accepted('effort_bias', 1.0), Accepted('stribeck', 9.0)], ['stribeck']),
+        ([Accepted('effort_bias', 1.0), Accepted('stribeck', 1.0)], ['effort_bias']),
+        (
+            [Accepted('effort_bias', 9.0, {'stribeck': 1.0}), Accepted('stribeck', 1.0)],
+            ['effort_bias'],
+        ),
+    ],
+    ids=['alone', 'the last', 'the first', 'both', 'each stands for the other'],
+)
+def test_what_may_be_nothing_beside_others_is_taken_back_the_last_first(
+    monkeypatch, accepted, kept
+):
+    """The last of two that are hidden goes first; one alone stays, as something is there."""
+    monkeypatch.setattr(module, 'model_causes', causes_of)
+    laboratory = SimpleNamespace(robot=SimpleNamespace(names=('elbow',)))
+    selection = Selected(accepted=list(accepted), rejected=None, masked=None)
+    module.shown_gate(laboratory, selection)
+    assert [finding.effect for finding in selection.accepted] == kept
+    taken = len(accepted) - len(kept)
+    assert selection.judged == taken
+    assert (selection.rejected is not None) == bool(taken)
