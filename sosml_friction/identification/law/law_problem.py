@@ -101,8 +101,12 @@ class LawProblem:
             return
         columns = np.column_stack([at.columns(*law) for law in laws])
         picked, of_law = spanning(columns), columns.shape[1] // len(laws)
-        # The first column of a law is the sign, the last ones are those of the knee.
-        own = [self.columns(*laws[k // of_law])[:, -(-k % of_law)] for k in picked.tolist()]
+        own = []
+        for k in picked.tolist():
+            (v_s, v0), column = laws[k // of_law], k % of_law
+            sign = smooth_sign(self.v, v0)
+            # The first column of a law is the sign, then come those of the knee.
+            own.append(self.made(self._knees(sign, v_s)[column - 1] if column else sign))
         combination = np.asarray(np.linalg.pinv(columns[:, picked]))
         self._spanned = (at, combination, np.column_stack(own))
 
@@ -141,9 +145,12 @@ class LawProblem:
         sign, fixed = self._sign(v0)
         if v_s is None:
             return fixed
+        return np.column_stack([fixed, *(self.made(each) for each in self._knees(sign, v_s))])
+
+    def _knees(self, sign: FloatArray, v_s: float) -> list[FloatArray]:
+        """Return what the sizes of the knee are multiplied with, at all velocities."""
         peak = sign * fade(self.speed, v_s, self.form.alpha)
-        peaks = [peak] if self.form.symmetric else [peak, np.abs(peak)]
-        return np.column_stack([fixed, *(self.made(column) for column in peaks)])
+        return [peak] if self.form.symmetric else [peak, np.abs(peak)]
 
     def solve(
         self, v_s: float | None, v0: float, weights: FloatArray | None = None
