@@ -90,6 +90,11 @@ def _forward_text(gains: list[dict[str, Any]]) -> str:
     return f'{text} ({ratios})' if grew else text
 
 
+def said_cut(cut: float) -> str:
+    """Return by how much the excess over the noise was cut, infinite where none of it is left."""
+    return 'to the noise' if cut == float('inf') else f'{cut:.1f}'
+
+
 def bars(rows: Iterable[Row]) -> list[Bar]:
     """Return every bar of the issue for the rows of a campaign."""
     rows = list(rows)
@@ -150,8 +155,8 @@ def bars(rows: Iterable[Row]) -> list[Bar]:
         Bar(
             'held-out cut', 'right name, SNR >= 0.6: held-out effort error cut >= 3x (median)',
             len(cuts), median(cuts) if cuts else 0.0, 3.0, True,
-            f'median {median(cuts):.1f}, {sum(c >= 3.0 for c in cuts)} of {len(cuts)} at least '
-            f'3x, least {min(cuts):.2f}' if cuts else 'none',
+            f'median {said_cut(median(cuts))}, {sum(c >= 3.0 for c in cuts)} of {len(cuts)} at '
+            f'least 3x, least {min(cuts):.2f}' if cuts else 'none',
         ),
         Bar(
             'forward', 'right name: forward re-simulation never worse, p = 0.01 over all joints',

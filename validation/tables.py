@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from statistics import median
 from typing import Any
 
-from validation.bars import Bar, level
+from validation.bars import Bar, level, said_cut
 from validation.sizes import sizes_table
 
 Row = dict[str, Any]
@@ -149,14 +149,14 @@ def _gains(rows: list[Row]) -> str:
     ]
     for row in sorted(rows, key=_effect):
         g = row['held_out']
-        cut = 'to the noise' if g['cut'] is None else f'{g["cut"]:.1f}'
+        cut = said_cut(g['cut'] or float('inf'))
         lines.append(
             f'| {row["spec"]["name"]} | {_effect(row)} | {row["snr"]:.2f} | {g["joint"]} | '
             f'{g["before"]:.4f}, {g["after"]:.4f}, {g["true"]:.4f} | {cut} | {g["gain"]:.2f}, '
             f'{g["true_gain"]:.2f} | {g["forward"]:.2f} |'
         )
     cuts = [g['cut'] or float('inf') for g in (row['held_out'] for row in rows)]
-    lines.append(f'\nMedian cut {median(cuts):.1f}x over {len(cuts)} trials.')
+    lines.append(f'\nMedian cut {said_cut(median(cuts))}, of {len(cuts)} trials.')
     return '\n'.join(lines)
 
 
