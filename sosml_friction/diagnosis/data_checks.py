@@ -200,10 +200,10 @@ def velocity_lag(log: JointLog, signals: Signals, i: int) -> Check | None:
     """
     Return how late the recorded velocity of a joint is beside the slope of its position.
 
-    v_recorded(t) = v(t - lag) = v - lag v' + lag^2 v'' / 2, by least squares on v, v' and v'' of
-    the smoothed position; lag is minus the coefficient of v' over that of v. None where no
-    velocity was recorded. It is no fault of the model: the diagnosis takes its velocity from
-    position.
+    v_recorded(t) = v(t - lag) = v - lag v' + lag^2 v'' / 2, by least squares on v of the smoothed
+    position, its steady acceleration and the slope of that; lag is minus the coefficient of v'
+    over that of v. None where no velocity was recorded. It is no fault of the model: the diagnosis
+    takes its velocity from position.
     """
     stretch = next((s for s in even_stretches(log) if len(s) == len(signals.q)), None)
     if stretch is None or not np.isfinite(stretch.v[:, i]).all():

@@ -174,8 +174,8 @@ def diagnose(
             laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
             selector = Selector(laboratory, step)
             selection = selector.run()
+    shown_gate(selector, selection)
     laboratory = selection.laboratory or laboratory
-    shown_gate(laboratory, selection)
     if others is not None and np.any(laboratory.signals[0].more_load):
         count = len(laboratory.nominal.bound)
         placed = [finding.placed for finding in selection.accepted]

@@ -74,13 +74,15 @@ class Selector:
             # What an impossible one stood for may be named then.
             if not self._eliminate(result):
                 break
-        self._settle(result)
-        self.step('looking for what is left')
-        result.judge_remainder(result.laboratory or lab)
+        self.settle(result)
         return result
 
-    def _settle(self, result: Selection) -> None:
-        """Search the inner parameters of all causes beside one another, as a fit of them does."""
+    def settle(self, result: Selection) -> None:
+        """
+        Search the inner parameters of the accepted beside one another, as a fit of them does.
+
+        The load is that of the bodies with them, and what is left is judged.
+        """
         placed = settle(self.laboratory, [f.placed for f in result.accepted], self.step)
         result.laboratory, placed = fitted_to_carried_load(self.laboratory, placed)
         result.accepted = [
@@ -88,6 +90,8 @@ class Selector:
             for finding, each in zip(result.accepted, placed, strict=True)
         ]
         result.refit(self.laboratory)
+        self.step('looking for what is left')
+        result.judge_remainder(result.laboratory)
 
     def _search(self, result: Selection) -> None:
         """Accept one cause after the other, with the first one if that is given."""

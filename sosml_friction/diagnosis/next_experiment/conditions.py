@@ -109,6 +109,7 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
         sign=nothing,
         rigid=nothing,
         friction=nothing,
+        shaken=nothing,
         regressor=np.tile(robot.torque_regressor(q, still, still), (count, 1, 1)),
         temperature=None
         if signals.temperature is None

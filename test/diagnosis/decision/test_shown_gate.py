@@ -18,6 +18,7 @@ class Accepted:
 
     effect: str
     size: float
+    tolerated: bool = False
     beside: dict[str, float] = field(default_factory=dict, hash=False)
     failed: tuple[str, ...] = ()
 
@@ -25,23 +26,26 @@ class Accepted:
         return self.effect, names[0]
 
 
-class Selected(SimpleNamespace):
-    """A stand-in for a selection that counts how often it was judged anew."""
+class Settler(SimpleNamespace):
+    """A stand-in for a selector that counts how often it settled what is left."""
 
-    judged = 0
+    settled = 0
 
-    def refit(self, laboratory):
-        pass
-
-    def judge_remainder(self, laboratory):
-        self.judged += 1
+    def settle(self, selection):
+        self.settled += 1
 
 
 def causes_of(_, selection):
     """Return causes of standard error 1, each with the size that it has beside the others."""
     there = {finding.effect for finding in selection.accepted}
     return [
-        Cause(each.effect, 'elbow', {name: Parameter(size, 'Nm', 1.0, (size - 2, size + 2))}, {})
+        Cause(
+            each.effect,
+            'elbow',
+            {name: Parameter(size, 'Nm', 1.0, (size - 2, size + 2))},
+            {},
+            tolerated=each.tolerated,
+        )
         for each in selection.accepted
         for name, size in [
             (
@@ -60,11 +64,15 @@ def causes_of(_, selection):
         ([Accepted('effort_bias', 1.0), Accepted('stribeck', 9.0)], ['stribeck']),
         ([Accepted('effort_bias', 1.0), Accepted('stribeck', 1.0)], ['effort_bias']),
         (
-            [Accepted('effort_bias', 9.0, {'stribeck': 1.0}), Accepted('stribeck', 1.0)],
+            [Accepted('effort_bias', 9.0, beside={'stribeck': 1.0}), Accepted('stribeck', 1.0)],
             ['effort_bias'],
         ),
+        (
+            [Accepted('effort_bias', 9.0, tolerated=True), Accepted('stribeck', 1.0)],
+            ['effort_bias', 'stribeck'],
+        ),
     ],
-    ids=['alone', 'the last', 'the first', 'both', 'each stands for the other'],
+    ids=['alone', 'the last', 'the first', 'both', 'each stands for the other', 'tolerated'],
 )
 def test_what_may_be_nothing_beside_others_is_taken_back_the_last_first(
     monkeypatch, accepted, kept
@@ -72,9 +80,12 @@ def test_what_may_be_nothing_beside_others_is_taken_back_the_last_first(
     """The last of two that are hidden goes first; one alone stays, as something is there."""
     monkeypatch.setattr(module, 'model_causes', causes_of)
     laboratory = SimpleNamespace(robot=SimpleNamespace(names=('elbow',)))
-    selection = Selected(accepted=list(accepted), rejected=None, masked=None)
-    module.shown_gate(laboratory, selection)
+    selector = Settler(laboratory=laboratory)
+    selection = SimpleNamespace(
+        accepted=list(accepted), rejected=None, masked=None, laboratory=None
+    )
+    module.shown_gate(selector, selection)
     assert [finding.effect for finding in selection.accepted] == kept
     taken = len(accepted) - len(kept)
-    assert selection.judged == taken
+    assert selector.settled == taken
     assert (selection.rejected is not None) == bool(taken)
