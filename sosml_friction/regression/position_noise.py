@@ -78,7 +78,8 @@ class PositionNoise:
 
         Noise e of position makes the residual -M e'' and is in the acceleration q'' + e'' as
         well. The regression of -M e'' plus noise of effort on the accelerations, and on a
-        piecewise linear curve of the joint's own, explains of it what is no structure. Where the
+        piecewise linear curve of the joint's own, explains of it what is no structure: at most, as
+        columns of the diagnosis have a steady acceleration. Where the
         accelerations are much larger than e'' it is nothing, however large the noise. Of a motion
         of less than 200 samples in the band nothing can be said: 0.
         """

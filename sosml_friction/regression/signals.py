@@ -342,11 +342,15 @@ def make_signals(
     steady = steady_acceleration(a, second_derivative(band.smooth(noise), step), band)
     regressor = robot.torque_regressors(q, v, steady)
     bodies, rotors = robot.inertial_parameters().ravel(), np.array(robot.armature)
-    rigid = regressor @ bodies + rotors * steady
-    shaken = robot.torque_regressors(q, v, a) @ bodies + rotors * a - rigid
     if robot.followers:
         # Their bodies are not in the regressor.
-        rigid = np.array([robot.inverse_dynamics(*x) for x in zip(q, v, steady, strict=True)])
+        rigid, whole = (
+            np.array([robot.inverse_dynamics(*x) for x in zip(q, v, each, strict=True)])
+            for each in (steady, a)
+        )
+    else:
+        rigid = regressor @ bodies + rotors * steady
+        whole = robot.torque_regressors(q, v, a) @ bodies + rotors * a
     friction = nominal_friction(v, sign, scales)
     silent = ~np.isfinite(stretch.tau).any(axis=0)
     return Signals(
@@ -363,7 +367,7 @@ def make_signals(
         scales=scales,
         band=band,
         temperature=stretch.temperature,
-        shaken=shaken,
+        shaken=whole - rigid,
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
 
