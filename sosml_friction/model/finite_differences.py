@@ -33,7 +33,8 @@ def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
     pad = min(len(weights) // 2, len(x) - 1)
     ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
     longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
-    if len(weights) < _LONG:
+    # Where less can be reflected than the weights reach, the last value stays: no spectrum's does.
+    if len(weights) < _LONG or pad < len(weights) // 2:
         result = convolve1d(longer, weights, axis=0, mode='nearest')
     else:
         column = weights.reshape(-1, *(1,) * (x.ndim - 1))
