@@ -90,8 +90,13 @@ def _forward_text(gains: list[dict[str, Any]]) -> str:
     return f'{text} ({ratios})' if grew else text
 
 
-def said_cut(cut: float) -> str:
+def cut_of(gain: dict[str, Any]) -> float:
     """Return by how much the excess over the noise was cut, infinite where none of it is left."""
+    return float('inf') if gain['cut'] is None else float(gain['cut'])
+
+
+def said_cut(cut: float) -> str:
+    """Return a cut in words."""
     return 'to the noise' if cut == float('inf') else f'{cut:.1f}'
 
 
@@ -106,7 +111,7 @@ def bars(rows: Iterable[Row]) -> list[Bar]:
     middle = [row for row in of('single') if level(row) == 'middle']
     doubles, mutant = of('double'), of('mutant')
     gains = [row['held_out'] for row in high if row.get('held_out')]
-    cuts = [g['cut'] if g['cut'] is not None else float('inf') for g in gains]
+    cuts = [cut_of(gain) for gain in gains]
     spurious = [row.get('spurious', 0) for row in doubles]
     costs = [row['cpu_s'] for row in of('single', 'null', 'outside') if 'cpu_s' in row]
     hidden = {row['truths'][0]['effect'] for row in high if row['truths']}

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from statistics import median
 from typing import Any
 
-from validation.bars import Bar, level, said_cut
+from validation.bars import Bar, cut_of, level, said_cut
 from validation.sizes import sizes_table
 
 Row = dict[str, Any]
@@ -149,20 +149,15 @@ def _gains(rows: list[Row]) -> str:
     ]
     for row in sorted(rows, key=_effect):
         g = row['held_out']
-        cut = said_cut(_cut(g))
+        cut = said_cut(cut_of(g))
         lines.append(
             f'| {row["spec"]["name"]} | {_effect(row)} | {row["snr"]:.2f} | {g["joint"]} | '
             f'{g["before"]:.4f}, {g["after"]:.4f}, {g["true"]:.4f} | {cut} | {g["gain"]:.2f}, '
             f'{g["true_gain"]:.2f} | {g["forward"]:.2f} |'
         )
-    cuts = [_cut(row['held_out']) for row in rows]
+    cuts = [cut_of(row['held_out']) for row in rows]
     lines.append(f'\nMedian cut {said_cut(median(cuts))}, of {len(cuts)} trials.')
     return '\n'.join(lines)
-
-
-def _cut(gain: dict[str, Any]) -> float:
-    """Return by how much the excess was cut, infinite where none is left."""
-    return float('inf') if gain['cut'] is None else float(gain['cut'])
 
 
 def _list(rows: list[Row]) -> str:

@@ -8,8 +8,8 @@ from scipy.signal import oaconvolve
 
 from sosml_friction.arrays import FloatArray
 
-#: From this many weights on, products of spectra are faster than sums: twice at 121, 12 times at
-#: 801 (benchmarks/convolution.py).
+#: From this many weights on, products of spectra are faster than sums: 2 times and more
+#: at 121, 12 and more at 801 (benchmarks/convolution.py).
 _LONG = 100
 
 
@@ -33,7 +33,8 @@ def convolved(x: FloatArray, weights: FloatArray) -> FloatArray:
     pad = min(len(weights) // 2, len(x) - 1)
     ends = [(pad, pad)] + [(0, 0)] * (x.ndim - 1)
     longer = np.pad(x, ends, mode='reflect', reflect_type='odd')
-    # Where less can be reflected than the weights reach, the last value stays: no spectrum's does.
+    # Where the weights reach beyond what is reflected, the last value is repeated; a product of
+    # spectra would have zeros there.
     if len(weights) < _LONG or pad < len(weights) // 2:
         result = convolve1d(longer, weights, axis=0, mode='nearest')
     else:

@@ -9,7 +9,7 @@ from sosml_friction.regression.band import Band
 
 #: Half the width of an interval in standard deviations: of a Gaussian, 0.3 % is beyond.
 _SURE = 3.0
-#: Fewest cycles of a cut-off in a recording.
+#: Fewest cycles of a cut-off in a recording. Chosen, no measurement.
 _CYCLES = 4.0
 
 

@@ -17,9 +17,8 @@ def shown_gate(selector: Selector, selection: Selection) -> None:
     """
     Take back, the last first, causes whose intervals beside the others all have 0 in them.
 
-    One that is alone stays: it explains more than its floor, so that something is there that it
-    only looks like, as a drag bends friction like the far end of a Stribeck term. What is within
-    its tolerance is no other cause.
+    One that is alone stays, for :func:`~.verdict.verdict_of`: it explains more than its floor, so
+    that something is there. What is within its tolerance is no other cause.
     """
     names = selector.laboratory.robot.names
     while len(selection.accepted) > 1:

@@ -8,13 +8,10 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.moved_body import mass_and_slope
+from sosml_friction.model.terms.kinds.moved_body import STEP, mass_and_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
-
-#: Step of position for slopes [rad or m].
-_STEP = 1e-4
 
 
 class EncoderTerm(Term):
@@ -32,9 +29,9 @@ class EncoderTerm(Term):
         """
         q = signals.q[:, joint]
         before, at, after = (
-            np.stack(self.error(q + step, inner), axis=1)[:, None] for step in (-_STEP, 0.0, _STEP)
+            np.stack(self.error(q + step, inner), axis=1)[:, None] for step in (-STEP, 0.0, STEP)
         )
-        slope, bend = (after - before) / (2.0 * _STEP), (after - 2.0 * at + before) / _STEP**2
+        slope, bend = (after - before) / (2.0 * STEP), (after - 2.0 * at + before) / STEP**2
         v, a = signals.v[:, joint, None, None], signals.a[:, joint, None, None]
         mass, gravity = (x[:, :, joint, None] for x in mass_and_slope(signals))
         return np.asarray(mass * (bend * v**2 + slope * a) + gravity * at)

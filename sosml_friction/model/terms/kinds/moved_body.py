@@ -7,8 +7,8 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.recording import Recording
 
-#: Step of position for the slope of gravity [rad or m].
-_STEP = 1e-4
+#: Step of position for slopes over it [rad or m].
+STEP = 1e-4
 
 
 def coarse_rows(signals: Recording) -> IndexArray:
@@ -41,9 +41,9 @@ def mass_and_slope(signals: Recording) -> tuple[FloatArray, FloatArray]:
         slope = np.empty((len(rows), n, n))
         for j in range(n):
             e = np.zeros(n)
-            e[j] = _STEP
+            e[j] = STEP
             slope[:, :, j] = [
-                (robot.gravity(q + e) - robot.gravity(q - e)) / (2.0 * _STEP)
+                (robot.gravity(q + e) - robot.gravity(q - e)) / (2.0 * STEP)
                 for q in signals.q[rows]
             ]
         signals.cache[('mass', 0)] = between(signals, rows, M)
