@@ -29,6 +29,9 @@ _DIGITS = (1, 2)
 _FEWEST = 3
 #: A longer step than this [median steps] is a hole, and no wrap.
 _HOLE = 5.0
+#: Largest share of a period that a step of motion may be, and fewest such steps. White noise
+#: jumps by four times the largest of twenty steps in less than one sample of 10^7.
+_FOLLOWED, _STEPS = 0.25, 20
 
 
 def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
@@ -36,7 +39,8 @@ def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
     Return the period by which a position wraps [its unit], None if it does not.
 
     A wrap is a step of a whole range of motion against the motion before and after it, and all of
-    them are one period, which no two positions are further apart than.
+    them are one period, which no two positions are further apart than. All other steps are small
+    beside it: those of a standing encoder's noise are not.
 
     :param time: stamps (N,) [s]; ``position`` (N,), NaN where it is not known.
     """
@@ -59,7 +63,10 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
         return None
     speed = steps / dt
     sizes, errors = [], []
-    for k in jumps[dt[jumps] <= _HOLE * float(np.median(dt))]:
+    whole_steps = dt <= _HOLE * float(np.median(dt))
+    followed = whole_steps & (steps != 0.0)
+    followed[jumps] = False
+    for k in jumps[whole_steps[jumps]]:
         near = np.r_[max(0, k - _BESIDE) : k, k + 1 : min(k + 1 + _BESIDE, len(steps))]
         seen = _seen(float(steps[k]), float(dt[k]), speed[near])
         if len(near) == 2 * _BESIDE and seen is not None and not np.isin(near, jumps).any():
@@ -72,7 +79,8 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
     error = float(np.median(errors)) / np.sqrt(len(sizes))
     alike = (off <= _SAME * period + np.array(errors)).all() and error <= _SAME * period
     whole = (np.abs(np.abs(steps[jumps]) - period) <= _HALF * period).all()
-    if not (alike and whole and span <= (1.0 + _SAME) * period):
+    small = _is_followed(np.abs(steps[followed]).max(initial=0.0), followed.sum(), period)
+    if not (alike and whole and small and span <= (1.0 + _SAME) * period):
         return None
     name = _named(period, max(error, 1e-4 * period))
     return name if name is not None or len(sizes) < _FEWEST else period
@@ -84,6 +92,11 @@ def _seen(step: float, dt: float, beside: FloatArray) -> tuple[float, float] | N
     if not (np.sign(beside) == -np.sign(step)).all():
         return None
     return abs(step) + abs(float(np.mean(beside))) * dt, 0.5 * float(np.ptp(beside)) * dt
+
+
+def _is_followed(largest: float, count: int, period: float) -> bool:
+    """Tell whether ``count`` steps, the largest as given, are those of a register's motion."""
+    return count >= _STEPS and largest < _FOLLOWED * period
 
 
 def _named(period: float, error: float) -> float | None:
@@ -122,8 +135,8 @@ class RunningUnwrap:
     """
     Make positions continuous as they come; of a recording :func:`unwrapped` does it.
 
-    The first wrap is known by the motion before it and a period that is a turn or a round number,
-    any later one by that period.
+    The first wrap is known by the motion before it, as many steps as a recording has on both
+    sides, and a period that is a turn or a round number; any later one by that period.
 
     :param n: number of positions in a sample.
     :param periods: what is known of each (n,), NaN for nothing.
@@ -132,9 +145,11 @@ class RunningUnwrap:
     def __init__(self, n: int, periods: FloatArray | None = None) -> None:
         self.periods = np.full(n, np.nan) if periods is None else periods
         self._turned = np.zeros(n)
-        self._time: deque[int] = deque(maxlen=_BESIDE + 1)
-        self._raw: deque[list[float]] = deque(maxlen=_BESIDE + 1)
+        self._time: deque[int] = deque(maxlen=2 * _BESIDE + 1)
+        self._raw: deque[list[float]] = deque(maxlen=2 * _BESIDE + 1)
         self._low, self._high = [math.inf] * n, [-math.inf] * n
+        # Of steps that could be no wrap.
+        self._count, self._largest = [0] * n, [0.0] * n
 
     def __call__(self, t_ns: int, q: FloatArray) -> FloatArray:
         """Return the positions (n,) of the next sample, continuous; NaN stays NaN."""
@@ -149,8 +164,12 @@ class RunningUnwrap:
                 known[i] = now = last[i]
             self._low[i] = now if now < self._low[i] else self._low[i]
             self._high[i] = now if now > self._high[i] else self._high[i]
-            if abs(now - last[i]) > _HALF * (self._high[i] - self._low[i]):
+            step = abs(now - last[i])
+            if step > _HALF * (self._high[i] - self._low[i]):
                 self._look(i, t_ns, now)
+            elif step > 0.0:
+                self._count[i] += 1
+                self._largest[i] = step if step > self._largest[i] else self._largest[i]
         wraps = np.isfinite(self.periods)
         if wraps.any():
             here = np.array(known)
@@ -162,7 +181,7 @@ class RunningUnwrap:
 
     def _look(self, i: int, t_ns: int, position: float) -> None:
         """Take the period that the step to a position shows, if it shows one."""
-        if len(self._time) <= _BESIDE or np.isfinite(self.periods[i]):
+        if len(self._time) <= 2 * _BESIDE or np.isfinite(self.periods[i]):
             return
         before = np.diff(np.array(self._time)) * 1e-9
         dt = (t_ns - self._time[-1]) * 1e-9
@@ -173,6 +192,6 @@ class RunningUnwrap:
         if seen is None or self._high[i] - self._low[i] > (1.0 + _SAME) * seen[0]:
             return
         period, error = seen
-        if error <= _SAME * period:
+        if error <= _SAME * period and _is_followed(self._largest[i], self._count[i], period):
             name = _named(period, max(error, 1e-4 * period))
             self.periods[i] = np.nan if name is None else name

@@ -470,6 +470,7 @@ class DriverNode(LifecycleNode):
         self._refused_trajectory = ''
         self.commands += 1
         self._commander.take(senders, time.monotonic())
+        self.get_logger().info(f'following a trajectory of {self._commander.name}')
 
     def report(self) -> DriverReport | None:
         """Return a snapshot of the driver, None before it is configured."""

@@ -21,7 +21,7 @@ class DriverWatch:
         self._driver = driver.lstrip('/')
         self._name = f'{self._driver}: driver'
         self._heard_s = -_FRESH_S
-        self._state, self._reason, self._commander = '', '', ''
+        self._state, self._reason, self._commander, self._message = '', '', '', ''
 
     def take(self, message: DiagnosticArray) -> None:
         """Look for the driver's status in the diagnostics."""
@@ -30,7 +30,14 @@ class DriverWatch:
                 values = {item.key: item.value for item in status.values}
                 self._heard_s = time.monotonic()
                 self._state, self._reason = values.get('state', ''), values.get('fault', '')
-                self._commander = values.get('commander', '')
+                self._commander, self._message = values.get('commander', ''), status.message
+
+    @property
+    def said(self) -> str:
+        """Return what it said last, as the second half of a sentence."""
+        if time.monotonic() - self._heard_s > _FRESH_S:
+            return f'no diagnostics come from {self._driver}: does it run, and is it enabled?'
+        return f'{self._driver} says: {self._message}'
 
     def refusal(self, commander: str) -> str:
         """Return why it would not follow one of ``commander``, '' if it would or is not known."""

@@ -21,11 +21,9 @@ The bag says in its tags (rosbag2's custom data) which trajectory it is: ``traje
 import contextlib
 import json
 import shutil
-import struct
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from functools import partial
 from pathlib import Path
@@ -35,7 +33,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.task import Future
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState, Temperature
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -56,6 +54,7 @@ from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_s
 from sosml_friction.nodes.driver_watch import DriverWatch
 from sosml_friction.nodes.fit_job import FitJob, summary
 from sosml_friction.nodes.fresh_start import read_start
+from sosml_friction.nodes.identification_run import IdentificationRun, stamp_ns
 from sosml_friction.nodes.identifier_parameters import PARAMETERS, PLAIN
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.parameters import declare
@@ -66,45 +65,13 @@ from sosml_friction.nodes.stated_model import StatedModel
 from sosml_friction.nodes.trajectory_message import message_from_trajectory, trajectory_bytes
 from sosml_friction.observers.configuration import parse_configuration
 
-#: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
-SETTLE_S = 0.5
 #: Time between two looks at what does not come as a message, and silence of joint_states that ends
 #: a run [s]. Chosen, no measurement.
 _LOOK_S, _SILENT_S = 0.1, 2.0
+#: How long the driver may be without the trajectory [s]: DDS looks every 3 s for what was lost.
+_UNHEARD_S = 10.0
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
-
-
-@dataclass
-class _Run:
-    """
-    One run: its folder, its bag and how far it is.
-
-    ``reset`` will be the observers' answer to their reset. ``pending`` holds what came before the
-    beginning was known, ``unknown_ns`` the stamps at which no joint's friction was known.
-    ``begin_ns`` is the stamp of the first sample of the bag, ``moving_from_ns`` that of the sample
-    the trajectory was sent after; ``off_track_since``: how long it had run then [s].
-    """
-
-    folder: Path
-    trajectory: Trajectory
-    recorder: BagRecorder
-    reset: Future
-    pending: list[tuple[str, bytes, int]] = field(default_factory=list)
-    unknown_ns: list[int] = field(default_factory=list)
-    begin_ns: int = 0
-    moving_from_ns: int = 0
-    past_end: set[str] = field(default_factory=set)
-    off_track_since: float | None = None
-
-    @property
-    def end_ns(self) -> int:
-        """Return the stamp of the end of the recording."""
-        return self.moving_from_ns + round((self.trajectory.duration + SETTLE_S) * 1e9)
-
-    def elapsed(self, state: bytes) -> float:
-        """Return how long the trajectory has run at a serialised JointState [s]."""
-        return (_stamp_ns(state) - self.moving_from_ns) * 1e-9
 
 
 class IdentifierNode(ProgramNode):
@@ -140,7 +107,7 @@ class IdentifierNode(ProgramNode):
         self._last_estimate: bytes | None = None
         # Looks since the last of joint_states: a node that stands still hears nothing either.
         self._silent_looks = 0
-        self._run: _Run | None = None
+        self._run: IdentificationRun | None = None
         self._phase_since = time.monotonic()
         self._job: FitJob | None = None
         self._fitted = ''
@@ -280,12 +247,14 @@ class IdentifierNode(ProgramNode):
         elif self._phase == 'moving':
             if topic == f'friction_estimate/{self._observers[0]}':
                 self._last_estimate = data
+                if not run.is_heard:
+                    self._look_for_hearing(run, data, now_ns)
             self._record(run, topic, data, now_ns)
             self._look_for_end(run, topic, data)
 
-    def _record(self, run: _Run, topic: str, data: bytes, log_ns: int) -> None:
+    def _record(self, run: IdentificationRun, topic: str, data: bytes, log_ns: int) -> None:
         # The bag has the same stamps on all its topics: each sample with its estimates.
-        if topic in self._stamped and not run.begin_ns <= _stamp_ns(data) <= run.end_ns:
+        if topic in self._stamped and not run.begin_ns <= stamp_ns(data) <= run.end_ns:
             return
         try:
             run.recorder.write(self.resolve_topic_name(topic), data, log_ns)
@@ -312,7 +281,7 @@ class IdentifierNode(ProgramNode):
         """Take what was set meanwhile."""
         self._p |= declare(self, [spec for spec in PARAMETERS if not spec.read_only])
 
-    def _start(self) -> _Run:
+    def _start(self) -> IdentificationRun:
         if self._phase in _RUNNING:
             raise ConfigurationError(f'a run is {self._phase}: wait for its end or call ~/abort')
         is_described = 'robot_description' in self._latched
@@ -326,6 +295,8 @@ class IdentifierNode(ProgramNode):
             )
         if refusal := self._driver.refusal(self._full_name):
             raise ConfigurationError(refusal)
+        if not self._trajectory_output.get_subscription_count():
+            raise ConfigurationError('nobody listens to joint_trajectory: start the driver')
         assert self._robot is not None
         assert self._last_state is not None
         # As they are by now.
@@ -338,7 +309,7 @@ class IdentifierNode(ProgramNode):
         recorder = self._open_bag(folder / 'bag', tags)
         self._enter('starting', 'waiting for the observers to start afresh')
         reset = self._reset_client.call_async(Trigger.Request())
-        run = self._run = _Run(folder, trajectory, recorder, reset)
+        run = self._run = IdentificationRun(folder, trajectory, recorder, reset)
         return run
 
     def _open_bag(self, folder: Path, tags: Mapping[str, str]) -> BagRecorder:
@@ -399,9 +370,9 @@ class IdentifierNode(ProgramNode):
             'trajectory_options': json.dumps(options),
         }
 
-    def _look_for_beginning(self, run: _Run, data: bytes) -> None:
+    def _look_for_beginning(self, run: IdentificationRun, data: bytes) -> None:
         if not np.isfinite(deserialize(data, _JOINT_STATE).effort).any():
-            run.unknown_ns.append(_stamp_ns(data))
+            run.unknown_ns.append(stamp_ns(data))
         answer = run.reset.result() if run.reset.done() else None
         if answer is None:
             return
@@ -412,7 +383,8 @@ class IdentifierNode(ProgramNode):
         starts = [t for t in run.unknown_ns if before_ns is None or t > before_ns]
         if not starts:
             return
-        run.begin_ns, run.moving_from_ns = starts[0], _stamp_ns(data)
+        run.begin_ns = starts[0]
+        run.sent_ns = run.heard_ns = stamp_ns(data)
         self._enter('moving', f'running {self._label}')
         pending, run.pending = run.pending, []
         for topic, message, log_ns in pending:
@@ -426,12 +398,23 @@ class IdentifierNode(ProgramNode):
         now_ns = self.get_clock().now().nanoseconds
         self._record(run, 'joint_trajectory', trajectory_bytes(trajectory), now_ns)
 
-    def _look_for_end(self, run: _Run, topic: str, data: bytes) -> None:
-        if topic not in self._stamped or _stamp_ns(data) <= run.end_ns:
+    def _look_for_hearing(self, run: IdentificationRun, data: bytes, now_ns: int) -> None:
+        run.is_heard = self._trajectory_output.wait_for_all_acked(Duration())
+        run.heard_ns = stamp_ns(data)
+        # A busy machine comes to the samples late: none of those so far may be of the motion.
+        late_ns = now_ns - run.heard_ns
+        if 0 < late_ns < _UNHEARD_S * 1e9:
+            run.heard_ns = now_ns
+        if run.is_heard:
+            after = (run.heard_ns - run.sent_ns) * 1e-9
+            self.get_logger().info(f'the driver has the trajectory, at most {after:.3f} s later')
+
+    def _look_for_end(self, run: IdentificationRun, topic: str, data: bytes) -> None:
+        if topic not in self._stamped or stamp_ns(data) <= run.end_ns:
             return
         run.past_end.add(topic)
         # Estimates come after their sample, but an observer that died is not waited for.
-        overdue = topic == 'joint_states' and _stamp_ns(data) > run.end_ns + 1_000_000_000
+        overdue = topic == 'joint_states' and stamp_ns(data) > run.end_ns + 1_000_000_000
         if overdue or self._stamped <= run.past_end:
             self._finish(run)
 
@@ -453,33 +436,25 @@ class IdentifierNode(ProgramNode):
                     f'joint_states fell silent for {_SILENT_S:g} s: see the diagnostics of the '
                     'driver'
                 )
+            elif not self._run.is_heard:
+                if waited > _UNHEARD_S:
+                    self._fail(
+                        'the driver has not taken the trajectory from joint_trajectory within '
+                        f'{_UNHEARD_S:g} s: does it run, and what does its log say?'
+                    )
             elif self._last_estimate is not None:
                 self._check_tracking(self._run, self._last_estimate)
         elif self._phase in ('fitting', 'diagnosing') and self._job is not None:
             self._attend(self._run, self._job)
 
-    def _check_tracking(self, run: _Run, data: bytes) -> None:
-        state = deserialize(data, _JOINT_STATE)
-        elapsed = run.elapsed(data)
-        wanted = run.trajectory.spline()(np.clip(elapsed, 0.0, run.trajectory.duration))
-        names = run.trajectory.names
-        position = dict(zip(state.name, state.position, strict=False))
-        errors = np.abs([position.get(name, np.nan) for name in names] - wanted)
-        if not (errors > self._p['tracking_tolerance']).any():
-            run.off_track_since = None
-            return
-        # By the samples' time: where the machine stands still the last one only stays the last.
-        if run.off_track_since is None:
-            run.off_track_since = elapsed
-        if elapsed - run.off_track_since > 1.0:
-            worst = int(np.nanargmax(errors))
+    def _check_tracking(self, run: IdentificationRun, data: bytes) -> None:
+        if off := run.off_track(deserialize(data, _JOINT_STATE), self._p['tracking_tolerance']):
             self._fail(
-                f'joint {names[worst]} is {errors[worst]:.2g} away from the trajectory '
-                f'{elapsed:.1f} s into it: is the driver enabled (its ~/enable), and what do its '
-                'diagnostics say?'
+                f'joint {off[0]} is {off[1]:.2g} away from the trajectory '
+                f'{run.elapsed(stamp_ns(data)):.1f} s into it; {self._driver.said}'
             )
 
-    def _finish(self, run: _Run) -> None:
+    def _finish(self, run: IdentificationRun) -> None:
         try:
             run.recorder.close()
         except SosmlFrictionError as error:
@@ -488,7 +463,7 @@ class IdentifierNode(ProgramNode):
         self.get_logger().info(f'{run.recorder.message_count} messages in {run.folder / "bag"}')
         self._begin_fit(run)
 
-    def _begin_fit(self, run: _Run) -> None:
+    def _begin_fit(self, run: IdentificationRun) -> None:
         self._diagnosed = {}
         self._job = FitJob(
             run.folder,
@@ -498,7 +473,7 @@ class IdentifierNode(ProgramNode):
         )
         self._enter('fitting', 'running the observers over the bag and fitting')
 
-    def _attend(self, run: _Run, job: FitJob) -> None:
+    def _attend(self, run: IdentificationRun, job: FitJob) -> None:
         """Go on as far as the worker is."""
         ended = not job.running
         if ended:
@@ -516,7 +491,7 @@ class IdentifierNode(ProgramNode):
         if ended:
             self._conclude(run, job)
 
-    def _conclude(self, run: _Run, job: FitJob) -> None:
+    def _conclude(self, run: IdentificationRun, job: FitJob) -> None:
         found = job.diagnosis
         if isinstance(found, Exception):
             # The fit is done and stays; what failed is told as it is.
@@ -596,7 +571,7 @@ class IdentifierNode(ProgramNode):
             values['trajectory'] = f'{self._label}, {run.trajectory.duration:.1f} s'
             values['messages recorded'] = run.recorder.message_count
             if self._phase == 'moving' and self._last_state is not None:
-                share = run.elapsed(self._last_state) / run.trajectory.duration
+                share = run.elapsed(stamp_ns(self._last_state)) / run.trajectory.duration
                 values['progress [%]'] = round(100.0 * min(1.0, max(0.0, share)), 1)
         if self._job is not None:
             values['step'] = self._job.step
@@ -608,12 +583,6 @@ class IdentifierNode(ProgramNode):
             level = WARN
         status = make_status(f'{self.get_name()}: run', level, self._message, values)
         self._diagnostics.publish(make_array(self.get_clock().now().to_msg(), [status]))
-
-
-def _stamp_ns(data: bytes) -> int:
-    """Read the stamp of a serialised message that begins with a header, without decoding it."""
-    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
 
 
 HELP = NodeHelp(

@@ -396,7 +396,13 @@ class ObserverNode(ProgramNode):
             )
         self._health.topic_remark = remark
         said = self._health.judge(time.monotonic(), self._configuration.maximum_gap_s)
-        said[0] = replace(said[0], values={**said[0].values, 'publishers': len(publishers)})
+        wraps = ', '.join(
+            f'{name} by {period:.6g}'
+            for name, period in zip(self._joints, self._unwrap.periods, strict=True)
+            if np.isfinite(period)
+        )
+        more = {'publishers': len(publishers), 'positions that wrap': wraps or 'none'}
+        said[0] = replace(said[0], values={**said[0].values, **more})
         self._report(said)
 
     def _report(self, said: Sequence[Said]) -> None:

@@ -52,6 +52,17 @@ def test_what_is_no_wrap_is_none(q):
     assert wrap_period(T, q) is None
 
 
+@pytest.mark.parametrize('counts', [0.3, 0.5, 0.8, 1.0, 2.0])
+@pytest.mark.parametrize('seed', range(2))
+def test_the_noise_of_an_encoder_that_stands_is_no_wrap(counts, seed):
+    """Two counts one way and three back look like a register of five."""
+    q = np.rint(np.random.default_rng(seed).normal(0.0, counts, len(T))) * 2e-4
+    assert wrap_period(T, q) is None
+    running = RunningUnwrap(1)
+    found = [running(round(t * 1e9), np.array([x]))[0] for t, x in zip(T, q, strict=True)]
+    np.testing.assert_array_equal(found, q)
+
+
 def test_a_bag_is_read_unwrapped_and_says_so(tmp_path):
     q = np.column_stack([turning(), np.sin(T)])
     raw = np.column_stack([wrapped(turning(), 25.0), np.sin(T)])

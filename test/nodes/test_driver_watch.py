@@ -31,3 +31,12 @@ def test_a_driver_that_another_node_holds_would_not_follow():
     watch.take(said('driver_node: driver', 'enabled', 'demo'))
     assert watch.refusal('me').startswith('driver_node is held by demo: wait')
     assert watch.refusal('demo') == ''
+
+
+def test_what_a_driver_said_last_is_quoted_while_it_is_fresh():
+    watch = DriverWatch('driver_node')
+    assert watch.said == 'no diagnostics come from driver_node: does it run, and is it enabled?'
+    message = said('driver_node: driver', 'enabled')
+    message.status[0].message = 'trajectory refused: too fast'
+    watch.take(message)
+    assert watch.said == 'driver_node says: trajectory refused: too fast'

@@ -25,7 +25,6 @@ from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
-from sosml_friction.bags.serialization import serialize
 from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
@@ -55,8 +54,14 @@ class Robot:
         urdf = share_directory() / 'urdf' / 'exoskeleton.urdf'
         description.publish(String(data=urdf.read_text()))
         self.output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+        self.commands = ros.node.create_subscription(
+            JointTrajectory, 'joint_trajectory', self.follow, 10
+        )
         self._now_ns = 1_000_000_000
         self.timer = ros.node.create_timer(self.EVERY_S, self.step)
+
+    def follow(self, message: JointTrajectory) -> None:
+        """Stay."""
 
     def step(self) -> None:
         state = JointState(name=self.names, position=REST, velocity=[0.0, 0.0], effort=[0.1, 0.2])
@@ -80,7 +85,6 @@ class MovingRobot(Robot):
         self.trajectory, self.begun_ns = None, 0
         self.noise = np.random.default_rng(0)
         super().__init__(ros)
-        ros.node.create_subscription(JointTrajectory, 'joint_trajectory', self.follow, 10)
 
     def follow(self, message: JointTrajectory) -> None:
         t = [p.time_from_start.sec + 1e-9 * p.time_from_start.nanosec for p in message.points]
@@ -178,7 +182,7 @@ def test_a_robot_that_does_not_follow_fails_the_run_and_keeps_the_bag(ros, bench
     again = ros.call(Trigger, 'identifier_node/start')
     assert not again.success
     ros.spin_until(lambda: tell()[0] == 'failed')
-    assert 'is the driver enabled' in tell()[1]
+    assert 'no diagnostics come from driver_node: does it run, and is it enabled?' in tell()[1]
     log = Bag.open(tmp_path / 'run' / 'bag').joint_log()
     first = robot.sent.index(int(log.t_ns[0]))
     assert log.t_ns.tolist() == robot.sent[first : first + len(log)]
@@ -570,20 +574,25 @@ def test_after_the_fit_the_model_before_it_is_diagnosed_and_the_sentence_arrives
     assert read_controllers(Bag.open(run / 'bag')) == controller
 
 
-def test_a_joint_is_off_its_way_for_a_second_of_samples_and_not_of_a_machine_that_stands_still():
-    """The last sample before a stop stays the last, for however long; it says nothing new."""
-    trajectory = Trajectory(('elbow',), np.array([0.0, 10.0]), np.zeros((2, 1)), np.zeros((2, 1)))
-    run = SimpleNamespace(trajectory=trajectory, off_track_since=None)
+def test_a_run_is_refused_where_nobody_would_take_its_trajectory(ros, bench, tmp_path):
+    robot, _, _ = bench
+    ros.node.destroy_subscription(robot.commands)
+    ros.spin_until(
+        lambda: (
+            ros.call(Trigger, 'identifier_node/start').message
+            == 'nobody listens to joint_trajectory: start the driver'
+        )
+    )
+    assert not (tmp_path / 'run').exists()
+
+
+def test_a_run_fails_whose_trajectory_was_not_taken_for_ten_seconds():
+    """DDS acknowledges what has come; it asks every three seconds what was lost."""
     failed = []
-    node = SimpleNamespace(_p={'tracking_tolerance': 0.2}, _fail=failed.append)
-
-    def look(elapsed, position):
-        run.elapsed = lambda _: elapsed
-        state = JointState(name=['elbow'], position=[position])
-        IdentifierNode._check_tracking(node, run, serialize(state))
-
-    for elapsed, position in ((1.0, 0.5), *[(1.1, 0.5)] * 50, (2.0, 0.1), (2.1, 0.5), (3.0, 0.5)):
-        look(elapsed, position)
-    assert not failed
-    look(3.2, 0.5)
-    assert 'joint elbow is 0.5 away from the trajectory 3.2 s into it' in failed[0]
+    run = SimpleNamespace(is_heard=False, recorder=SimpleNamespace(flush=lambda: None))
+    node = SimpleNamespace(_run=run, _phase='moving', _silent_looks=0, _fail=failed.append)
+    for waited, is_late in ((9.0, False), (10.5, True)):
+        node._phase_since = time.monotonic() - waited
+        IdentifierNode._watch(node)
+        assert bool(failed) == is_late
+    assert 'has not taken the trajectory' in failed[0]

@@ -220,12 +220,13 @@ def test_a_position_that_wraps_is_continuous_in_the_estimate(ros, urdf_path, sta
     """The estimate is that of the same motion without a wrap, but for the joint's weight."""
     endless = tmp_path / 'endless.urdf'
     endless.write_text(urdf_path.read_text().replace('"revolute"', '"continuous"'))
+    diagnostics = ros.collect(DiagnosticArray, '/diagnostics', 10)
     output, estimates, _ = published(ros, urdf_path, start_node, f'urdf_path:={endless}')
     received = estimates['friction_estimate']
     sent = []
     for k in range(100):
         state = message(k)
-        position = 3.0 + 4.0 * k / HZ
+        position = 2.8 + 4.0 * k / HZ
         sent.append(position)
         state.position[0] = (position + np.pi) % (2.0 * np.pi) - np.pi
         state.velocity[0] = 4.0
@@ -236,6 +237,10 @@ def test_a_position_that_wraps_is_continuous_in_the_estimate(ros, urdf_path, sta
     assert np.isfinite(effort[1:]).all()
     # A momentum that had jumped by a turn would show as an estimate of hundreds of Nm.
     assert np.abs(effort[1:]).max() < 20.0
+    told = 'shoulder by 6.28319'
+    ros.spin_until(
+        lambda: any(told == x.value for d in diagnostics for s in d.status for x in s.values)
+    )
 
 
 def test_joints_are_found_by_name_whatever_their_order_and_company(ros, urdf_path, start_node):

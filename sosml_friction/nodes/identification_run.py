@@ -1,0 +1,85 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""One run of identifier_node: its folder, its bag and how far it is."""
+
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from rclpy.task import Future
+from sensor_msgs.msg import JointState
+
+from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.motion.trajectory import Trajectory
+
+#: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
+SETTLE_S = 0.5
+#: Between two looks at where the trajectory may be [s]: no joint goes far in it.
+_LOOK_S = 0.01
+
+
+@dataclass
+class IdentificationRun:
+    """
+    Hold a run.
+
+    ``reset`` will be the observers' answer to their reset. ``pending`` holds what came before the
+    beginning was known, ``unknown_ns`` the stamps at which no joint's friction was known.
+    ``begin_ns`` is the stamp of the first sample of the bag, ``sent_ns`` that of the sample after
+    which the trajectory was sent, ``heard_ns`` by when the driver had it at the latest, which
+    ``is_heard`` says: the motion began between the two. DDS may take seconds for it, as it asks
+    only so often whether something was lost. ``past_end``: topics that are past the end;
+    ``off_track_since``: stamp of the first sample that was off the trajectory.
+    """
+
+    folder: Path
+    trajectory: Trajectory
+    recorder: BagRecorder
+    reset: Future
+    pending: list[tuple[str, bytes, int]] = field(default_factory=list)
+    unknown_ns: list[int] = field(default_factory=list)
+    begin_ns: int = 0
+    sent_ns: int = 0
+    heard_ns: int = 0
+    is_heard: bool = False
+    past_end: set[str] = field(default_factory=set)
+    off_track_since: int | None = None
+
+    @property
+    def end_ns(self) -> int:
+        """Return the stamp of the end of the recording."""
+        return self.heard_ns + round((self.trajectory.duration + SETTLE_S) * 1e9)
+
+    def elapsed(self, t_ns: int) -> float:
+        """Return how long the trajectory has run at a stamp at the least [s]."""
+        return (t_ns - self.heard_ns) * 1e-9
+
+    def off_track(self, state: JointState, tolerance: float) -> tuple[str, float] | None:
+        """
+        Return the joint that has been off its trajectory for a second, and how far [rad or m].
+
+        By the samples' time: where the machine stands still the last one only stays the last.
+        """
+        t_ns = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+        unsure = (self.heard_ns - self.sent_ns) * 1e-9
+        times = self.elapsed(t_ns) + np.linspace(0.0, unsure, 2 + int(unsure / _LOOK_S))
+        wanted = self.trajectory.spline()(np.clip(times, 0.0, self.trajectory.duration))
+        known = dict(zip(state.name, state.position, strict=False))
+        position = np.array([known.get(name, np.nan) for name in self.trajectory.names])
+        errors = np.maximum(position - wanted.max(axis=0), wanted.min(axis=0) - position)
+        if not (errors > tolerance).any():
+            self.off_track_since = None
+            return None
+        if self.off_track_since is None:
+            self.off_track_since = t_ns
+        if t_ns - self.off_track_since <= 10**9:
+            return None
+        worst = int(np.nanargmax(errors))
+        return self.trajectory.names[worst], float(errors[worst])
+
+
+def stamp_ns(data: bytes) -> int:
+    """Read the stamp of a serialised message that begins with a header, without decoding it."""
+    seconds, nanoseconds = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
+    return int(seconds) * 1_000_000_000 + int(nanoseconds)

@@ -1,0 +1,54 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""How far a run is, and whether the robot follows."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy')
+
+from sensor_msgs.msg import JointState
+
+from sosml_friction.motion.trajectory import Trajectory
+from sosml_friction.nodes.identification_run import IdentificationRun
+
+
+def a_run(tmp_path, way, heard_s=0.0):
+    """Return a run whose elbow goes evenly a ``way`` in 10 s, sent at 0 and heard at a time."""
+    q = np.array([[0.0], [way]])
+    trajectory = Trajectory(('elbow',), np.array([0.0, 10.0]), q, np.full((2, 1), way / 10.0))
+    run = IdentificationRun(tmp_path, trajectory, recorder=None, reset=None)
+    run.heard_ns, run.is_heard = round(heard_s * 1e9), True
+    return run
+
+
+def at(t, position):
+    state = JointState(name=['elbow'], position=[position])
+    state.header.stamp.sec, state.header.stamp.nanosec = divmod(round(t * 1e9), 10**9)
+    return state
+
+
+def test_a_joint_is_off_its_way_for_a_second_of_samples_and_not_of_a_machine_that_stands_still(
+    tmp_path,
+):
+    """The last sample before a stop stays the last, for however long; it says nothing new."""
+    run = a_run(tmp_path, way=0.0)
+    looks = [(1.0, 0.5), *[(1.1, 0.5)] * 50, (2.0, 0.1), (2.1, 0.5), (3.0, 0.5)]
+    assert not any(run.off_track(at(t, position), 0.2) for t, position in looks)
+    assert run.off_track(at(3.2, 0.5), 0.2) == ('elbow', 0.5)
+
+
+@pytest.mark.parametrize('begun', [0.0, 1.5, 3.0])
+def test_a_motion_may_have_begun_whenever_the_trajectory_can_have_arrived(tmp_path, begun):
+    """A way of 10 rad at 1 rad/s, sent at 0 s, heard by 3 s; within .02 rad of it."""
+    run = a_run(tmp_path, way=10.0, heard_s=3.0)
+    for t in np.arange(3.0, 14.0, 0.1):
+        assert run.off_track(at(t, np.clip(t - begun, 0.0, 10.0)), 0.02) is None
+    assert run.end_ns == 13_500_000_000
+
+
+def test_a_joint_that_never_moves_is_off_its_way_however_late_the_trajectory_came(tmp_path):
+    run = a_run(tmp_path, way=10.0, heard_s=3.0)
+    off = [run.off_track(at(t, 0.0), 0.2) for t in np.arange(3.0, 5.0, 0.1)]
+    assert off[0] is None
+    assert off[-1] == ('elbow', pytest.approx(1.9))
