@@ -44,6 +44,7 @@ from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
 from sosml_friction.diagnosis.trust import check_trust, trusting
+from sosml_friction.diagnosis.unstated_friction import unstated_friction
 from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -230,7 +231,14 @@ def diagnose(
         units=robot.effort_units,
         library_hash=library_hash(library),
         sentence=sentence_of(
-            verdict, causes, gain, selection, robot.names, robot.effort_units, tolerated
+            verdict,
+            causes,
+            gain,
+            selection,
+            robot.names,
+            robot.effort_units,
+            tolerated,
+            unstated_friction(laboratory, kept.after.x / slopes, errors),
         ),
         gain=gain,
         recommendation=recommendation,

@@ -35,8 +35,8 @@ def _where(cause: Cause) -> str:
     return 'all joints' if cause.joint == ALL_JOINTS else cause.joint
 
 
-def describe(cause: Cause) -> str:
-    """Return a cause in words, with its first numbers."""
+def describe(cause: Cause, names: Sequence[str] = ()) -> str:
+    """Return a cause in words, with its first numbers; ``names``: of all joints."""
     where = _where(cause)
     numbers = []
     kind = TERMS.classes.get(cause.effect)
@@ -45,6 +45,9 @@ def describe(cause: Cause) -> str:
     unspoken = _NOT_TOLD if kind is None else kind.unspoken
     told = [(name, p) for name, p in cause.parameters.items() if name not in unspoken]
     for name, p in told[:_MOST_NUMBERS]:
+        if p.unit == 'joint' and names:
+            numbers.append(f'{_words(name)} {names[int(p.value)]}')
+            continue
         # The names of what data checks found end in their unit.
         name = name.removesuffix(f'_{p.unit}')
         unit = '' if p.unit == '1' else f' {p.unit}'
@@ -72,16 +75,24 @@ def sentence_of(
     names: tuple[str, ...],
     units: tuple[str, ...],
     tolerated: Sequence[Cause] = (),
+    unstated: Sequence[str] = (),
 ) -> str:
-    """Return the verdict with its numbers, for a person."""
-    end = f' Off within the tolerance, and refitted: {_told(tolerated)}.' if tolerated else ''
+    """
+    Return the verdict with its numbers, for a person.
+
+    :param unstated: friction that the model does not state, in words with the fitted numbers.
+    """
+    end = f' Not stated in the model, and fitted: {"; ".join(unstated)}.' if unstated else ''
+    end += (
+        f' Off within the tolerance, and refitted: {_told(tolerated, names)}.' if tolerated else ''
+    )
     if verdict == 'nothing_above_floor':
         return _nothing(selection, gain, names) + end
     modelled = any(cause.in_model for cause in (*causes, *tolerated))
     gains = f'On {gain.on}: {_gains(gain, names, units)}.' if modelled else _NOT_MODELLED
     if verdict == 'unknown_structure':
         # A fault of the data leaves no residual: it is no part of what is missing.
-        told = _told([cause for cause in causes if cause.effect not in FAULTS])
+        told = _told([cause for cause in causes if cause.effect not in FAULTS], names)
         text = 'The model misses something that no cause of the catalogue explains'
         if told:
             text += f'; in part it looks like {told}'
@@ -91,10 +102,10 @@ def sentence_of(
         )
     if all(cause.effect in DATA_CAUSES for cause in causes):
         rest = _rest(selection, names).lstrip() or _nothing(selection, gain, names)
-        return f'Named, of the data: {_told(causes)}. {rest}{end}'
+        return f'Named, of the data: {_told(causes, names)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
     return (
-        f'{lead}: {_told(causes)}. {gains}{_contradicted((*causes, *tolerated))}'
+        f'{lead}: {_told(causes, names)}. {gains}{_contradicted((*causes, *tolerated))}'
         f'{_outside(causes)}{_rest(selection, names)}{end}'
     )
 
@@ -164,11 +175,11 @@ def _outside(causes: Sequence[Cause]) -> str:
     return f' The extended model has no {", ".join(left)}.' if left else ''
 
 
-def _told(causes: Sequence[Cause]) -> str:
+def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
     parts = []
     for cause in causes:
         rivals = ', or '.join(_words(rival) for rival in cause.rivals)
-        parts.append(describe(cause) + (f', or {rivals}' if rivals else ''))
+        parts.append(describe(cause, names) + (f', or {rivals}' if rivals else ''))
     return '; '.join(parts)
 
 

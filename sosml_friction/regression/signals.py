@@ -69,8 +69,9 @@ class Signals:
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
-    ``known`` (N, n): what the effects in the model's own list add; ``more_load`` (N, n): what
-    bodies with the causes that were found need more than the nominal's;
+    ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
+    over the load; ``more_load`` (N, n): what bodies with the causes that were found need more than
+    the nominal's;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -94,6 +95,7 @@ class Signals:
     band: Band
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
+    by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
     feigned: float = 0.0

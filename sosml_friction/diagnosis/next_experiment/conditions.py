@@ -109,6 +109,9 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
         sign=nothing,
         rigid=nothing,
         friction=nothing,
+        known=nothing,
+        by_load=nothing,
+        more_load=nothing,
         shaken=nothing,
         regressor=np.tile(robot.torque_regressor(q, still, still), (count, 1, 1)),
         temperature=None

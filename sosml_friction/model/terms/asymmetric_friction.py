@@ -51,6 +51,8 @@ class AsymmetricFriction(EffortTerm):
         top = float(scales.speed[fit.joint])
         viscous = np.nan_to_num(scales.viscous[fit.joint])
         friction = scales.level(fit.joint)
-        if by_speed * top > friction + viscous * top or constant > friction:
+        # Beside a bias that nobody stated the constant is any number: their sum alone is known.
+        is_told = np.isfinite(scales.bias[fit.joint])
+        if by_speed * top > friction + viscous * top or (is_told and constant > friction):
             return 'one direction would have no friction left'
         return ''

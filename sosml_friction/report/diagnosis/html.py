@@ -88,7 +88,9 @@ def clauses(sentence: str) -> list[list[str]]:
 
 def answer(diagnosis: Diagnosis) -> list[list[str]]:
     """Return the sentence of a diagnosis in clauses, without the faults of the data in it."""
-    faults = {describe(cause) for cause in diagnosis.causes if cause.effect in FAULTS}
+    faults = {
+        describe(cause, diagnosis.names) for cause in diagnosis.causes if cause.effect in FAULTS
+    }
     # The gain has a figure and a table of its own.
     gained = '' if diagnosis.gain is None else f'On {diagnosis.gain.on}:'
     text = diagnosis.sentence

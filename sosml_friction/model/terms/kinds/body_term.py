@@ -25,16 +25,19 @@ class BodyTerm(Term):
         """Return by how much the body changes per unit of each amplitude."""
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the effort of each change: regressor, rotors and gravity are linear in it."""
+        """
+        Return the effort of each change: regressor, rotors and gravity are linear in it.
+
+        With what the friction by load that the model has takes of it.
+        """
         changes = self.changes(signals.robot, joint, inner)
-        return np.stack([_effort(signals, change) for change in changes], axis=2)
+        return np.stack([_effort(signals, own) + signals.by_load * _carried(signals, own)
+                         for own in changes], axis=2)  # fmt: skip
 
     def carried(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the same of what the gears pass on: rotors are before them."""
         changes = self.changes(signals.robot, joint, inner)
-        return np.stack(
-            [_effort(signals, own) - signals.a * own.rotors for own in changes], axis=2
-        )
+        return np.stack([_carried(signals, own) for own in changes], axis=2)
 
     def simulated(
         self, robot: Robot, joint: int, inner: Inner, amplitude: FloatArray
@@ -57,6 +60,11 @@ def _effort(signals: Recording, change: Body) -> FloatArray:
             signals.cache[key] = between(signals, rows, np.array(under))
         result = result + signals.cache[key]
     return np.asarray(result)
+
+
+def _carried(signals: Recording, change: Body) -> FloatArray:
+    """Return what the gears pass on of it (N, n): rotors are before them."""
+    return np.asarray(_effort(signals, change) - signals.a * change.rotors)
 
 
 class ChangedBody(SimulatedTerm):
