@@ -99,6 +99,7 @@ class _Comparison:
         keep = rows.keep & np.isfinite(rows.y) & np.isfinite(rows.mean_v)
         self.keep, self.rows, self.unit = keep, rows, unit
         self.y, self.bag = rows.y[keep], stack.bag[keep]
+        self.unsure = None if rows.unsure is None else rows.unsure[keep]
         self.groups = np.unique(rows.clusters[keep], return_inverse=True)[1]
         self.labels = labels
         self.present = np.unique(self.bag)
@@ -164,7 +165,11 @@ class _Comparison:
         return np.array(np.sqrt(np.diag(self._covariance(X, residual))))
 
     def _covariance(self, X: FloatArray, residual: FloatArray) -> FloatArray:
-        """Return the sandwich by clusters of a fit with columns X, (P, P)."""
+        """
+        Return the sandwich by clusters of a fit with columns X, (P, P).
+
+        With what the bodies may be off by, which all bags share and see in other postures.
+        """
         norms = np.linalg.norm(X, axis=0)
         norms[norms == 0.0] = 1.0
         X = X / norms
@@ -174,6 +179,9 @@ class _Comparison:
         bread = np.linalg.pinv(X.T @ X, rcond=1e-12, hermitian=True)
         factor = count / max(count - X.shape[1], 1)
         covariance = factor * bread @ (scores.T @ scores) @ bread
+        if self.unsure is not None:
+            moved = bread @ (X.T @ self.unsure)
+            covariance += moved @ moved.T
         return np.array(covariance / np.outer(norms, norms))
 
     def _freedom(self, bag: int) -> int:

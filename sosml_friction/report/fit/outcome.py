@@ -11,6 +11,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.source import bag_labels
 from sosml_friction.identification.effort_timing import TIMING
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
@@ -67,11 +68,12 @@ class FitOutcome:
     def remarks(self) -> Iterator[str]:
         """Return what is wrong with the recordings or is no evidence, for stderr."""
         several = len(self.analyses) > 1
-        for bag, one in self.analyses.items():
+        for label, bag in bag_labels(list(self.analyses)).items():
+            one = self.analyses[bag]
             if one.model.provenance.get('recovered'):
                 yield f'{bag} is cut off or damaged: only its readable part was used'
             if one.data_checks is not None:
-                begin = f'{bag}: ' if several else ''
+                begin = f'{label}: ' if several else ''
                 yield from (f'{begin}{sentence}' for sentence in one.data_checks.sentences)
             if not several:
                 for joint, reason in one.unmodelled.items():
@@ -86,13 +88,15 @@ class FitOutcome:
 
 def hold_remark(analyses: Mapping[Path, BagAnalysis], namespace: str | None) -> Iterator[str]:
     """Return what was found or assumed of bags that do not say where effort holds."""
-    silent = []
+    silent, said = [], dict[str, None]()
     for bag, one in analyses.items():
         checks = one.data_checks
         told = [f.sentence for f in checks.findings if f.check == TIMING] if checks else []
-        yield from (f'{text[:1].upper()}{text[1:]}.' for text in told)
+        said |= dict.fromkeys(told)
         if not told and Bag.open(bag, namespace).text('observer_configuration') is None:
             silent.append(str(bag))
+    # Recordings that are compared with the bodies together say the same.
+    yield from (f'{text[:1].upper()}{text[1:]}.' for text in said)
     if silent:
         who = 'The bag does' if len(analyses) == 1 else f'Of the bags, {", ".join(silent)} do'
         yield (
