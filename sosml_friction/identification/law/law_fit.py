@@ -306,7 +306,6 @@ class _Search:
         self.softer: dict[bool, LawSolution] = {}
         if self.finds_v0:
             self._settle_sign()
-        self.freedom = problem.count - len(problem.base) - 2
 
     def _signs(self) -> list[float]:
         return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
