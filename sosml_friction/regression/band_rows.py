@@ -13,12 +13,12 @@ from sosml_friction.arrays import ColumnArray, FloatArray, IndexArray
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.candidate import Candidate, make_candidates
+from sosml_friction.regression.curves import Structure
 from sosml_friction.regression.kernels import acts
 from sosml_friction.regression.nominal import Nominal, make_nominal
 from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, silent_throughout
-from sosml_friction.regression.structure import Structure
 
 #: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
 JointColumns = tuple[IndexArray, list[ColumnArray]]

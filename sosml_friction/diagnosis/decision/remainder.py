@@ -24,11 +24,9 @@ from sosml_friction.diagnosis.decision.leftover import (
 )
 from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
 from sosml_friction.diagnosis.decision.tone import strongest_tone
-from sosml_friction.regression.curves.elsewhere import Elsewhere
-from sosml_friction.regression.curves.speed_power import SpeedPower
+from sosml_friction.regression.curves import HATS, Elsewhere, SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
-from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Energy of a curve, as a share of that of noise, that deviations within the tolerance, reversals
