@@ -38,8 +38,7 @@ from sosml_friction.diagnosis.extended_model.effort_error import (
     folds_left_out,
     stages,
 )
-from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
-from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
+from sosml_friction.diagnosis.extended_model.gain import Gain, SimulatorGain, make_gain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
