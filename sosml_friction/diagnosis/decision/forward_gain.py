@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
@@ -23,6 +23,7 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
+from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.nominal import LATE, SOFTER, TURNS
 from sosml_friction.regression.signals import Signals, bump

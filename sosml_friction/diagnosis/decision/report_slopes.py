@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.diagnosis.decision.finding import Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.term import ROBOT
+from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 

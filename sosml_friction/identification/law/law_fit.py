@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
-from scipy.stats import t as t_distribution
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.identifiability import (
     SPREAD,
@@ -20,7 +19,7 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.law.jackknife import jackknife_covariance
+from sosml_friction.identification.law.jackknife import jackknife_covariance, t_95
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
     dissipation_check,
@@ -498,7 +497,7 @@ class _Search:
         still = tuple(n for n in names if n in NON_NEGATIVE and best[n] <= 0.0)
         C = problem.covariance(solution, with_v0)
         freedom = max(problem.count - len(names) - with_v0, 1)
-        quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom))
+        quantile = t_95(freedom)
         reach = DataReach(effort_unit, self.slowest, self.fastest, self.level, best)
         parameters = {}
         for name in names:
@@ -817,8 +816,7 @@ class _Search:
             if solution.v_s is not None:
                 even.append(fade(problem.speed, solution.v_s, form.alpha))
             X = np.column_stack([X, *(problem.made(column) for column in even)])
-            norms = np.linalg.norm(X, axis=0)
-            norms[norms == 0.0] = 1.0
+            norms = column_norms(X)
             w = solution.weights
             root = np.sqrt(w)
             theta = np.linalg.lstsq(

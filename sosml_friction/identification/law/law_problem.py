@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -164,8 +164,7 @@ class LawProblem:
         X = self.columns(v_s, v0)
         names = self.names(v_s)
         lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
-        scale = np.linalg.norm(X, axis=0)
-        scale[scale == 0.0] = 1.0
+        scale = column_norms(X)
         # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
@@ -226,8 +225,7 @@ class LawProblem:
         """
         names, X = self.jacobian(solution, with_v0)
         used = [k for k, name in enumerate(names) if name not in without]
-        norms = np.linalg.norm(X[:, used], axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X[:, used])
         w = solution.weights
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
@@ -247,8 +245,7 @@ class LawProblem:
         names, X = self.jacobian(solution, with_v0)
         used = [k for k, each in enumerate(names) if each not in without]
         X = X[:, used] * np.sqrt(solution.weights)[:, None]
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         k = [names[u] for u in used].index(name)
         X = X / norms
         return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
@@ -256,8 +253,7 @@ class LawProblem:
     def free_step(self, solution: LawSolution, with_v0: bool, name: str) -> float:
         """Return how far a parameter would move if no bound held it."""
         names, X = self.jacobian(solution, with_v0)
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         root = np.sqrt(solution.weights)
         step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]
         k = names.index(name)
