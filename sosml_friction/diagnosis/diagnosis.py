@@ -24,13 +24,11 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
-from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
+from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain, report_slopes
+from sosml_friction.diagnosis.decision.forward_gate import forward_gate, shown_gate, was_taken_back
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
-from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
-from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
 from sosml_friction.diagnosis.extended_model.effort_error import (
@@ -50,9 +48,8 @@ from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
 from sosml_friction.regression.carried_load import with_carried_load
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.signals import Signals, prepare, with_known
 from sosml_friction.regression.whitened import WhitenedRegression
 
 

@@ -12,9 +12,8 @@ from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
 from sosml_friction.bags.source import bag_hash
 from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.signals import Signals, prepare, with_known
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.controlled_joint import (
     ControlledJoint,

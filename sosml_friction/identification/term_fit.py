@@ -38,9 +38,8 @@ from sosml_friction.regression.body_width import (
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import Estimate, estimate, place, settle
 from sosml_friction.regression.evidence import Fit
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.signals import Signals, prepare, with_known
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Terms whose columns are those of the nominal friction: free where they are listed.

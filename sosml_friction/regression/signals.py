@@ -16,6 +16,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.finite_differences import first_derivative, second_derivative
+from sosml_friction.model.known_terms import known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.smooth_sign import softened
@@ -23,11 +24,10 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.observers.signal_noise import signal_noise
-from sosml_friction.regression.band import Band
+from sosml_friction.regression.band import Band, steady_acceleration
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
 #: of a share of its range of motion and a number of quanta of position. Chosen, no measurement.
@@ -63,7 +63,7 @@ class Signals:
     Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
 
     ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives,
-    the second of :func:`~.steady_acceleration.steady_acceleration`;
+    the second of :func:`~.band.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
@@ -511,4 +511,24 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         )
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
+    return result
+
+
+def with_known(signals: Sequence[Signals], model: RobotModelFile) -> list[Signals]:
+    """
+    Return the signals with what the model has beyond the rigid body and (17) as ``known``.
+
+    The columns of its terms times their amplitudes, seen as a diagnosis saw them that found
+    them: beside the model without terms. And what its friction law has that the nominal columns
+    have not, asymmetries and another exponent.
+    """
+    terms = known_terms(model)
+    friction = model_friction(model)
+    result = []
+    for s in signals:
+        known = friction.torque(s.v, s.sign) - nominal_friction(s.v, s.sign, s.scales)
+        for found in terms:
+            known = known + found.term.columns(s, found.joint, found.inner) @ found.amplitude
+        # What was computed for the columns may depend on the nominal effort.
+        result.append(replace(s, known=known, cache={}) if known.any() else s)
     return result

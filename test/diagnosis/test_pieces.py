@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.leftover import AXES, FRICTION_BY, TONE
+from sosml_friction.diagnosis.decision.remainder import AXES, FRICTION_BY, TONE
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path

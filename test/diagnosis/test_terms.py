@@ -19,9 +19,8 @@ from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import nominal_friction, prepare
+from sosml_friction.regression.signals import nominal_friction, prepare, with_known
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.recorded.stretch import simulate_windows
 

@@ -22,8 +22,8 @@ from sosml_friction.model.model_folder import (
 )
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import with_known
 from sosml_friction.report.diagnosis.document import write_diagnosis
 from validation.trial import Spec, build, nominal_model
 

@@ -22,7 +22,7 @@ from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, 
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
-from sosml_friction.regression.candidate import Candidate
+from sosml_friction.regression.band_rows import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.signals import Signals, make_signals
 from sosml_friction.regression.whitened import WhitenedRegression
