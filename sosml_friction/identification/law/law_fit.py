@@ -137,22 +137,20 @@ class LawFit:
         return replace(fit, covariance=fit.covariance + np.outer(d, d) - np.diag(d**2))
 
 
-def fit_law(
+def search_law(
     v: FloatArray,
     y: FloatArray,
     clusters: IndexArray,
-    effort_unit: str,
     lag: Callable[[FloatArray], FloatArray] = lambda column: column,
     keep: BoolArray | None = None,
-    smoothing_velocity: float = 0.0,
+    smoothing_velocity: float | None = 0.0,
     mean_v: FloatArray | None = None,
-    find_smoothing: bool = False,
     form: LawForm | None = None,
     extra: FloatArray | None = None,
     unsure: FloatArray | None = None,
-) -> LawFit:
+) -> LawSearch:
     """
-    Fit y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
+    Return the fit of y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
 
     For a given v_s (and v0 of the sign s, where it is to be found) the law is linear: these are
     searched, the rest solved with Huber weights. The estimates' covariance is that of the
@@ -176,48 +174,14 @@ def fit_law(
     :param lag: what the observer did to friction on its way to y: applied to each column. It may
         make K numbers of N: y, ``clusters``, ``keep`` and ``mean_v`` then have K.
     :param keep: which pairs take part (N,), all of them if None.
-    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself.
+    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself, None to find it.
     :param mean_v: velocity of each pair (K,), where ``lag`` makes K numbers of N.
-    :param find_smoothing: whether v0 is to be found instead.
     :param form: which law, that of the equation if None.
     :param extra: more columns with a factor each (K, E), such as inertial torque.
     :param unsure: what y may be off by (K, U), each column as a whole by one standard deviation.
     :raises DataError: if there are too few clusters, or motion in one direction only.
     :raises MotionError: if the motion is at one speed only.
     """
-    v0 = None if find_smoothing else smoothing_velocity
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0, unsure)
-    return search.result(effort_unit)
-
-
-def find_smoothing_velocity(
-    v: FloatArray,
-    y: FloatArray,
-    clusters: IndexArray,
-    lag: Callable[[FloatArray], FloatArray] = lambda column: column,
-    keep: BoolArray | None = None,
-    mean_v: FloatArray | None = None,
-    form: LawForm | None = None,
-    extra: FloatArray | None = None,
-    unsure: FloatArray | None = None,
-) -> float:
-    """Return v0 of the sign that :func:`fit_law` finds; parameters and errors are the same."""
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, None, unsure)
-    return search.full.v0
-
-
-def _search(
-    v: FloatArray,
-    y: FloatArray,
-    clusters: IndexArray,
-    lag: Callable[[FloatArray], FloatArray],
-    keep: BoolArray | None,
-    mean_v: FloatArray | None,
-    form: LawForm | None,
-    extra: FloatArray | None,
-    v0: float | None,
-    unsure: FloatArray | None,
-) -> _Search:
     mean_v = v if mean_v is None else mean_v
     keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
     _check(clusters[keep], mean_v[keep])
@@ -231,7 +195,7 @@ def _search(
         np.empty((len(y), 0)) if extra is None else extra,
         np.empty((len(y), 0)) if unsure is None else unsure,
     )
-    return _Search(problem, np.abs(mean_v[keep]), v0)
+    return LawSearch(problem, np.abs(mean_v[keep]), smoothing_velocity)
 
 
 def _check(clusters: IndexArray, v: FloatArray) -> None:
@@ -254,7 +218,7 @@ def _cost(solution: LawSolution) -> float:
     return solution.cost
 
 
-class _Search:
+class LawSearch:
     """Find v_s and v0, decide what the data show, and say how sure it is."""
 
     def __init__(self, problem: LawProblem, speeds: FloatArray, v0: float | None) -> None:
