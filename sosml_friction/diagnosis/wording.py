@@ -9,12 +9,11 @@ import numpy as np
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_taken_back
-from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
+from sosml_friction.diagnosis.decision.remainder import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
-from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
-from sosml_friction.diagnosis.extended_model.gain import Gain
-from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.diagnosis.extended_model.gain import Gain, Uncertain
+from sosml_friction.identification.number_text import plus_minus, words
 from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, DATA_CAUSES, TERMS
@@ -41,21 +40,21 @@ def describe(cause: Cause, names: Sequence[str] = ()) -> str:
     numbers = []
     kind = TERMS.classes.get(cause.effect)
     if not cause.size_known:
-        return f'{where}: {_words(cause.effect)} ({SIZE_UNKNOWN})'
+        return f'{where}: {words(cause.effect)} ({SIZE_UNKNOWN})'
     unspoken = _NOT_TOLD if kind is None else kind.unspoken
     told = [(name, p) for name, p in cause.parameters.items() if name not in unspoken]
     for name, p in told[:_MOST_NUMBERS]:
         if p.unit == 'joint' and names:
-            numbers.append(f'{_words(name)} {names[int(p.value)]}')
+            numbers.append(f'{words(name)} {names[int(p.value)]}')
             continue
         # The names of what data checks found end in their unit.
         name = name.removesuffix(f'_{p.unit}')
         unit = '' if p.unit == '1' else f' {p.unit}'
         more = _of_harmonics(cause, name)
-        numbers.append(f'{_words(name)} {size_text(p)}{more}{unit}')
+        numbers.append(f'{words(name)} {size_text(p)}{more}{unit}')
     reasons = {p.reason for _, p in told if NOT_IDENTIFIABLE in p.flags and p.experiment}
     why = ''.join(f'; known together only, as {reason}' for reason in sorted(reasons))
-    return f'{where}: {_words(cause.effect)} ({", ".join(numbers)}{why})'
+    return f'{where}: {words(cause.effect)} ({", ".join(numbers)}{why})'
 
 
 def _of_harmonics(cause: Cause, name: str) -> str:
@@ -113,7 +112,7 @@ def sentence_of(
 def _not_shown(causes: Sequence[Cause]) -> str:
     """Return which terms may be nothing, a sentence each with a blank after it."""
     return ''.join(
-        f'{_where(cause)}: {_words(cause.effect)} may be nothing, as its interval has 0 in it: '
+        f'{_where(cause)}: {words(cause.effect)} may be nothing, as its interval has 0 in it: '
         'something looks like it. '
         for cause in causes
         if not_shown(cause)
@@ -143,7 +142,7 @@ def carry_over_lines(cause: Cause) -> list[str]:
     else:
         how = f'{_number(gain.recurs)} of what it predicts is there, and it helps from 0.5 on'
     where = '' if cause.in_model else '; the extended model is without it'
-    name = _words(cause.effect).capitalize()
+    name = words(cause.effect).capitalize()
     return [
         f'{name} ({cause.joint}) does not carry over: it made the effort error there larger by '
         f'{worse}; {how}{where}.'
@@ -160,7 +159,7 @@ def gain_line(cause: Cause) -> str:
         f'({_number(gain.removed[i], gain.units[i])} removed)'
         for i, joint in enumerate(gain.joints)
     ]
-    return f'{_words(cause.effect)} ({cause.joint}): {", ".join(parts)}'
+    return f'{words(cause.effect)} ({cause.joint}): {", ".join(parts)}'
 
 
 def _outside(causes: Sequence[Cause]) -> str:
@@ -168,7 +167,7 @@ def _outside(causes: Sequence[Cause]) -> str:
     if not any(cause.in_model for cause in causes):
         return ''
     left = [
-        f'{_words(cause.effect)} ({cause.joint})'
+        f'{words(cause.effect)} ({cause.joint})'
         for cause in causes
         if not cause.in_model and cause.effect not in DATA_CAUSES and not carry_over_lines(cause)
     ]
@@ -178,7 +177,7 @@ def _outside(causes: Sequence[Cause]) -> str:
 def _told(causes: Sequence[Cause], names: Sequence[str]) -> str:
     parts = []
     for cause in causes:
-        rivals = ', or '.join(_words(rival) for rival in cause.rivals)
+        rivals = ', or '.join(words(rival) for rival in cause.rivals)
         parts.append(describe(cause, names) + (f', or {rivals}' if rivals else ''))
     return '; '.join(parts)
 
@@ -202,7 +201,7 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
         best = next(iter(selection.ranking), None)
     if best is not None and was_taken_back(best):
         return (
-            f'No cause is named: {_words(best.effect.identifier)} removes '
+            f'No cause is named: {words(best.effect.identifier)} removes '
             f'{100 * best.score.cv_gain:.1f} % of the error, but with it {FORWARD_WORSE}.'
         )
     text = (
@@ -211,7 +210,7 @@ def _nothing(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     )
     if best is not None:
         closest = 100 * best.score.cv_gain
-        text += f' (closest: {_words(best.effect.identifier)}, {closest:.1f} %)'
+        text += f' (closest: {words(best.effect.identifier)}, {closest:.1f} %)'
     return f'{text}.{_noise(selection, gain, names)}'
 
 
@@ -288,10 +287,3 @@ def _rest(selection: Selection, names: tuple[str, ...]) -> str:
 def _number(x: Uncertain, unit: str = '') -> str:
     """Return a number with half of its 95 % interval."""
     return plus_minus(x.value, Z_95 * x.std_error, unit)
-
-
-def _words(identifier: str) -> str:
-    """Return an identifier as words, ``effect@joint`` with its joint in brackets."""
-    name, _, joint = identifier.partition('@')
-    where = 'all joints' if joint == ALL_JOINTS else joint
-    return name.replace('_', ' ') + (f' ({where})' if joint else '')

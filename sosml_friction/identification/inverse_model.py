@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 from scipy.signal import butter, decimate, sosfiltfilt
-from scipy.stats import t as t_distribution
 
-from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.arrays import FloatArray, IndexArray, column_norms
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.law.jackknife import jackknife_errors
+from sosml_friction.identification.law.jackknife import jackknife_errors, t_95
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
@@ -21,7 +20,6 @@ from sosml_friction.model.robot import Robot
 FORMS = ('symmetric', 'asymmetric')
 #: Of the Butterworth filter, and of the Chebyshev filter before decimation.
 _ORDER = 4
-_LEVEL = 0.95
 #: Collinearity: share of a column that the others must leave unexplained for it to be fitted.
 _COLLINEAR = 1e-6
 #: Gravity below this share of the largest effort is rounding: doubles have 2e-16.
@@ -258,15 +256,14 @@ class _InverseTask:
             named['viscous_negative'] = (viscous, v_back)
             named['coulomb_negative'] = (self.unit, back)
         X = np.column_stack([column for _, column in named.values()])
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         X = X / norms
         theta = np.linalg.lstsq(X, tau, rcond=1e-12)[0]
         residual = tau - X @ theta
         _, groups = np.unique(self._groups(), return_inverse=True)
         clusters = int(groups.max()) + 1
         errors = jackknife_errors(X, residual, groups) / norms
-        quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, max(clusters - len(named), 1)))
+        quantile = t_95(max(clusters - len(named), 1))
         parameters = {}
         for k, (name, (unit, _)) in enumerate(named.items()):
             if self._left(X, k) < _COLLINEAR:

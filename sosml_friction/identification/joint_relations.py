@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
@@ -258,12 +258,12 @@ def effort_relation(
         return None
 
     def left(columns: FloatArray, y: FloatArray) -> tuple[FloatArray, float, FloatArray, float]:
-        X = columns / _norms(columns)
+        X = columns / column_norms(columns)
         theta = np.linalg.lstsq(X, y, rcond=1e-9)[0]
         residual = y - X @ theta
-        error = _error(X, residual, slopes.time[rows])[0] / _norms(columns)[0]
+        error = _error(X, residual, slopes.time[rows])[0] / column_norms(columns)[0]
         misfit = float(np.sqrt(np.mean(residual**2))) / size
-        return theta / _norms(columns), misfit, residual, float(error)
+        return theta / column_norms(columns), misfit, residual, float(error)
 
     def bodies(per_unit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return inertial and gravity effort of joint i with positions over ``per_unit`` (n,)."""
@@ -316,7 +316,7 @@ def _delay(
     if kept.sum() < _FEWEST_ROWS:
         return 0.0, np.nan
     X, rows = np.column_stack(columns)[kept], rows[kept]
-    U, size, _ = np.linalg.svd(X / _norms(X), full_matrices=False)
+    U, size, _ = np.linalg.svd(X / column_norms(X), full_matrices=False)
     U = U[:, size > 1e-9 * size[0]]
     misfits = []
     for k in range(most + 1):
@@ -343,11 +343,6 @@ def _mean(x: FloatArray, half: int) -> FloatArray:
         weights[[0, -1]] *= 0.5
         result[half:-half] = np.convolve(x, weights, mode='valid')
     return result
-
-
-def _norms(columns: FloatArray) -> FloatArray:
-    sizes = np.linalg.norm(columns, axis=0)
-    return np.asarray(np.where(sizes > 0.0, sizes, 1.0))
 
 
 def _error(X: FloatArray, residual: FloatArray, time: FloatArray) -> FloatArray:

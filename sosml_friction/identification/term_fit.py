@@ -16,7 +16,6 @@ from sosml_friction.identification.free_armature import fitted_armature, with_fi
 from sosml_friction.identification.parameter_interval import AT_ZERO, NON_NEGATIVE
 from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_parameters import (
-    size_text,
     term_parameters,
     with_interval,
 )
@@ -98,11 +97,6 @@ class TermFit:
     estimate: Estimate
     armature: Mapping[str, Parameter] = field(default_factory=dict)
 
-    def of_joint(self, joint: str) -> tuple[FittedTerm, ...]:
-        """Return the terms of a joint, those of the whole robot last."""
-        own = [term for term in self.terms if term.joint == joint]
-        return (*own, *(term for term in self.terms if term.joint == ALL_JOINTS))
-
     def conf_int(self) -> dict[str, dict[str, tuple[float, float]]]:
         """Return 95 % intervals by term and joint, and by parameter."""
         return {
@@ -139,25 +133,6 @@ class TermFit:
             if (placed.term.identifier, where) == (term.term, term.joint):
                 return placed, one.amplitude
         return None
-
-    def summary(self) -> str:
-        """Return the result as text for a person: a line for each parameter."""
-        lines = [
-            f'{len(self.terms)} terms, {self.rows} rows in the band of {self.band_hz:.3g} Hz; '
-            '± is half of the 95 % interval'
-        ]
-        for term in self.terms:
-            for name, p in term.parameters.items():
-                flags = f'  [{", ".join(p.flags)}]' if p.flags else ''
-                lines.append(f'  {term.label} {name} = {size_text(p)} {p.unit}{flags}')
-            if term.objection:
-                lines.append(f'  {term.label}: {term.objection}')
-        for i, name in enumerate(self.names):
-            lines.append(
-                f'  effort of {name} not explained: {self.before[i]:.3g} -> {self.after[i]:.3g} '
-                f'{self.units[i]} rms'
-            )
-        return '\n'.join(lines)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
-from sosml_friction.regression.estimate import Placed, equations_of
+from sosml_friction.regression.estimate import Placed, equations_of, with_amplitudes
 from sosml_friction.regression.signals import Signals
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -29,12 +29,10 @@ def with_carried_load(
     """
     result = []
     for s in signals:
-        more, first = np.zeros_like(s.q), nominal
-        for each in placed:
-            last = first + each.columns.C.shape[3]
+        more = np.zeros_like(s.q)
+        for each, part in with_amplitudes(placed, nominal):
             if isinstance(each.term, BodyTerm):
-                more += each.term.carried(s, each.joint, each.inner) @ x[first:last]
-            first = last
+                more += each.term.carried(s, each.joint, each.inner) @ x[part]
         result.append(replace(s, more_load=more, cache={}))
     return result
 

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -50,6 +51,14 @@ def far_from_reversals(laboratory: WhitenedRegression, Z: FloatArray) -> BoolArr
     return np.asarray((share < _BESIDE).all(axis=2))
 
 
+class _HasColumns(Protocol):
+    @property
+    def columns(self) -> CandidateColumns: ...
+
+
+_T = TypeVar('_T', bound=_HasColumns)
+
+
 @dataclass(frozen=True)
 class Placed:
     """Hold a term in a joint (0 or ``ROBOT``: in the whole robot) with its inner parameters."""
@@ -81,8 +90,8 @@ class Estimate:
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
         result = []
-        for k, part in enumerate(slices(laboratory, self.placed)):
-            placed = self.placed[k]
+        first = len(laboratory.nominal.bound)
+        for k, (placed, part) in enumerate(with_amplitudes(self.placed, first)):
             result.append(
                 Fitted(
                     laboratory.signals[0],
@@ -96,15 +105,12 @@ class Estimate:
         return result
 
 
-def slices(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> list[slice]:
-    """Return where the amplitudes of each term are among the parameters."""
-    result = []
-    first = len(laboratory.nominal.bound)
+def with_amplitudes(placed: Sequence[_T], first: int) -> Iterator[tuple[_T, slice]]:
+    """Yield each term with where its amplitudes are among the parameters, from ``first`` on."""
     for each in placed:
-        count = each.columns.C.shape[3]
-        result.append(slice(first, first + count))
-        first += count
-    return result
+        last = first + each.columns.C.shape[3]
+        yield each, slice(first, last)
+        first = last
 
 
 def settle(
@@ -173,7 +179,7 @@ class Linear:
         """Return the fit ``x`` of settled terms, linearised in all but what is held."""
         slopes: list[CandidateColumns] = []
         owners: list[tuple[int, str, float, tuple[float, float]]] = []
-        for k, (each, part) in enumerate(zip(placed, slices(laboratory, placed), strict=True)):
+        for k, (each, part) in enumerate(with_amplitudes(placed, len(laboratory.nominal.bound))):
             bounds = each.term.inner_bounds(laboratory.signals[0], each.joint)
             for name in each.term.refined:
                 if name in bounds and (k, name) not in held:
@@ -314,7 +320,7 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     fit = Fit.make(system, laboratory.y)
     linear = Linear.make(laboratory, placed, fit.baseline.x)
     variance = linear.variances(laboratory, fit)
-    for each, part in zip(placed, slices(laboratory, placed), strict=True):
+    for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
     errors = np.sqrt(variance)
     known = linear.known

@@ -16,7 +16,7 @@ from sosml_friction.regression.estimate import (
     Placed,
     equations_of,
     settle,
-    slices,
+    with_amplitudes,
 )
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -100,7 +100,7 @@ class _Walk:
         self.placed = [*others, estimate.placed[which]]
         self.least = estimate.fit.baseline.cost
         linear = Linear.make(laboratory, estimate.placed, estimate.fit.baseline.x)
-        part = slices(laboratory, estimate.placed)[which]
+        part = list(with_amplitudes(estimate.placed, len(laboratory.nominal.bound)))[which][1]
         modelled = np.diag(linear.covariance(laboratory)[0])
         # How much more scatter there is than the modelled noise makes, in this term's sizes.
         self.limit = Z_95**2 * float(np.max(estimate.errors[part] ** 2 / modelled[part]))
@@ -118,7 +118,7 @@ class _Walk:
         x, cost = equations_of(self.laboratory, self.now).solve()
         linear = Linear.make(self.laboratory, self.now, x, everything | mine)
         modelled = np.diag(linear.covariance(self.laboratory)[0])
-        part = slices(self.laboratory, self.now)[-1]
+        part = list(with_amplitudes(self.now, len(self.laboratory.nominal.bound)))[-1][1]
         excess = (cost - self.least) / self.limit
         room = max(1.0 - excess, 0.0) * self.limit
         half = np.sqrt(room * modelled[part])

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
-from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, column_norms
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.kernels import runs
 
@@ -294,7 +294,7 @@ class WhitenedRests:
                     cut = max(0, order - begin)
                     if not columns[cut:].any():
                         continue
-                    base = _span(columns[cut:] / _sizes(columns[cut:]))
+                    base = _span(columns[cut:] / column_norms(columns[cut:]))
                     start = first + begin + cut
                     self._bases.append((i, slice(start, start + len(base)), base))
             first += count - order
@@ -340,11 +340,6 @@ def _clusters(
             begin, columns = start, joined
         result.append((begin, columns))
     return result
-
-
-def _sizes(columns: FloatArray) -> FloatArray:
-    size = np.linalg.norm(columns, axis=0)
-    return np.asarray(np.where(size > 0.0, size, 1.0))
 
 
 def _project(part: ColumnArray, base: FloatArray) -> None:

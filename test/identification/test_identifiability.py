@@ -9,9 +9,10 @@ import os
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 
 from sosml_friction.identification.identifiability import DataReach, reason_for
-from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, fit_law
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
@@ -221,12 +222,12 @@ def test_the_width_of_the_sign_is_found_where_the_data_have_it():
     v = plateaus(0.004)
     y = make_friction_law('stribeck', TRUTH, 0.005).torque(v)
     y = y + 1e-3 * np.random.default_rng(0).normal(size=len(v))
-    one = fit_law(v, y, np.arange(len(v)), 'Nm', find_smoothing=True)
+    one = fit_law(v, y, np.arange(len(v)), 'Nm', smoothing_velocity=None)
     assert one.smoothing_velocity == pytest.approx(0.005, rel=0.05)
     for name, value in TRUTH.items():
         parameter = one.parameters[name]
         assert abs(parameter.value - value) < 4.5 * parameter.std_error, name
     sharp = make_friction_law('stribeck', TRUTH, 0.0).torque(v)
     noise = 1e-3 * np.random.default_rng(1).normal(size=len(v))
-    one = fit_law(v, sharp + noise, np.arange(len(v)), 'Nm', find_smoothing=True)
+    one = fit_law(v, sharp + noise, np.arange(len(v)), 'Nm', smoothing_velocity=None)
     assert one.smoothing_velocity < 0.002

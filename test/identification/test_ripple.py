@@ -8,12 +8,12 @@ import os
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 from lockstep import emulated_exoskeleton
 from lockstep_run import run_lockstep
 from scipy.stats import binom
 
 from sosml_friction.identification.data_finding import NOTE, WARNING
-from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.ripple import joint_ripple, measure_ripple
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder

@@ -49,7 +49,7 @@ def without_friction():
 
 
 def of(fit, joint, term):
-    return next(t for t in fit.of_joint(joint) if t.term == term).parameters
+    return next(t for t in fit.terms if t.joint in (joint, '*') and t.term == term).parameters
 
 
 def test_load_dependent_friction_is_found_within_5_percent_and_its_interval_covers():

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,11 +54,3 @@ class Finding:
     def reported(self, names: tuple[str, ...]) -> tuple[str, str]:
         """Return effect and joint under which it is reported."""
         return self.effect.identifier, joint_name(self.effect, self.joint, names)
-
-
-def with_amplitudes(findings: Sequence[Finding], first: int) -> Iterator[tuple[Finding, slice]]:
-    """Yield each finding with where its amplitudes are among the parameters, from ``first`` on."""
-    for finding in findings:
-        last = first + finding.columns.C.shape[3]
-        yield finding, slice(first, last)
-        first = last

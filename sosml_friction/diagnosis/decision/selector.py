@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding, with_amplitudes
+from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.scorer import Scorer
@@ -16,7 +16,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import settle
+from sosml_friction.regression.estimate import settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 

@@ -22,8 +22,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain, Uncertain
 from sosml_friction.diagnosis.extended_model.effort_error import HeldOut
+from sosml_friction.diagnosis.extended_model.gain import CauseGain, Uncertain
+from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
 Key = tuple[str, int]
@@ -124,14 +125,11 @@ def _on_these(
     scale: FloatArray,
 ) -> tuple[Uncertain, float]:
     """Return size and phase [degrees] of a cause in data left out, beside what was found."""
-    first = held.nominal.shape[2]
     parts, found = [], []
-    for finding in selection.accepted:
-        last = first + finding.columns.C.shape[3]
+    for finding, at in with_amplitudes(selection.accepted, held.nominal.shape[2]):
         if finding.key == own[0].key:
             parts.append(held.columns(finding)[:, rows] / scale[:, None])
-            found.append(selection.after.x[first:last])
-        first = last
+            found.append(selection.after.x[at])
     C, x = np.concatenate(parts, axis=2), np.concatenate(found)
     k = len(x)
     # Amplitudes of one term have different units.

@@ -8,7 +8,6 @@ base parameters are the rigid body: ``robot.urdf`` and ``armature``. Coulomb and
 are parameters of the joint's law. The rest are terms in ``effects``. Nothing is in two places.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -33,6 +32,7 @@ from sosml_friction.model.rigid_changes import (
 )
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.term import TERMS
+from sosml_friction.plain import to_plain
 
 #: Law of a joint whose friction the model did not know.
 _PLAIN = ('coulomb', 'viscous', 'bias')
@@ -63,10 +63,10 @@ def extended_model(
         effects=(*model.effects, *terms),
         provenance={
             **provenance,
-            'causes': [_plain(cause.to_dict()) for cause in diagnosis.causes],
-            'tolerated': [_plain(cause.to_dict()) for cause in diagnosis.tolerated],
+            'causes': [to_plain(cause.to_dict()) for cause in diagnosis.causes],
+            'tolerated': [to_plain(cause.to_dict()) for cause in diagnosis.tolerated],
             'rigid_body': rigid,
-            'refit': _plain(diagnosis.refit),
+            'refit': to_plain(diagnosis.refit),
         },
     )
 
@@ -122,17 +122,6 @@ def _with_friction(
             parameters[key] = Parameter(value, old.unit, error)
         joints[name] = replace(joint, friction=replace(joint.friction, parameters=parameters))
     return replace(model, joints=joints), left
-
-
-def _plain(value: Any) -> Any:
-    """Return the same as YAML takes it: without NumPy's own numbers, unknown ones as None."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _is_of_law(name: str) -> bool:

@@ -1,8 +1,9 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The delete-one-cluster jackknife of a linear least-squares fit."""
+"""The delete-one-cluster jackknife of a linear least-squares fit, and its intervals."""
 
 import numpy as np
+from scipy.stats import t as t_distribution
 
 from sosml_friction.arrays import FloatArray, IndexArray
 
@@ -39,3 +40,8 @@ def jackknife_covariance(
     spread = spread - spread.mean(0)
     count = len(first)
     return np.array((count - 1) / count * spread.T @ spread)
+
+
+def t_95(freedom: int) -> float:
+    """Return half of a 95 % interval in standard errors, by Student's t."""
+    return float(t_distribution.ppf(0.975, freedom))

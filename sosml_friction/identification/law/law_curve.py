@@ -5,13 +5,12 @@
 import math
 
 import numpy as np
-from scipy.stats import t as t_distribution
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import FrictionLaw, law_definition, make_friction_law
 
-_LEVEL = 0.95
 #: Step of the differences that make the gradient of the law, as a share of a parameter.
 _STEP = 1e-5
 
@@ -62,5 +61,4 @@ def band(fit: LawFit, v: FloatArray) -> FloatArray | None:
         gradient[:, k] = (ends[1] - ends[0]) / (2.0 * step)
     variance = np.einsum('ni,ij,nj->n', gradient, covariance, gradient)
     freedom = max(fit.clusters - len(names), 1)
-    quantile = float(t_distribution.ppf(0.5 + 0.5 * _LEVEL, freedom))
-    return np.array(quantile * np.sqrt(np.maximum(variance, 0.0)))
+    return np.array(t_95(freedom) * np.sqrt(np.maximum(variance, 0.0)))

@@ -10,9 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
-from scipy.stats import t as t_distribution
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.identifiability import (
     SPREAD,
@@ -20,7 +19,7 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.law.jackknife import jackknife_covariance
+from sosml_friction.identification.law.jackknife import jackknife_covariance, t_95
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
     dissipation_check,
@@ -138,22 +137,20 @@ class LawFit:
         return replace(fit, covariance=fit.covariance + np.outer(d, d) - np.diag(d**2))
 
 
-def fit_law(
+def search_law(
     v: FloatArray,
     y: FloatArray,
     clusters: IndexArray,
-    effort_unit: str,
     lag: Callable[[FloatArray], FloatArray] = lambda column: column,
     keep: BoolArray | None = None,
-    smoothing_velocity: float = 0.0,
+    smoothing_velocity: float | None = 0.0,
     mean_v: FloatArray | None = None,
-    find_smoothing: bool = False,
     form: LawForm | None = None,
     extra: FloatArray | None = None,
     unsure: FloatArray | None = None,
-) -> LawFit:
+) -> LawSearch:
     """
-    Fit y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
+    Return the fit of y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
 
     For a given v_s (and v0 of the sign s, where it is to be found) the law is linear: these are
     searched, the rest solved with Huber weights. The estimates' covariance is that of the
@@ -177,48 +174,14 @@ def fit_law(
     :param lag: what the observer did to friction on its way to y: applied to each column. It may
         make K numbers of N: y, ``clusters``, ``keep`` and ``mean_v`` then have K.
     :param keep: which pairs take part (N,), all of them if None.
-    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself.
+    :param smoothing_velocity: v0 of the sign s, known; 0 for the sign itself, None to find it.
     :param mean_v: velocity of each pair (K,), where ``lag`` makes K numbers of N.
-    :param find_smoothing: whether v0 is to be found instead.
     :param form: which law, that of the equation if None.
     :param extra: more columns with a factor each (K, E), such as inertial torque.
     :param unsure: what y may be off by (K, U), each column as a whole by one standard deviation.
     :raises DataError: if there are too few clusters, or motion in one direction only.
     :raises MotionError: if the motion is at one speed only.
     """
-    v0 = None if find_smoothing else smoothing_velocity
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, v0, unsure)
-    return search.result(effort_unit)
-
-
-def find_smoothing_velocity(
-    v: FloatArray,
-    y: FloatArray,
-    clusters: IndexArray,
-    lag: Callable[[FloatArray], FloatArray] = lambda column: column,
-    keep: BoolArray | None = None,
-    mean_v: FloatArray | None = None,
-    form: LawForm | None = None,
-    extra: FloatArray | None = None,
-    unsure: FloatArray | None = None,
-) -> float:
-    """Return v0 of the sign that :func:`fit_law` finds; parameters and errors are the same."""
-    search = _search(v, y, clusters, lag, keep, mean_v, form, extra, None, unsure)
-    return search.full.v0
-
-
-def _search(
-    v: FloatArray,
-    y: FloatArray,
-    clusters: IndexArray,
-    lag: Callable[[FloatArray], FloatArray],
-    keep: BoolArray | None,
-    mean_v: FloatArray | None,
-    form: LawForm | None,
-    extra: FloatArray | None,
-    v0: float | None,
-    unsure: FloatArray | None,
-) -> _Search:
     mean_v = v if mean_v is None else mean_v
     keep = np.isfinite(y) & np.isfinite(mean_v) & (True if keep is None else keep)
     _check(clusters[keep], mean_v[keep])
@@ -232,7 +195,7 @@ def _search(
         np.empty((len(y), 0)) if extra is None else extra,
         np.empty((len(y), 0)) if unsure is None else unsure,
     )
-    return _Search(problem, np.abs(mean_v[keep]), v0)
+    return LawSearch(problem, np.abs(mean_v[keep]), smoothing_velocity)
 
 
 def _check(clusters: IndexArray, v: FloatArray) -> None:
@@ -255,7 +218,7 @@ def _cost(solution: LawSolution) -> float:
     return solution.cost
 
 
-class _Search:
+class LawSearch:
     """Find v_s and v0, decide what the data show, and say how sure it is."""
 
     def __init__(self, problem: LawProblem, speeds: FloatArray, v0: float | None) -> None:
@@ -306,7 +269,6 @@ class _Search:
         self.softer: dict[bool, LawSolution] = {}
         if self.finds_v0:
             self._settle_sign()
-        self.freedom = problem.count - len(problem.base) - 2
 
     def _signs(self) -> list[float]:
         return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
@@ -499,7 +461,7 @@ class _Search:
         still = tuple(n for n in names if n in NON_NEGATIVE and best[n] <= 0.0)
         C = problem.covariance(solution, with_v0)
         freedom = max(problem.count - len(names) - with_v0, 1)
-        quantile = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom))
+        quantile = t_95(freedom)
         reach = DataReach(effort_unit, self.slowest, self.fastest, self.level, best)
         parameters = {}
         for name in names:
@@ -818,8 +780,7 @@ class _Search:
             if solution.v_s is not None:
                 even.append(fade(problem.speed, solution.v_s, form.alpha))
             X = np.column_stack([X, *(problem.made(column) for column in even)])
-            norms = np.linalg.norm(X, axis=0)
-            norms[norms == 0.0] = 1.0
+            norms = column_norms(X)
             w = solution.weights
             root = np.sqrt(w)
             theta = np.linalg.lstsq(

@@ -9,15 +9,20 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_form import LawForm
-from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
 
+#: Part of the largest column that is left of columns that others stand for: the square root of
+#: rounding, so that sums of squares are exact.
+_LEFT = 1e-8
+#: Rows that are reduced at a time; it bounds the memory.
+_BLOCK = 20_000
 #: Parameters that friction has not below zero.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
@@ -49,7 +54,7 @@ class LawProblem:
     """
     Pose y = L [s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias] for any v_s and v0 of s.
 
-    The arguments are those of :func:`~sosml_friction.identification.law.law_fit.fit_law`, y and
+    The arguments are those of :func:`~sosml_friction.identification.law.law_fit.search_law`, y and
     ``extra`` those of the rows that take part; ``made`` is L, and of its result these rows.
     """
 
@@ -159,8 +164,7 @@ class LawProblem:
         X = self.columns(v_s, v0)
         names = self.names(v_s)
         lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
-        scale = np.linalg.norm(X, axis=0)
-        scale[scale == 0.0] = 1.0
+        scale = column_norms(X)
         # A fit with p parameters leaves sqrt((n - p) / n) of the noise.
         left = np.sqrt(max(self.count - len(names) - (v_s is not None), 1) / self.count)
         w = np.ones(len(self.y)) if weights is None else weights
@@ -221,8 +225,7 @@ class LawProblem:
         """
         names, X = self.jacobian(solution, with_v0)
         used = [k for k, name in enumerate(names) if name not in without]
-        norms = np.linalg.norm(X[:, used], axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X[:, used])
         w = solution.weights
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
@@ -242,8 +245,7 @@ class LawProblem:
         names, X = self.jacobian(solution, with_v0)
         used = [k for k, each in enumerate(names) if each not in without]
         X = X[:, used] * np.sqrt(solution.weights)[:, None]
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         k = [names[u] for u in used].index(name)
         X = X / norms
         return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
@@ -251,8 +253,7 @@ class LawProblem:
     def free_step(self, solution: LawSolution, with_v0: bool, name: str) -> float:
         """Return how far a parameter would move if no bound held it."""
         names, X = self.jacobian(solution, with_v0)
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         root = np.sqrt(solution.weights)
         step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]
         k = names.index(name)
@@ -261,3 +262,23 @@ class LawProblem:
     def stribeck_at(self, solution: LawSolution) -> float:
         """Return S of a law with a Stribeck term."""
         return float(solution.theta[self.names(solution.v_s).index('stribeck')])
+
+
+def spanning(columns: FloatArray) -> IndexArray:
+    """
+    Return which of the columns (M, F) all others are combinations of.
+
+    By QR with pivoting (the interpolative decomposition); the rest is below 1e-8 of the largest.
+    """
+    R, order = qr(columns, mode='r', pivoting=True)
+    size = np.abs(np.diag(R))
+    return np.asarray(order[: int(np.sum(size > _LEFT * size[0]))])
+
+
+def triangle(*columns: FloatArray) -> FloatArray:
+    """Return R of the QR decomposition of columns side by side, from blocks of their rows."""
+    R = np.empty((0, sum(each.shape[1] for each in columns)))
+    for first in range(0, len(columns[0]), _BLOCK):
+        block = np.column_stack([each[first : first + _BLOCK] for each in columns])
+        R = np.asarray(np.linalg.qr(np.vstack([R, block]), mode='r'))
+    return R

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law.law_fit import LawFit, find_smoothing_velocity, fit_law
+from sosml_friction.identification.law.law_fit import LawFit, LawSearch, search_law
 from sosml_friction.identification.law.law_form import LawForm
 
 #: How far the velocities may be wrong after smoothing, as a share of what it changed. Chosen
@@ -21,7 +21,7 @@ _UNSURE = 0.25
 @dataclass(frozen=True)
 class LawRows:
     """
-    Hold what :func:`~sosml_friction.identification.law.law_fit.fit_law` takes.
+    Hold what :func:`~sosml_friction.identification.law.law_fit.search_law` takes.
 
     ``v`` (N,) velocity in full order; ``y`` (K,) friction; ``clusters`` (K,) which rows share
     their noise; ``keep`` (K,) which take part; ``mean_v`` (K,) velocity of each row; ``lag`` makes
@@ -51,7 +51,7 @@ class LawRows:
 
     def fit(self, effort_unit: str) -> LawFit:
         """
-        Fit the law to the rows; errors as of ``fit_law``.
+        Fit the law to the rows; errors as of ``search_law``.
 
         What is not known of the velocities, and of the effort between samples, moves all
         parameters together: V + d d^T, d the change by the other way, times how unsure this is.
@@ -78,31 +78,16 @@ class LawRows:
             yield replace(self, y=self.late), 1.0
 
     def _fit(self, effort_unit: str) -> LawFit:
-        return fit_law(
-            self.v,
-            self.y,
-            self.clusters,
-            effort_unit,
-            lag=self.lag,
-            keep=self.keep,
-            smoothing_velocity=self.smoothing_velocity,
-            mean_v=self.mean_v,
-            find_smoothing=self.find_smoothing,
-            form=self.form,
-            extra=self.extra,
-            unsure=self.unsure,
+        return self._search(None if self.find_smoothing else self.smoothing_velocity).result(
+            effort_unit
         )
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""
-        return find_smoothing_velocity(
-            self.v,
-            self.y,
-            self.clusters,
-            lag=self.lag,
-            keep=self.keep,
-            mean_v=self.mean_v,
-            form=self.form,
-            extra=self.extra,
-            unsure=self.unsure,
-        )
+        return self._search(None).full.v0
+
+    def _search(self, v0: float | None) -> LawSearch:
+        return search_law(
+            self.v, self.y, self.clusters, self.lag, self.keep, v0, self.mean_v, self.form,
+            self.extra, self.unsure,
+        )  # fmt: skip

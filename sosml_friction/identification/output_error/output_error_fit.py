@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as t_distribution
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-
-_LEVEL = 0.95
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ class OutputErrorFit:
 
 def estimated(value: float, unit: str, error: float, freedom: int) -> Parameter:
     """Return a parameter with its 95 % interval; without a standard error it is at its bound."""
-    half = float(t_distribution.ppf(0.5 + _LEVEL / 2.0, freedom)) * error
+    half = t_95(freedom) * error
     if not np.isfinite(half):
         return Parameter(float(value), unit, float(error), None, (AT_BOUND,))
     return Parameter(float(value), unit, float(error), (float(value - half), float(value + half)))

@@ -11,7 +11,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, column_norms
+from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_stack import OWN, LawStack
 from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
@@ -24,7 +25,6 @@ from sosml_friction.model.terms.stribeck import fade
 _ALARM = 0.01
 #: Collinearity: a deviation of which the others leave a smaller share is not identifiable.
 _LEFT = 1e-3
-_LEVEL = 0.95
 _GRID = 30
 
 
@@ -150,8 +150,7 @@ class _Comparison:
         return float(np.exp(found.x)) if found.fun < costs[best] else float(grid[best])
 
     def _solve(self, X: FloatArray) -> tuple[FloatArray, FloatArray]:
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         theta = np.linalg.lstsq(X / norms, self.y, rcond=1e-10)[0]
         return theta / norms, self.y - (X / norms) @ theta
 
@@ -170,8 +169,7 @@ class _Comparison:
 
         With what the bodies may be off by, which all bags share and see in other postures.
         """
-        norms = np.linalg.norm(X, axis=0)
-        norms[norms == 0.0] = 1.0
+        norms = column_norms(X)
         X = X / norms
         count = int(self.groups.max()) + 1
         scores = np.zeros((count, X.shape[1]))
@@ -207,7 +205,7 @@ class _Comparison:
         for b in self.present[1:]:
             for name in names:
                 column = self._deviation((name, int(b)))
-                basis = np.linalg.qr(_unit(X))[0]
+                basis = np.linalg.qr(X / column_norms(X))[0]
                 rest = column - basis @ (basis.T @ column)
                 if float(rest @ rest) > _LEFT**2 * float(column @ column):
                     X = np.column_stack([X, column])
@@ -238,7 +236,7 @@ class _Comparison:
         accepted: list[tuple[str, int]] = []
         while len(accepted) < len(candidates):
             X = np.column_stack([self.base, *(self._deviation(c) for c in accepted)])
-            basis = np.linalg.qr(_unit(X))[0]
+            basis = np.linalg.qr(X / column_norms(X))[0]
             residual = self.y - basis @ (basis.T @ self.y)
             best, best_gain = None, 0.0
             for candidate in candidates:
@@ -295,13 +293,8 @@ class _Comparison:
         for name in names:
             for bag in self.present.tolist():
                 value, error = map(float, next(errors))
-                half = error * float(t_distribution.ppf(0.5 + _LEVEL / 2.0, self._freedom(bag)))
+                half = error * t_95(self._freedom(bag))
                 result.setdefault(name, {})[self.labels[bag]] = Parameter(
                     value, unit_of(name, self.unit), error, (value - half, value + half)
                 )
         return result
-
-
-def _unit(X: FloatArray) -> FloatArray:
-    norms = np.linalg.norm(X, axis=0)
-    return np.array(X / np.where(norms > 0.0, norms, 1.0))

@@ -7,9 +7,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as t_distribution
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.law.jackknife import t_95
 
 _DAY = 86400e9
 #: Fewest recordings that a line and the scatter about it can be told from.
@@ -70,6 +70,6 @@ def drift_of(dates_ns: FloatArray, values: FloatArray, errors: FloatArray) -> Dr
     room = float(np.sum(w) - np.trace(covariance @ X.T @ ((w**2)[:, None] * X)))
     scatter = np.sqrt(max(cost - expected, 0.0) / room)
     theta, covariance = solved(1.0 / (s**2 + scatter**2))
-    quantile = float(t_distribution.ppf(0.975, len(y) - 2))
+    quantile = t_95(len(y) - 2)
     half = quantile * float(np.sqrt(covariance[1, 1]))
     return Drift(unit * float(theta[1]), unit * half, unit * float(scatter), len(y))

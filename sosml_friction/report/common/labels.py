@@ -29,6 +29,13 @@ PLAIN = {
 _ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Estimates that no observer makes.
 _METHODS = {'weak_form': 'Weak form', 'regression': 'Regression', 'output_error': 'Output error'}
+#: What the levels, rows or samples of a fit are called in a sentence.
+_PAIRS = {
+    'segments': 'the levels of {} steady windows',
+    'weak': '{} means of position and effort, without an observer',
+    'regression': '{} rows of position and effort, beside the rigid body',
+    'output_error': '{} samples of a forward simulation',
+}
 _UNITS = {'Nm': ('rad', 'rad/s'), 'N': ('m', 'm/s')}
 
 
@@ -47,6 +54,11 @@ def fit_label(observer: str, method: str) -> str:
     """Return what a fit is called: observer and method, once where they are the same."""
     label = observer_label(observer)
     return label if observer in _METHODS else f'{label}, {method}'
+
+
+def pairs_text(method: str, count: int) -> str:
+    """Return what a fit was made to, in words with its count."""
+    return _PAIRS.get(method, '{} samples in motion').format(count)
 
 
 def symbols_of(*parameters: Collection[str]) -> dict[str, str]:

@@ -3,7 +3,6 @@
 """Results as files: nothing foreign is overwritten, nothing is left half written."""
 
 import json
-import math
 import os
 import shutil
 import signal
@@ -14,9 +13,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.plain import to_plain
 
 
 class OutputKind(NamedTuple):
@@ -139,25 +137,6 @@ def _uninterrupted() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-
-
-def to_plain(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document in plain Python types, a number that is not finite as None."""
-    return {str(key): _plain(entry) for key, entry in document.items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return to_plain(value)
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
 
 
 def to_json(document: Mapping[str, Any]) -> str:

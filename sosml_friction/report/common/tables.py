@@ -8,7 +8,6 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from sosml_friction.identification.friction_fit import REGRESSION
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.number_text import (
     NOT_IDENTIFIABLE_TEXT,
@@ -18,10 +17,15 @@ from sosml_friction.identification.number_text import (
     truth_text,
     value_text,
 )
-from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import Parameter
-from sosml_friction.report.common.labels import SYMBOLS, in_order, observer_label, symbols_of
+from sosml_friction.report.common.labels import (
+    SYMBOLS,
+    in_order,
+    observer_label,
+    pairs_text,
+    symbols_of,
+)
 from sosml_friction.report.common.table import terminal_table
 from sosml_friction.report.fit.findings import sampling_text
 from sosml_friction.report.fit.joint_view import JointView, joint_views
@@ -111,20 +115,9 @@ def _fitted_to(view: JointView) -> str:
     if view.model is None:
         return f'{view.name}: {view.unavailable}'
     fit = view.model
+    to = pairs_text(fit.method, fit.fit.pairs)
     std = format_number(fit.fit.residual_std, 0.1 * fit.fit.residual_std)
     return (
-        f'{view.name}: fitted to {method_text(view)}; the law leaves {std} {fit.unit} '
+        f'{view.name}: fitted to {to}; the law leaves {std} {fit.unit} '
         f'({fit.fit.relative_error:.1f} %)'
     )
-
-
-def method_text(view: JointView) -> str:
-    """Return what the fits of a joint were made to, in words with counts."""
-    fit = view.fits[view.preferred or next(iter(view.fits))]
-    pairs = {
-        'segments': 'the levels of {} steady windows',
-        'weak': '{} means of position and effort, without an observer',
-        REGRESSION: '{} rows of position and effort, beside the rigid body',
-        OUTPUT_ERROR: '{} samples of a forward simulation',
-    }
-    return pairs.get(fit.method, '{} samples in motion').format(fit.fit.pairs)

@@ -17,18 +17,10 @@ from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
-from sosml_friction.report.common.labels import PLAIN, observer_label, symbols_of
+from sosml_friction.report.common.labels import PLAIN, observer_label, pairs_text, symbols_of
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import model_questions
 from sosml_friction.report.fit.joint_view import JointView
-
-#: What the levels, rows or samples of a fit are called in a sentence.
-PAIRS = {
-    'segments': 'the levels of {} steady windows',
-    'weak': '{} means of position and effort',
-    'regression': '{} rows of position and effort, beside the rigid body',
-    'output_error': '{} samples of a forward simulation',
-}
 
 
 def moment(stamp_ns: Any) -> str:
@@ -107,7 +99,7 @@ def joint_card(view: JointView) -> str:
         return heading(view.name, 3) + paragraph(f'Not available: {view.unavailable}.')
     fit = view.model
     load = view.load if view.preferred == REGRESSION else None
-    told = PAIRS.get(fit.method, '{} samples in motion').format(fit.fit.pairs)
+    told = pairs_text(fit.method, fit.fit.pairs)
     left = (
         f'Fitted to {told} ({observer_label(view.preferred)}); the law leaves '
         f'{rounded(fit.fit.residual_std)} {fit.unit} of them, {rounded(fit.fit.relative_error)} % '

@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 
-from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 from scipy.stats import binom
 from scipy.stats import t as t_distribution
 
 from sosml_friction.identification.law.law_curve import band, fitted_law
-from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 

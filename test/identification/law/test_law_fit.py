@@ -8,11 +8,11 @@ import os
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.jackknife import jackknife_errors
-from sosml_friction.identification.law.law_fit import fit_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
@@ -418,7 +418,7 @@ def test_rows_at_rest_do_not_stop_the_search_and_are_no_slowest_speed(find):
     v, y, clusters = next(data_sets(LOW, TRUTH, normal, 30, 1))
     v[::9] = 0.0
     with np.errstate(divide='raise', invalid='raise'):
-        fit = fit_law(v, y, clusters, 'Nm', find_smoothing=find)
+        fit = fit_law(v, y, clusters, 'Nm', smoothing_velocity=None if find else 0.0)
     assert 0.005 < fit.slowest < 0.02
 
 
@@ -428,7 +428,7 @@ def test_a_term_that_the_test_refused_may_be_nothing_at_the_slowest_speed():
         rng = np.random.default_rng(seed)
         v = np.repeat(plateaus(LOW), 30)
         y = np.sign(v) + 0.5 * v + 0.02 * rng.standard_normal(len(v))
-        fit = fit_law(v, y, np.arange(len(v)) // 30, 'Nm', find_smoothing=True)
+        fit = fit_law(v, y, np.arange(len(v)) // 30, 'Nm', smoothing_velocity=None)
         if fit.drawn_law == 'coulomb_viscous':
             assert fit.derived['stribeck_at_slowest'].interval[0] == 0.0
             assert fit.derived['stribeck_at_slowest'].flags == (NOT_IDENTIFIABLE,)
@@ -445,7 +445,7 @@ def test_a_smoother_sign_that_the_data_do_not_show_is_in_the_errors():
     for seed in range(500, 540):
         y = law(np.abs(v), {**TRUTH, 'viscous': 0.0, 'bias': 0.0}) * np.tanh(v / v0)
         y += TRUTH['viscous'] * v + TRUTH['bias'] + normal(np.random.default_rng(seed), len(v)) * 2
-        fit = fit_law(v, y, clusters, 'Nm', find_smoothing=True)
+        fit = fit_law(v, y, clusters, 'Nm', smoothing_velocity=None)
         if fit.smoothing_velocity == 0.0:
             low, high = fit.parameters['stribeck'].interval
             held.append(low <= TRUTH['stribeck'] <= high)

@@ -8,11 +8,12 @@ import re
 
 import numpy as np
 import pytest
+from fitted_law import fit_law
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_checks import LawCheck
-from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, fit_law
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.fit.findings import (
     caveats,
