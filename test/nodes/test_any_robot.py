@@ -10,6 +10,7 @@ from gripper_arm import ARM, COULOMB, ROTOR, VISCOUS, gripper_arm_log, gripper_a
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.recorded_robot import stated_armature
@@ -150,6 +151,7 @@ def test_a_run_begins_with_the_joints_that_are_stated(ros, start_node, make_seri
     _, _, configuration = estimated(ros, start_node, urdf, batches, stated, listeners=2)
     assert configuration.joints == ARM
     output = ros.node.create_publisher(JointState, 'joint_states', JOINT_STATES)
+    ros.collect(JointTrajectory, 'joint_trajectory', 10)
     ros.spin_until(lambda: output.get_subscription_count() == 2)
     ros.spin_until(lambda: 'joints j1, j2' in node.output)
     for state in states[51:]:

@@ -44,9 +44,10 @@ def test_a_command_beyond_the_limit_is_seen(monkeypatch):
 
 def test_a_recording_that_loses_what_was_flushed_is_seen(tmp_path, monkeypatch):
     monkeypatch.setattr(BagRecorder, 'flush', lambda _: None)
-    outcomes = [
-        outcome_of(KillPoints(tmp_path), np.random.default_rng((9, case)))[0] for case in range(6)
-    ]
+    outcomes = (
+        outcome_of(KillPoints(tmp_path), np.random.default_rng((9, case)))[0] for case in range(30)
+    )
+    # A kill before anything was flushed shows nothing; on a busy machine many are.
     assert 'silent' in outcomes
 
 
