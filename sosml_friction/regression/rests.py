@@ -15,7 +15,7 @@ from sosml_friction.regression.kernels import runs
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the
 #: band. Chosen, no measurement.
-SLOW = 0.02
+_SLOW = 0.02
 #: A standstill of more cycles of the band and more time [s] than these is a stop; a shorter one is
 #: a reversal in passing. Chosen, no measurement.
 _STOP, _STOP_S = 3.0, 0.2
@@ -149,7 +149,7 @@ def stopping_joints(
 
 def _most(i: int, limit: FloatArray, speed: FloatArray, band: Band) -> float:
     """Return how far a joint goes at most in a cycle in which it rests."""
-    return min(float(limit[i]), SLOW * float(speed[i]) / band.cutoff)
+    return min(float(limit[i]), _SLOW * float(speed[i]) / band.cutoff)
 
 
 def find_rests(

@@ -25,7 +25,7 @@ from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.band import Band, steady_acceleration
 from sosml_friction.regression.position_noise import PositionNoise
-from sosml_friction.regression.rests import SLOW, Rest, find_rests, stopping_joints, without_rests
+from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
@@ -36,9 +36,6 @@ _SIGN_SHARES = (0.005, 0.02, 0.05, 0.1, 0.15, 0.2, 0.27, 0.36, 0.48, 0.62, 0.8, 
 #: Least white noise that dithers a quantum of position, as a share of the quantum: less is
 #: rounding. Chosen, no measurement.
 _DITHER = 0.1
-#: A row of the band is of motion where rest has less than this share in it, and fewest such rows
-#: for each column. Chosen, no measurement.
-_RESTS, _FEWEST = 0.1, 10
 #: Largest distance from a multiple of a quantum, in quanta, that counts as one. Chosen, no
 #: measurement.
 _OFF_STEP = 0.02
@@ -466,17 +463,14 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     Return the signals with the displacement of the sign that fits each joint best.
 
     It is a number of the gear and not of the nominal model. What :func:`find_scales` says is the
-    most that still counts as a sign; friction that builds up over more is a cause. It is told in
-    motion: at rest friction is any, and an encoder's noise turns a sharp sign to and fro.
+    most that still counts as a sign; friction that builds up over more is a cause.
     """
     first = prepared[0]
     scales, n = first.scales, first.robot.n
     displacement = scales.displacement.copy()
     for i in range(n):
-        known, effort, moving = [], [], []
+        known, effort = [], []
         for signals in prepared:
-            slow = np.abs(signals.v[:, i]) < SLOW * scales.speed[i]
-            moving.append(signals.band.apply(slow[:, None].astype(float))[:, 0] < _RESTS)
             columns = np.column_stack(
                 [
                     signals.regressor[:, i],
@@ -489,14 +483,10 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
             effort.append(signals.band.apply(signals.tau[:, i]))
         width = min(part.shape[1] for part in known)
         X = np.concatenate([part[:, :width] for part in known])
-        kept = np.concatenate(moving)
-        if kept.sum() < _FEWEST * width:
-            kept[:] = True
-        X = X[kept]
         X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
         basis = np.linalg.svd(X, full_matrices=False)
         U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
-        y = np.concatenate(effort)[kept]
+        y = np.concatenate(effort)
         y = y - U @ (U.T @ y)
         best = -1.0
         for share in _SIGN_SHARES:
@@ -505,7 +495,7 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
                 tried = float(scales.displacement[i] * share)
                 state = sign_state(signals.q, signals.v, i, tried, scales)
                 parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
-            both = np.concatenate(parts)[kept]
+            both = np.concatenate(parts)
             both = both - U @ (U.T @ both)
             # How it builds up beside the exponential is fitted too, and forgotten: it would be
             # made up for by a displacement that is not the gear's.

@@ -6,11 +6,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from known_robots import recording
 
 import sosml_friction as sf
 from sosml_friction.model.finite_differences import first_derivative
-from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
@@ -47,34 +45,3 @@ def test_the_bodies_of_the_residual_have_the_acceleration_as_it_is_measured(
         needed = robot.inverse_dynamics(smooth[k], v[k], a[k])
         expected = (s.tau - s.unexplained - s.friction)[k]
         assert expected == pytest.approx(needed, abs=1e-9)
-
-
-def test_the_sign_of_friction_is_as_sharp_as_motion_shows_whatever_the_encoder_does_at_rest():
-    """
-    A sign that jumps, read by an encoder of 14 bit, of a joint that turns around and also rests.
-
-    At rest it holds friction of its last way, and creeps back by two steps. A sign over 8 steps
-    counts as one; told at rest too, it came out as all eight, and Stribeck friction as too steep.
-    """
-    quantum = 2.0 * np.pi / 2**14
-    t = np.arange(0.0, 60.0, STEP)
-    rng = np.random.default_rng(4)
-    speeds = np.array([0.2, -0.2, 0.5, -0.5, 1.0, -1.0, 2.0, -2.0])
-    goes = (t % 2.0) < 1.4
-    v = speeds[(t // 2.0).astype(int) % len(speeds)] * np.sin(2.0 * np.pi * (t % 2.0) / 1.4) * goes
-    # After 1.4 s it was last on the way back.
-    way = -np.sign(speeds[(t // 2.0).astype(int) % len(speeds)])
-    creep = -2.0 * quantum * way * np.clip((t % 2.0 - 1.5) / 0.3, 0.0, 1.0)
-    q = np.cumsum(v) * STEP + creep
-    held = 3.0 * way
-    mass, length, rotor = 0.4, 0.08, 0.02
-    body = rotor + mass * length**2
-    tau = body * np.gradient(v, STEP) + 9.81 * mass * length * np.sin(q)
-    tau += np.where(goes, 4.0 * np.sign(v) + 0.7 * v, held)
-    tau += 0.05 * rng.standard_normal(len(t))
-    read = quantum * np.rint(q / quantum)
-    model = pendulum_model(mass, length, 0.0, rotor, 'valve')
-    log = recording(('valve',), t, read, tau)
-    (s,) = prepare([log], model, model.make_robot(), DiagnosisSettings())
-    assert s.scales.sign_limit[0] == pytest.approx(8.0 * quantum)
-    assert s.scales.displacement[0] <= 0.5 * quantum
