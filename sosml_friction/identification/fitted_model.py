@@ -74,6 +74,11 @@ def unusable_reason(parameters: Mapping[str, Parameter]) -> str:
     return 'its law has no numbers'
 
 
+def effects_in_law(nominal: RobotModelFile) -> list[EffectTerm]:
+    """Return the effects of a model that a fitted law holds: effort is not corrected by them."""
+    return [term for term in nominal.effects if not is_corrected(term)]
+
+
 def fitted_model(
     nominal: RobotModelFile,
     fit: FrictionFit,
@@ -105,7 +110,7 @@ def fitted_model(
         for key in ('rigid_body',)
         if key in nominal.provenance and key not in provenance
     }
-    gone = [f'{t.effect} of {t.joint}' for t in nominal.effects if not is_corrected(t)]
+    gone = [f'{term.effect} of {term.joint}' for term in effects_in_law(nominal)]
     return replace(
         nominal,
         joints=joints,

@@ -23,6 +23,7 @@ from sosml_friction.identification.fits_without_observer import (
     with_weak_form,
 )
 from sosml_friction.identification.fitted_model import (
+    effects_in_law,
     fit_provenance,
     fitted_model,
     preferred_observer,
@@ -44,7 +45,7 @@ from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.kinds.term import ALL_JOINTS
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
@@ -280,4 +281,18 @@ def _with_corrected_effort(
         log = replace(log, tau=correction.torque(log.tau))
         sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
         found.append(DataFinding('effects', ALL_JOINTS, NOTE, sentence))
+    # Of some the correction has told why they are left out.
+    averaged = [
+        term
+        for term in effects_in_law(model)
+        if term.effect in TERMS.classes and not TERMS[term.effect].left_out
+    ]
+    if averaged:
+        names = ', '.join(f'{term.effect} of {term.joint}' for term in averaged)
+        terms = ','.join(dict.fromkeys(term.effect for term in averaged))
+        sentence = (
+            f'the law that is fitted holds the {names} of the model, as they were on average, and '
+            f'the fitted model is without them: --terms coulomb,viscous,{terms} fits them apart'
+        )
+        found.append(DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence))
     return log, replace(checks, findings=(*checks.findings, *found))

@@ -68,3 +68,6 @@ def test_it_is_told(fitted):
     assert any('corrected by the model: effort_scale of slider' in text for text in notes)
     (told,) = [text for text in fitted.data_checks.sentences if 'effort_delay' in text]
     assert 'left out' in told
+    (held,) = [text for text in fitted.data_checks.sentences if 'on average' in text]
+    assert 'holds the spring of slider of the model' in held
+    assert '--terms coulomb,viscous,spring' in held
