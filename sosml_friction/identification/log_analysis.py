@@ -203,6 +203,7 @@ def analyse_log(
         earlier = nominal.provenance.get('rigid_body', {})
         provenance['rigid_body'] = {**earlier, **body.to_dict()}
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
+    checks = _with_averaged(checks, nominal, fitted)
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
@@ -281,18 +282,29 @@ def _with_corrected_effort(
         log = replace(log, tau=correction.torque(log.tau))
         sentence = f'effort was corrected by the model: {", ".join(correction.done)}'
         found.append(DataFinding('effects', ALL_JOINTS, NOTE, sentence))
+    return log, replace(checks, findings=(*checks.findings, *found))
+
+
+def _with_averaged(
+    checks: DataChecks, nominal: RobotModelFile, fitted: RobotModelFile
+) -> DataChecks:
+    """Return the checks with what of the model's friction the law holds on average."""
+    kept = {(term.effect, term.joint) for term in fitted.effects}
     # Of some the correction has told why they are left out.
     averaged = [
         term
-        for term in effects_in_law(model)
-        if term.effect in TERMS.classes and not TERMS[term.effect].left_out
+        for term in effects_in_law(nominal)
+        if (term.effect, term.joint) not in kept
+        and term.effect in TERMS.classes
+        and not TERMS[term.effect].left_out
     ]
-    if averaged:
-        names = ', '.join(f'{term.effect} of {term.joint}' for term in averaged)
-        terms = ','.join(dict.fromkeys(term.effect for term in averaged))
-        sentence = (
-            f'the law that is fitted holds the {names} of the model, as they were on average, and '
-            f'the fitted model is without them: --terms coulomb,viscous,{terms} fits them apart'
-        )
-        found.append(DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence))
-    return log, replace(checks, findings=(*checks.findings, *found))
+    if not averaged:
+        return checks
+    names = ', '.join(f'{term.effect} of {term.joint}' for term in averaged)
+    terms = ','.join(dict.fromkeys(term.effect for term in averaged))
+    sentence = (
+        f'the law that is fitted holds the {names} of the model on average, and the fitted model '
+        f'is without: --terms coulomb,viscous,{terms} fits them apart'
+    )
+    found = DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence)
+    return replace(checks, findings=(*checks.findings, found))

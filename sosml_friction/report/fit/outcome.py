@@ -68,16 +68,19 @@ class FitOutcome:
     def remarks(self) -> Iterator[str]:
         """Return what is wrong with the recordings or is no evidence, for stderr."""
         several = len(self.analyses) > 1
+        said: dict[str, list[str]] = {}
         for label, bag in bag_labels(list(self.analyses)).items():
             one = self.analyses[bag]
             if one.model.provenance.get('recovered'):
                 yield f'{bag} is cut off or damaged: only its readable part was used'
-            if one.data_checks is not None:
-                begin = f'{label}: ' if several else ''
-                yield from (f'{begin}{sentence}' for sentence in one.data_checks.sentences)
+            for sentence in one.data_checks.sentences if one.data_checks else ():
+                said.setdefault(sentence, []).append(label)
             if not several:
                 for joint, reason in one.unmodelled.items():
                     yield f'{joint} has no friction in the model: {reason}'
+        for sentence, labels in said.items():
+            whose = '' if len(labels) == len(self.analyses) else f'{", ".join(labels)}: '
+            yield f'{whose}{sentence}'
         gains = dict.fromkeys(g for one in self.analyses.values() for g in one.configuration.gains)
         if carrying := ', '.join(name for name in gains if OBSERVERS[name].carries_law):
             yield (
