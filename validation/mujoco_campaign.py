@@ -52,12 +52,13 @@ def trial(seed: int, kind: str, effect: str, k: int, motion: str = 'rich') -> di
     rng = np.random.default_rng([seed, k, *code])
     noise = 2.0 if kind == 'null' and k % 2 else 1.0
     plain, joint = make_arm(rng), k % 2
-    arm, snr = plain, None
+    arm, snr, beside = plain, None, None
     if effect:
         wanted = float(np.exp(rng.uniform(np.log(0.7), np.log(3.0))))
         scale = scale_for(effect, joint, wanted, k, noise)
         arm = hide(plain, effect, joint, scale, np.random.default_rng(k))
         snr = float(signal_to_noise(arm, plain, 'rich', noise).max())
+        beside = float(signal_to_noise(arm, plain, 'rich', noise, beside_friction=True).max())
     level, slope = Arm().coulomb, Arm().viscous
     if k % 3 == 2:
         guess = (0.0 * level, 0.0 * slope)
@@ -71,7 +72,8 @@ def trial(seed: int, kind: str, effect: str, k: int, motion: str = 'rich') -> di
         other = reference('other', 60.0)
         write_joint_log(simulate(arm, other, rng, noise), folder / 'holdout', None)
         row: dict[str, Any] = {
-            'kind': kind, 'effect': effect, 'k': k, 'joint': joint, 'snr': snr, 'size': arm.size,
+            'kind': kind, 'effect': effect, 'k': k, 'joint': joint, 'snr': snr,
+            'snr_beside': beside, 'size': arm.size,
             'guess': 'zero' if k % 3 == 2 else 'off',
         }  # fmt: skip
         try:
@@ -104,6 +106,12 @@ def ask(folder: Path) -> dict[str, Any]:
 def table(rows: list[dict[str, Any]]) -> str:
     """Return counts of outcomes by kind and effect, and the gains in MuJoCo."""
     lines = outcomes(rows)
+    silent = [row for row in rows if row['kind'] == 'outside' and row['outcome'] == 'nothing']
+    for row in silent:
+        lines.append(
+            f'Silent: {row["effect"]}, SNR {row["snr"]:.2f}, of which {row["snr_beside"]:.2f} are '
+            'beside what friction refits.'
+        )
     for what in ('inverse', 'forward'):
         ends = [('_before_percent', '_after_percent'), ('_before', '_after')][what == 'forward']
         pairs = [

@@ -257,11 +257,22 @@ def reported(arm: Arm, t: np.ndarray, effort: np.ndarray) -> np.ndarray:
     return effort * (1.0 + arm.at('effort_scale')) + arm.at('effort_bias')
 
 
-def signal_to_noise(arm: Arm, plain: Arm, name: str, noise: float = 1.0) -> np.ndarray:
-    """Return rms of what the effect adds to the effort over that of noise, by joint (2,)."""
+def signal_to_noise(
+    arm: Arm, plain: Arm, name: str, noise: float = 1.0, beside_friction: bool = False
+) -> np.ndarray:
+    """
+    Return rms of what the effect adds to the effort over that of noise, by joint (2,).
+
+    :param beside_friction: count only what a joint's own Coulomb and viscous friction and bias,
+        which a diagnosis of a simulator refits, cannot take.
+    """
     motion = [x[::25] for x in reference(name)]
     t = np.arange(len(motion[0])) * 25 * PERIOD
     added = reported(arm, t, _needed(arm, motion, t)) - _needed(plain, motion, t)
+    if beside_friction:
+        for i, v in enumerate(motion[1].T):
+            X = np.column_stack([np.tanh(v / 0.005), v, np.ones_like(v)])
+            added[:, i] -= X @ np.linalg.lstsq(X, added[:, i], rcond=None)[0]
     in_band = np.hypot(WHITE * np.sqrt(_BAND * 2.0 * PERIOD), COLOURED)
     return np.sqrt(np.mean(added**2, axis=0)) / (noise * in_band)
 
