@@ -29,9 +29,12 @@ _DIGITS = (1, 2)
 _FEWEST = 3
 #: A longer step than this [median steps] is a hole, and no wrap.
 _HOLE = 5.0
-#: Largest share of a period that a step of motion may be, and fewest such steps. White noise
-#: jumps by four times the largest of twenty steps in less than one sample of 10^7.
-_FOLLOWED, _STEPS = 0.25, 20
+#: Largest share of a period that 99 % of the steps of motion are within, and fewest such steps:
+#: white noise jumps by four times the largest of twenty steps in less than one sample of 10^7.
+#: Several wraps by a turn show it themselves, to nearly half a turn in a step.
+_FOLLOWED, _TURNING, _WITHIN, _STEPS = 0.25, 0.45, 0.99, 20
+#: Least period [rad or m] that is told on line, by one wrap: noise and its steps are smaller.
+_LEAST = 1.0
 
 
 def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
@@ -39,8 +42,8 @@ def wrap_period(time: FloatArray, position: FloatArray) -> float | None:
     Return the period by which a position wraps [its unit], None if it does not.
 
     A wrap is a step of a whole range of motion against the motion before and after it, and all of
-    them are one period, which no two positions are further apart than. All other steps are small
-    beside it: those of a standing encoder's noise are not.
+    them are one period, which no two positions are further apart than. The steps of motion are
+    small beside it: those of a standing encoder's noise are not.
 
     :param time: stamps (N,) [s]; ``position`` (N,), NaN where it is not known.
     """
@@ -79,10 +82,13 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
     error = float(np.median(errors)) / np.sqrt(len(sizes))
     alike = (off <= _SAME * period + np.array(errors)).all() and error <= _SAME * period
     whole = (np.abs(np.abs(steps[jumps]) - period) <= _HALF * period).all()
-    small = _is_followed(np.abs(steps[followed]).max(initial=0.0), followed.sum(), period)
-    if not (alike and whole and small and span <= (1.0 + _SAME) * period):
+    if not (alike and whole and span <= (1.0 + _SAME) * period):
         return None
     name = _named(period, max(error, 1e-4 * period))
+    most = _TURNING if name in _TURNS and len(sizes) >= _FEWEST else _FOLLOWED
+    small = np.abs(steps[followed]) < most * period
+    if small.sum() < max(_STEPS, _WITHIN * len(small)):
+        return None
     return name if name is not None or len(sizes) < _FEWEST else period
 
 
@@ -92,11 +98,6 @@ def _seen(step: float, dt: float, beside: FloatArray) -> tuple[float, float] | N
     if not (np.sign(beside) == -np.sign(step)).all():
         return None
     return abs(step) + abs(float(np.mean(beside))) * dt, 0.5 * float(np.ptp(beside)) * dt
-
-
-def _is_followed(largest: float, count: int, period: float) -> bool:
-    """Tell whether ``count`` steps, the largest as given, are those of a register's motion."""
-    return count >= _STEPS and largest < _FOLLOWED * period
 
 
 def _named(period: float, error: float) -> float | None:
@@ -136,7 +137,8 @@ class RunningUnwrap:
     Make positions continuous as they come; of a recording :func:`unwrapped` does it.
 
     The first wrap is known by the motion before it, as many steps as a recording has on both
-    sides, and a period that is a turn or a round number; any later one by that period.
+    sides, and a period that is a turn or a round number of at least 1 rad or m; any later one by
+    that period.
 
     :param n: number of positions in a sample.
     :param periods: what is known of each (n,), NaN for nothing.
@@ -148,8 +150,6 @@ class RunningUnwrap:
         self._time: deque[int] = deque(maxlen=2 * _BESIDE + 1)
         self._raw: deque[list[float]] = deque(maxlen=2 * _BESIDE + 1)
         self._low, self._high = [math.inf] * n, [-math.inf] * n
-        # Of steps that could be no wrap.
-        self._count, self._largest = [0] * n, [0.0] * n
 
     def __call__(self, t_ns: int, q: FloatArray) -> FloatArray:
         """Return the positions (n,) of the next sample, continuous; NaN stays NaN."""
@@ -164,12 +164,8 @@ class RunningUnwrap:
                 known[i] = now = last[i]
             self._low[i] = now if now < self._low[i] else self._low[i]
             self._high[i] = now if now > self._high[i] else self._high[i]
-            step = abs(now - last[i])
-            if step > _HALF * (self._high[i] - self._low[i]):
+            if abs(now - last[i]) > _HALF * (self._high[i] - self._low[i]):
                 self._look(i, t_ns, now)
-            elif step > 0.0:
-                self._count[i] += 1
-                self._largest[i] = step if step > self._largest[i] else self._largest[i]
         wraps = np.isfinite(self.periods)
         if wraps.any():
             here = np.array(known)
@@ -192,6 +188,6 @@ class RunningUnwrap:
         if seen is None or self._high[i] - self._low[i] > (1.0 + _SAME) * seen[0]:
             return
         period, error = seen
-        if error <= _SAME * period and _is_followed(self._largest[i], self._count[i], period):
+        if error <= _SAME * period and period >= _LEAST:
             name = _named(period, max(error, 1e-4 * period))
             self.periods[i] = np.nan if name is None else name

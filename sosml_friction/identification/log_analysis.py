@@ -203,7 +203,7 @@ def analyse_log(
         earlier = nominal.provenance.get('rigid_body', {})
         provenance['rigid_body'] = {**earlier, **body.to_dict()}
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
-    checks = _with_averaged(checks, nominal, fitted)
+    checks = _with_averaged(checks, nominal, fit, fitted)
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
@@ -286,7 +286,7 @@ def _with_corrected_effort(
 
 
 def _with_averaged(
-    checks: DataChecks, nominal: RobotModelFile, fitted: RobotModelFile
+    checks: DataChecks, nominal: RobotModelFile, fit: FrictionFit, fitted: RobotModelFile
 ) -> DataChecks:
     """Return the checks with what of the model's friction the law holds on average."""
     kept = {(term.effect, term.joint) for term in fitted.effects}
@@ -295,16 +295,19 @@ def _with_averaged(
         term
         for term in effects_in_law(nominal)
         if (term.effect, term.joint) not in kept
+        and (term.joint in fit.joints or term.joint == ALL_JOINTS)
         and term.effect in TERMS.classes
         and not TERMS[term.effect].left_out
     ]
     if not averaged:
         return checks
-    names = ', '.join(f'{term.effect} of {term.joint}' for term in averaged)
-    terms = ','.join(dict.fromkeys(term.effect for term in averaged))
+    names = ', '.join(
+        f'{term.effect} of {"all joints" if term.joint == ALL_JOINTS else term.joint}'
+        for term in averaged
+    )
     sentence = (
         f'the law that is fitted holds the {names} of the model on average, and the fitted model '
-        f'is without: --terms coulomb,viscous,{terms} fits them apart'
+        'is without: --terms fits them beside a law'
     )
     found = DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence)
     return replace(checks, findings=(*checks.findings, found))

@@ -42,6 +42,7 @@ from sosml_friction.nodes.actuator_parameters import all_joint_specs, declare_jo
 from sosml_friction.nodes.commander import Commander, Endpoint, callers, publishers
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN, make_array, make_status
 from sosml_friction.nodes.driver_diagnostics import bus_values, cycle_values, joint_status
+from sosml_friction.nodes.driver_watch import FOLLOWING
 from sosml_friction.nodes.follow_action import GOALS, FollowAction
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.pace import Pace
@@ -533,7 +534,7 @@ class DriverNode(LifecycleNode):
         elif busy := self._pace.remark:
             level, text = WARN, busy
         elif report.trajectory_running:
-            level, text = OK, 'following a trajectory'
+            level, text = OK, FOLLOWING
         else:
             level, text = OK, report.state.value
         # With its namespace: there may be a driver in each.

@@ -6,6 +6,8 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+#: What it says while it moves.
+FOLLOWING = 'following a trajectory'
 #: Diagnostics that are older say nothing of the driver [s]; it sends them every second.
 _FRESH_S = 3.0
 
@@ -31,6 +33,11 @@ class DriverWatch:
                 self._heard_s = time.monotonic()
                 self._state, self._reason = values.get('state', ''), values.get('fault', '')
                 self._commander, self._message = values.get('commander', ''), status.message
+
+    def follows(self, commander: str) -> bool:
+        """Tell whether it said last that it follows a trajectory of ``commander``."""
+        is_fresh = time.monotonic() - self._heard_s < _FRESH_S
+        return is_fresh and self._commander == commander and self._message == FOLLOWING
 
     @property
     def said(self) -> str:

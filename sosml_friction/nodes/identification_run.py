@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One run of identifier_node: its folder, its bag and how far it is."""
 
+import math
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,13 +11,14 @@ import numpy as np
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.motion.trajectory import Trajectory
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
-#: Between two looks at where the trajectory may be [s]: no joint goes far in it.
-_LOOK_S = 0.01
+#: Between two instants at which the motion may have begun [s]: no joint goes far in it.
+_LOOK_S = 0.02
 
 
 @dataclass
@@ -29,8 +31,9 @@ class IdentificationRun:
     ``begin_ns`` is the stamp of the first sample of the bag, ``sent_ns`` that of the sample after
     which the trajectory was sent, ``heard_ns`` by when the driver had it at the latest, which
     ``is_heard`` says: the motion began between the two. DDS may take seconds for it, as it asks
-    only so often whether something was lost. ``past_end``: topics that are past the end;
-    ``off_track_since``: stamp of the first sample that was off the trajectory.
+    only so often whether something was lost or has come. ``past_end``: topics that are past the
+    end; ``off_since``: by when the motion may have begun, the stamp since which the robot is off
+    that, infinite where it was for a second.
     """
 
     folder: Path
@@ -44,7 +47,7 @@ class IdentificationRun:
     heard_ns: int = 0
     is_heard: bool = False
     past_end: set[str] = field(default_factory=set)
-    off_track_since: int | None = None
+    off_since: FloatArray | None = None
 
     @property
     def end_ns(self) -> int:
@@ -61,22 +64,26 @@ class IdentificationRun:
 
         By the samples' time: where the machine stands still the last one only stays the last.
         """
-        t_ns = state.header.stamp.sec * 10**9 + state.header.stamp.nanosec
+        now = self.elapsed(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec)
         unsure = (self.heard_ns - self.sent_ns) * 1e-9
-        times = self.elapsed(t_ns) + np.linspace(0.0, unsure, 2 + int(unsure / _LOOK_S))
-        wanted = self.trajectory.spline()(np.clip(times, 0.0, self.trajectory.duration))
+        earlier = np.linspace(0.0, unsure, 1 + math.ceil(unsure / _LOOK_S))
+        wanted = self.trajectory.spline()(np.clip(now + earlier, 0.0, self.trajectory.duration))
         known = dict(zip(state.name, state.position, strict=False))
         position = np.array([known.get(name, np.nan) for name in self.trajectory.names])
-        errors = np.maximum(position - wanted.max(axis=0), wanted.min(axis=0) - position)
-        if not (errors > tolerance).any():
-            self.off_track_since = None
+        errors = np.nan_to_num(np.abs(position - wanted))
+        off = (errors > tolerance).any(axis=1)
+        if self.off_since is None:
+            self.off_since = np.full(len(earlier), np.nan)
+        since = self.off_since
+        is_out = np.isinf(since)
+        since[~is_out & ~off] = np.nan
+        since[off & np.isnan(since)] = now
+        since[now - since > 1.0] = -np.inf
+        if not np.isinf(since).all():
             return None
-        if self.off_track_since is None:
-            self.off_track_since = t_ns
-        if t_ns - self.off_track_since <= 10**9:
-            return None
-        worst = int(np.nanargmax(errors))
-        return self.trajectory.names[worst], float(errors[worst])
+        best = errors[int(np.argmin(errors.max(axis=1)))]
+        worst = int(np.argmax(best))
+        return self.trajectory.names[worst], float(best[worst])
 
 
 def stamp_ns(data: bytes) -> int:

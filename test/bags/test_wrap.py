@@ -63,6 +63,41 @@ def test_the_noise_of_an_encoder_that_stands_is_no_wrap(counts, seed):
     np.testing.assert_array_equal(found, q)
 
 
+def test_a_wheel_that_turns_a_third_in_a_sample_is_followed():
+    """24 rad/s at 15 Hz, with as much noise of the stamps as a driver has."""
+    t = np.arange(600) / 15.0
+    assert wrap_period(t, wrapped(24.0 * t, 2.0 * np.pi)) == 2.0 * np.pi
+
+
+def test_one_bad_sample_does_not_hide_a_wrap():
+    q = wrapped(turning(), 25.0)
+    q[1000 + int(np.argmin(np.abs(q[1000:2000])))] += 7.0
+    assert wrap_period(T, q) == 25.0
+
+
+def test_on_line_a_hole_before_the_first_wrap_does_not_hide_it():
+    t = 0.002 * np.arange(4000)
+    q = wrapped(2.5 * t, 2.0 * np.pi)
+    running = RunningUnwrap(1)
+    kept = (t < 0.5) | (t > 0.9)
+    found = [
+        running(round(x * 1e9), np.array([y]))[0] for x, y in zip(t[kept], q[kept], strict=True)
+    ]
+    np.testing.assert_allclose(found, 2.5 * t[kept], atol=1e-9)
+
+
+def test_noise_at_the_start_of_a_motion_is_no_wrap_on_line():
+    """15 Hz and 0.1 mrad, as slow and as fine as it gets: 400 joints that stand and then move."""
+    t = np.arange(100) / 15.0
+    for seed in range(400):
+        noise = np.random.default_rng(seed).normal(0.0, 1e-4, len(t))
+        q = np.where(t < 3.0, 0.0, 0.4 * (1.0 - np.cos(t - 3.0))) + noise
+        running = RunningUnwrap(1)
+        for x, y in zip(t, q, strict=True):
+            running(round(x * 1e9), np.array([y]))
+        assert np.isnan(running.periods[0])
+
+
 def test_a_bag_is_read_unwrapped_and_says_so(tmp_path):
     q = np.column_stack([turning(), np.sin(T)])
     raw = np.column_stack([wrapped(turning(), 25.0), np.sin(T)])

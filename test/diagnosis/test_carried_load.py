@@ -20,6 +20,7 @@ from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.known_effort import with_known
+from sosml_friction.regression.nominal import make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 
@@ -110,6 +111,17 @@ def test_a_body_takes_with_it_what_its_weight_costs_in_friction_that_the_model_h
         np.testing.assert_allclose(
             term.columns(signals, 0, {})[seen], expected[seen], rtol=1e-6, atol=1e-9
         )
+
+
+def test_deviations_of_the_nominal_bodies_take_it_with_them_too(known_load):
+    prepared = prepare([recorded()], known_load, known_load.make_robot(), DiagnosisSettings())
+    (signals,) = with_known(prepared, known_load)
+    nominal = make_nominal(signals, 0.035)
+    plain, found = (nominal.columns(s) for s in (*prepared, signals))
+    for index, k in zip(nominal.rigid, nominal.rigid_columns, strict=True):
+        grows = 1.0 + signals.by_load if index < 10 else 1.0
+        np.testing.assert_allclose(found[:, :, k], plain[:, :, k] * grows)
+    assert np.abs(found - plain).max() > 0.1
 
 
 def test_a_hold_that_is_proposed_has_no_friction_whatever_the_model_has(known_load):

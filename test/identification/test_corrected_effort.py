@@ -70,4 +70,3 @@ def test_it_is_told(fitted):
     assert 'left out' in told
     (held,) = [text for text in fitted.data_checks.sentences if 'on average' in text]
     assert 'holds the spring of slider of the model' in held
-    assert '--terms coulomb,viscous,spring' in held
