@@ -65,9 +65,11 @@ from sosml_friction.nodes.stated_model import StatedModel
 from sosml_friction.nodes.trajectory_message import message_from_trajectory, trajectory_bytes
 from sosml_friction.observers.configuration import parse_configuration
 
-#: Time between two looks at what does not come as a message, and silence of joint_states that ends
-#: a run [s]. Chosen, no measurement.
-_LOOK_S, _SILENT_S = 0.1, 2.0
+#: Time between two looks at what does not come as a message [s]. Chosen, no measurement.
+_LOOK_S = 0.1
+#: Silence of joint_states that ends a run [s]: longer than the 3 s after which DDS looks again for
+#: what was lost while a machine stood still.
+_SILENT_S = 4.0
 #: By when the driver has the trajectory [s]: DDS looks every 3 s for what was lost.
 _UNHEARD_S = 10.0
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
