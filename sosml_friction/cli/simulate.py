@@ -53,7 +53,7 @@ def simulate(
     Example: sosml simulate recording --model recording_diagnosis --out again
     """
     from sosml_friction.bags.source import bag_name
-    from sosml_friction.diagnosis.model_simulation import simulate_bag
+    from sosml_friction.diagnosis.bag_simulation import simulate_bag
     from sosml_friction.report.common.figure_files import write_figures
     from sosml_friction.report.common.output import check_output_folder, require_writable
     from sosml_friction.report.simulation.document import (

@@ -24,11 +24,13 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain, report_slopes
-from sosml_friction.diagnosis.decision.forward_gate import forward_gate, shown_gate, was_taken_back
+from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
+from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
+from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.selector import Selector
+from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
 from sosml_friction.diagnosis.extended_model.effort_error import (
@@ -36,7 +38,8 @@ from sosml_friction.diagnosis.extended_model.effort_error import (
     folds_left_out,
     stages,
 )
-from sosml_friction.diagnosis.extended_model.gain import Gain, SimulatorGain, make_gain
+from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
+from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation

@@ -14,7 +14,7 @@ from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.bag_diagnosis import BagDiagnosis
 from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S
 from sosml_friction.diagnosis.extended_model.extension import extended_model
-from sosml_friction.diagnosis.extended_model.gain import SimulatorGain
+from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.holding import CONSTANTS
 from sosml_friction.export.common.motion import KnownMotion

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From stamped joint states to the momentum and the forcing that drive observers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numba
@@ -29,24 +29,13 @@ from sosml_friction.observers.advance import (
     UNUSABLE,
     advance,
 )
+from sosml_friction.observers.estimator_counts import EstimatorCounts
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 #: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
 #: next sample, ``end`` for a measurement of what flowed until now, ``mean`` when neither is known.
 EFFORT_HOLDS = ('start', 'mean', 'end')
 VELOCITY_SOURCES = ('message', 'position_difference')
-
-
-@dataclass(frozen=True)
-class EstimatorCounts:
-    """Count what happened to samples; ``without_effort`` by joint, of those that lacked any."""
-
-    samples: int
-    repeated_stamps: int
-    time_backwards: int
-    gaps: int
-    not_finite: int
-    without_effort: Mapping[str, int]
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,6 @@ from scipy.signal import firwin
 from sosml_friction.arrays import ColumnArray, FloatArray
 from sosml_friction.model.finite_differences import convolved
 
-#: Half the width of an interval in standard deviations: of a Gaussian, 0.3 % is beyond.
-_SURE = 3.0
-#: Fewest cycles of a cut-off in a recording. Chosen, no measurement.
-_CYCLES = 4.0
 #: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
 _OVERSAMPLING = 10.0 / 3.0
 #: Position is low-passed at this multiple of the band before anything non-linear is made of it:
@@ -116,31 +112,3 @@ def _decimator(band: Band, outputs: int) -> FloatArray:
     for k in range(outputs):
         matrix[k, k * band.factor : k * band.factor + len(taps)] = taps
     return matrix
-
-
-def steady_acceleration(a: FloatArray, noise: FloatArray, band: Band) -> FloatArray:
-    """
-    Return accelerations (N, n), each sample low-passed as far as the motion there allows.
-
-    The cut-off is halved while the intervals x +- 3 sigma of what the low-passes give have a
-    point in common, sigma that of the noise each leaves: the rule of intersecting confidence
-    intervals (Goldenshluger and Nemirovski, 1997). A jump keeps its edge; where the motion is
-    smooth, noise that is faster than it is gone.
-
-    :param a: second derivative of measured positions; ``noise`` (N, n): a draw of the noise in it.
-    """
-    result = a.copy()
-    for i in range(a.shape[1]):
-        low, high = np.full(len(a), -np.inf), np.full(len(a), np.inf)
-        x, own, cutoff = a[:, i], noise[:, i], band.cutoff
-        while cutoff * band.step * len(a) > _CYCLES:
-            wide = _SURE * float(np.std(own))
-            low, high = np.maximum(low, x - wide), np.minimum(high, x + wide)
-            common = low <= high
-            if not common.any():
-                break
-            result[common, i] = x[common]
-            narrower = Band(cutoff, band.step)
-            x, own = (narrower.smooth(y[:, i], 1.0) for y in (a, noise))
-            cutoff /= 2.0
-    return result

@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sosml_friction.arrays import ColumnArray, FloatArray, IndexArray
-from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.terms.kinds.term import ROBOT, Inner, Term
+from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
-from sosml_friction.regression.curves import Structure
+from sosml_friction.regression.candidate import Candidate, make_candidates
 from sosml_friction.regression.kernels import acts
 from sosml_friction.regression.nominal import Nominal, make_nominal
 from sosml_friction.regression.rests import without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, silent_throughout
+from sosml_friction.regression.structure import Structure
 
 #: The m joints that columns act in, and the columns of each stretch (K, m, g, k).
 JointColumns = tuple[IndexArray, list[ColumnArray]]
@@ -29,44 +29,6 @@ SMALL_GRID = 12
 #: Samples and points of a grid that are low-passed at a time: a few MB, which stay in the cache of
 #: a processor. Chosen, no measurement.
 _SAMPLES, _POINTS = 4096, 64
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """Hold one effect in one joint (0 or :data:`ROBOT`: in the whole robot) and its grid."""
-
-    effect: Term
-    joint: int
-    grid: Sequence[Inner]
-
-    @property
-    def key(self) -> tuple[str, int]:
-        """Return effect and joint."""
-        return self.effect.identifier, self.joint
-
-
-def make_candidates(
-    library: dict[str, Term], signals: Signals, silent: frozenset[int] = frozenset()
-) -> tuple[Candidate, ...]:
-    """
-    Return every effect in every joint that it can act in, but for ``silent`` ones.
-
-    :raises ConfigurationError: if there is none.
-    """
-    result = []
-    n = signals.robot.n
-    for effect in library.values():
-        for i in (0,) if effect.of_robot else (i for i in range(n) if i not in silent):
-            if effect.applies(signals, i) and (grid := effect.grid(signals, i)):
-                result.append(Candidate(effect, i, tuple(grid)))
-        if effect.everywhere is not None and n > 1:
-            alike = effect.everywhere()
-            result.append(Candidate(alike, ROBOT, tuple(alike.grid(signals, ROBOT))))
-    if not result:
-        raise ConfigurationError(
-            'no cause is left that could act in these joints: leave out fewer of them'
-        )
-    return tuple(result)
 
 
 @dataclass(frozen=True)

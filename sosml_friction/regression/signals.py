@@ -23,10 +23,11 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
 from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.observers.signal_noise import signal_noise
-from sosml_friction.regression.band import Band, steady_acceleration
+from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
 #: of a share of its range of motion and a number of quanta of position. Chosen, no measurement.
@@ -62,7 +63,7 @@ class Signals:
     Hold one uninterrupted stretch of a recording at its own rate, N samples of n joints.
 
     ``q``, ``v``, ``a`` (N, n): measured position smoothed at twice the band, and its derivatives,
-    the second of :func:`~.band.steady_acceleration`;
+    the second of :func:`~.steady_acceleration.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of

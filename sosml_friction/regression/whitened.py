@@ -14,7 +14,8 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.band_rows import BandRows, Candidate, JointColumns, columns_in_band
+from sosml_friction.regression.band_rows import BandRows, JointColumns, columns_in_band
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.contacts import Contacts
 from sosml_friction.regression.evidence import (
     Blocks,

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from sosml_friction.bags.even_stretches import even_stretches
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.data_checks import check_log, velocity_lag
-from sosml_friction.diagnosis.decision.remainder import AXES, FRICTION_BY, TONE
+from sosml_friction.diagnosis.decision.leftover import AXES, FRICTION_BY, TONE
 from sosml_friction.diagnosis.library import make_library, searched_terms
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.dahl import dahl_path
@@ -26,11 +26,12 @@ from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.model.terms.kinds.transmission_term import deflection
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.contacts import find_contacts, find_impacts
-from sosml_friction.regression.curves import Elsewhere, Structure
+from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.noise_model import ORDER, fit_noise
 from sosml_friction.regression.nominal import effort_slope, make_nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
+from sosml_friction.regression.structure import Structure
 
 #: Those of design.md section 4 that the library holds; the other three are faults of data.
 DESIGN = [

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.model.finite_differences import second_derivative
-from sosml_friction.regression.band import Band, steady_acceleration
+from sosml_friction.regression.band import Band
+from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 STEP = 4e-3
 BAND = Band(20.0, STEP)

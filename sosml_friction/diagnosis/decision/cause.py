@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.diagnosis.extended_model.gain import CauseGain
+from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS, Inner, Term
 

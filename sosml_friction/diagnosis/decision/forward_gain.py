@@ -12,6 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import known_terms, model_friction
@@ -19,9 +20,8 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import ChangedBody
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
-from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.simulated_term import Body, Motion, SimulatedTerm
-from sosml_friction.model.terms.kinds.term import ROBOT, Inner
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.noise_model import ORDER
@@ -258,30 +258,3 @@ def gets_worse(before: FloatArray, after: FloatArray, rows: IndexArray) -> bool:
     change = ((after - before) / size).mean(axis=1)
     error = float(np.std(change)) / np.sqrt(len(change))
     return bool(change.mean() > BEYOND_CHANCE * error)
-
-
-def report_slopes(
-    laboratory: WhitenedRegression, findings: Sequence[Finding], x: FloatArray
-) -> FloatArray:
-    """
-    Return what the nominal's deviations in ``x`` (p + k,) are reported by; 1 for amplitudes.
-
-    The regression makes T_0 + f(T_0) + X x of the nominal torque T_0, with f what is reported
-    beyond the torque. A torque T_0 + d is reported as T_0 + f(T_0) + (1 + f') d, so that d is
-    X x / (1 + f'), f' the mean over the motion: exact where f is in proportion to the torque.
-    Friction that the model does not state is wholly in d.
-    """
-    names, joints = laboratory.nominal.names, laboratory.robot.names
-    slope = np.ones(len(joints))
-    for finding, own in with_amplitudes(findings, len(names)):
-        if isinstance(finding.effect, MeasurementTerm):
-            where = slice(None) if finding.joint == ROBOT else finding.joint
-            torque = np.concatenate([s.torque for s in laboratory.signals])
-            steep = finding.effect.simulated_slope(torque, finding.joint, finding.inner, x[own])
-            slope[where] += np.mean(steep, axis=0) - 1.0
-    result = np.ones(len(x))
-    for k, name in enumerate(names):
-        joint = name.partition(' ')[0]
-        if joint in joints:
-            result[k] = slope[joints.index(joint)]
-    return result

@@ -1,21 +1,16 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The last gates: of the forward simulation of data left out, and of the numbers themselves."""
+"""The last gate: no cause makes the simulation of data left out worse."""
 
 from dataclasses import replace
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
-from sosml_friction.diagnosis.decision.model_causes import model_causes
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.selector import Selector
-from sosml_friction.diagnosis.decision.verdict import not_shown
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
-#: Why a cause is taken back.
-NOT_SHOWN = 'its interval has 0 in it'
 #: Why a cause is taken back.
 FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
@@ -53,24 +48,3 @@ def forward_gate(
 def was_taken_back(finding: Finding | None) -> bool:
     """Tell whether a finding was accepted, and then refused by :func:`forward_gate`."""
     return finding is not None and finding.failed == (FORWARD_WORSE,)
-
-
-def shown_gate(selector: Selector, selection: Selection) -> None:
-    """
-    Take back, the last first, causes whose intervals beside the others all have 0 in them.
-
-    One that is alone stays, for :func:`~.verdict.verdict_of`: it explains more than its floor, so
-    that something is there. What is within its tolerance is no other cause.
-    """
-    names = selector.laboratory.robot.names
-    while len(selection.accepted) > 1:
-        causes = model_causes(selection.laboratory or selector.laboratory, selection)
-        told = [cause for cause in causes if not cause.tolerated]
-        hidden = {(cause.effect, cause.joint) for cause in told if not_shown(cause)}
-        at = [k for k, f in enumerate(selection.accepted) if f.reported(names) in hidden]
-        if len(told) < 2 or not at:
-            return
-        taken = selection.accepted.pop(at[-1])
-        selection.rejected = replace(taken, failed=(NOT_SHOWN,))
-        selection.masked = None
-        selector.settle(selection)

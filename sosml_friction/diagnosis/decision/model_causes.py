@@ -11,7 +11,7 @@ import numpy as np
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.extended_model.gain import CauseGain
+from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
 from sosml_friction.regression.estimate import Estimate, estimate

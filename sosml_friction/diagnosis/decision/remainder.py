@@ -11,19 +11,26 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.leftover import (
+    ACCELERATION,
+    AXES,
+    FRICTION_BY,
+    LOAD,
+    NEIGHBOURS,
+    SPEED,
+    TIME,
+    TONE,
+    Leftover,
+)
 from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
 from sosml_friction.diagnosis.decision.tone import strongest_tone
-from sosml_friction.regression.curves import HATS, Elsewhere, SpeedPower
+from sosml_friction.regression.curves.elsewhere import Elsewhere
+from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
+from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
-SPEED, POSITION, ACCELERATION, LOAD = 'speed', 'position', 'acceleration', 'load'
-TIME, NEIGHBOURS = 'time', 'the position of the next joint'
-TONE = 'a tone'
-#: Free curves of each axis, and of friction that follows it, in the order of their columns.
-AXES = (SPEED, POSITION, ACCELERATION, LOAD, TIME, NEIGHBOURS, NEIGHBOURS)
-FRICTION_BY = 'friction by '
 #: Energy of a curve, as a share of that of noise, that deviations within the tolerance, reversals
 #: and rounding make where there is no cause: 1.7 times the largest curve of 15 null recordings of
 #: the blind plant, seed 71901. The 16th, a multisine with double noise, has 0.055: such motions
@@ -50,37 +57,6 @@ _MORE_SHARE = 0.005
 #: If curves explain more than this share of what they and the causes explain together, the causes
 #: are the smaller part. By definition.
 REST = 0.5
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """
-    Hold what a free curve of a joint, a tone, or one power of speed still explains.
-
-    ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
-    ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
-    beside which the causes are the whole. ``instead``: one power of speed that explains more than
-    all causes by speed. ``hertz``: of a tone.
-    """
-
-    axis: str
-    joint: int
-    energy: float
-    floor: float
-    share: float
-    least: float
-    instead: bool = False
-    hertz: float = 0.0
-
-    @property
-    def beyond_chance(self) -> bool:
-        """Tell whether it is more than noise and the model's own uncertainty make of it."""
-        return self.energy > self.floor
-
-    @property
-    def significant(self) -> bool:
-        """Tell whether it is too much, besides, for the causes to be the whole."""
-        return self.beyond_chance and self.share > self.least
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.band_rows import Candidate
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
 from sosml_friction.regression.whitened import WhitenedRegression

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from sosml_friction.diagnosis.next_experiment.separation import Stretch
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.signals import Signals
 

@@ -3,7 +3,6 @@
 """The experiment that would separate causes that these data cannot."""
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -12,17 +11,20 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.next_experiment.conditions import conditions
+from sosml_friction.diagnosis.next_experiment.pair_conditions import PairCondition, pair_condition
 from sosml_friction.diagnosis.next_experiment.recommendation import Option, Recommendation
-from sosml_friction.diagnosis.next_experiment.separation import Stretch, Supposed, separation
+from sosml_friction.diagnosis.next_experiment.separation import separation
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
+from sosml_friction.diagnosis.next_experiment.supposed import Supposed
 from sosml_friction.exceptions import TrajectoryError
-from sosml_friction.model.terms.kinds.term import TERMS, Inner
+from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.motion.building_blocks import begin_motion
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kinds.multisine import MultisineSettings, add_multisine
 from sosml_friction.motion.trajectory_kinds.rich import rich
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.motion.trajectory_kinds.symmetric_reversals import symmetric_reversals
-from sosml_friction.regression.band_rows import Candidate
+from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns
 from sosml_friction.regression.signals import Signals, make_signals
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -34,26 +36,6 @@ NEEDED = 10.0
 _HOPELESS = 0.995
 #: Largest grid [points] that is tried again along a planned motion. Chosen for its time.
 _MOST_POINTS = 12
-
-
-class PairCondition(NamedTuple):
-    """
-    Hold what tells two causes apart.
-
-    ``condition``: its name in :mod:`.conditions`, '' where it is none of
-    them; ``instruction``: what to do, and what is seen then.
-    """
-
-    condition: str
-    instruction: str
-
-
-def pair_condition(one: str, other: str) -> PairCondition | None:
-    """Return what separates two causes where either term says it, else None."""
-    for name, its in ((one, other), (other, one)):
-        if name in TERMS.classes and its in TERMS[name].told_apart:
-            return PairCondition(*TERMS[name].told_apart[its])
-    return None
 
 
 def recommend(

@@ -3,56 +3,15 @@
 """By how much more data would separate two causes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.terms.kinds.term import Inner, Term
-from sosml_friction.regression.evidence import CandidateColumns, falls, whiten_all
-from sosml_friction.regression.signals import Signals
+from sosml_friction.diagnosis.next_experiment.stretch import Stretch
+from sosml_friction.diagnosis.next_experiment.supposed import Supposed
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.regression.evidence import falls, whiten_all
 from sosml_friction.regression.whitened import WhitenedRegression
-
-
-@dataclass(frozen=True)
-class Supposed:
-    """
-    Hold a cause that is supposed: its columns where it was measured, and how large it is.
-
-    ``points``: inner parameters, those of ``columns``; ``amplitude`` (k,) at the first of them
-    with ``x`` (p,) the nominal deviations beside it.
-    """
-
-    effect: Term
-    joint: int
-    points: Sequence[Inner]
-    columns: CandidateColumns
-    amplitude: FloatArray
-    x: FloatArray
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """
-    Hold a motion that is planned, or supposed to be repeated, and what does not act there.
-
-    ``only``: the effects that act, None for all but ``absent``.
-    """
-
-    signals: Signals
-    absent: frozenset[str] = frozenset()
-    only: frozenset[str] | None = None
-
-    @property
-    def duration(self) -> float:
-        """Return how long it lasts [s]."""
-        return float(len(self.signals.q) * self.signals.band.step)
-
-    def acts(self, effect: Term) -> bool:
-        """Tell whether an effect acts here."""
-        if self.only is not None:
-            return effect.identifier in self.only
-        return effect.identifier not in self.absent
 
 
 def separation(

@@ -9,20 +9,15 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
 from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
 
-#: Part of the largest column that is left of columns that others stand for: the square root of
-#: rounding, so that sums of squares are exact.
-_LEFT = 1e-8
-#: Rows that are reduced at a time; it bounds the memory.
-_BLOCK = 20_000
 #: Parameters that friction has not below zero.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
 #: Iterations for Huber's weights end when no weight changes by more than the first number, or
@@ -262,23 +257,3 @@ class LawProblem:
     def stribeck_at(self, solution: LawSolution) -> float:
         """Return S of a law with a Stribeck term."""
         return float(solution.theta[self.names(solution.v_s).index('stribeck')])
-
-
-def spanning(columns: FloatArray) -> IndexArray:
-    """
-    Return which of the columns (M, F) all others are combinations of.
-
-    By QR with pivoting (the interpolative decomposition); the rest is below 1e-8 of the largest.
-    """
-    R, order = qr(columns, mode='r', pivoting=True)
-    size = np.abs(np.diag(R))
-    return np.asarray(order[: int(np.sum(size > _LEFT * size[0]))])
-
-
-def triangle(*columns: FloatArray) -> FloatArray:
-    """Return R of the QR decomposition of columns side by side, from blocks of their rows."""
-    R = np.empty((0, sum(each.shape[1] for each in columns)))
-    for first in range(0, len(columns[0]), _BLOCK):
-        block = np.column_stack([each[first : first + _BLOCK] for each in columns])
-        R = np.asarray(np.linalg.qr(np.vstack([R, block]), mode='r'))
-    return R

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The profile of the cost over the Stribeck velocity, and what it leaves open."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,23 +61,3 @@ def _crossing(u: FloatArray, excess: FloatArray) -> float | None:
         return None
     k = max(int(beyond[0]), 1)
     return float(u[k - 1] + (u[k] - u[k - 1]) * (1.0 - root[k - 1]) / (root[k] - root[k - 1]))
-
-
-def with_best(
-    profile: LawProfile, drawn: Mapping[str, float]
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return v_s, excess, S and half range of a profile with the best fit among its points."""
-    v, excess, s, half = (
-        profile.stribeck_velocity, profile.excess, profile.stribeck, profile.half,
-    )  # fmt: skip
-    v_s, size = drawn.get('stribeck_velocity', np.nan), drawn.get('stribeck', np.nan)
-    if not np.isfinite([v_s, size]).all() or np.isclose(v, v_s, rtol=1e-9, atol=0.0).any():
-        return v, excess, s, half
-    k = int(np.searchsorted(v, v_s))
-    near = half[min(k, len(half) - 1)]
-    return (
-        np.insert(v, k, v_s),
-        np.insert(excess, k, 0.0),
-        np.insert(s, k, size),
-        np.insert(half, k, near),
-    )

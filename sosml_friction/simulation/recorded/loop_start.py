@@ -11,7 +11,8 @@ from scipy.optimize import minimize_scalar
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import DataError
-from sosml_friction.motion.reference import BLEND, ReferenceMotion, blend
+from sosml_friction.motion.reference import BLEND, blend
+from sosml_friction.motion.reference_motion import ReferenceMotion
 from sosml_friction.motion.velocity import WindowedSlope
 from sosml_friction.simulation.recorded.law_check import LawCheck
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop

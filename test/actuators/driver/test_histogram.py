@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from sosml_friction.actuators.driver.cycle_thread import Histogram
+from sosml_friction.actuators.driver.histogram import Histogram
 
 
 def test_an_edge_belongs_to_the_bin_below_it():

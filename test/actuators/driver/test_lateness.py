@@ -8,7 +8,7 @@ import numpy as np
 from lockstep import Lockstep, emulated_exoskeleton
 from lockstep_bus import LockstepBus
 
-from sosml_friction.actuators.driver.driven_joint import NEW_USUAL, Lateness
+from sosml_friction.actuators.driver.lateness import NEW_USUAL, Lateness
 
 MS = 1_000_000
 

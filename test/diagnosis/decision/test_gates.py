@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sosml_friction.diagnosis.decision import gates
+from sosml_friction.diagnosis.decision import gates, null_recordings
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.model.terms.spring import Spring
@@ -188,13 +188,13 @@ def made(monkeypatch, Z, bound, x, seed, variant=None, y=None):
     """Return the endless null simulations of one joint without standstill."""
     shape = (len(Z), 1)
     variant = np.zeros(shape) if variant is None else variant
-    monkeypatch.setattr(gates, '_friction_variant', lambda *_: variant)
+    monkeypatch.setattr(null_recordings, '_friction_variant', lambda *_: variant)
     laboratory = SimpleNamespace(
         robot=SimpleNamespace(n=1), nominal=SimpleNamespace(bound=bound),
         whitening=SimpleNamespace(standstill=None), y=np.zeros(shape) if y is None else y,
     )  # fmt: skip
     own = System.make(Z, bound, bound, BLOCKS)
-    return gates.null_recordings(laboratory, own, x, own, [seed])
+    return null_recordings.null_recordings(laboratory, own, x, own, [seed])
 
 
 def test_null_simulations_draw_bounded_parameters_anew_and_keep_the_others(monkeypatch):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from sosml_friction.diagnosis.decision import forward_gate as module
+from sosml_friction.diagnosis.decision import shown_gate as module
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.model.parameter import Parameter
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from sosml_friction.diagnosis.decision.cause import Cause
-from sosml_friction.diagnosis.decision.remainder import Leftover, Remainder
+from sosml_friction.diagnosis.decision.leftover import Leftover
+from sosml_friction.diagnosis.decision.remainder import Remainder
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.extended_model.gain import Gain

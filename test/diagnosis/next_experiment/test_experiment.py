@@ -28,11 +28,11 @@ from sosml_friction.diagnosis.next_experiment.conditions import WARM_S, conditio
 from sosml_friction.diagnosis.next_experiment.experiment import (
     NEEDED,
     _menu,
-    pair_condition,
     recommend,
     supposed,
     weigh,
 )
+from sosml_friction.diagnosis.next_experiment.pair_conditions import pair_condition
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
 from sosml_friction.diagnosis.next_experiment.separation import separation
 from sosml_friction.motion.building_blocks import begin_motion

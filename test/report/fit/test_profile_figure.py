@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sosml_friction.identification.law.law_profile import with_best
+from sosml_friction.identification.law.profile_points import with_best
 from sosml_friction.report.figures.fit.profile import Profile
 from sosml_friction.report.fit.joint_view import joint_views
 

@@ -29,7 +29,7 @@ from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.known_terms import model_friction
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.motion.reference import ReferenceMotion
+from sosml_friction.motion.reference_motion import ReferenceMotion
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_follower import TrajectoryFollower
 from sosml_friction.share import share_directory

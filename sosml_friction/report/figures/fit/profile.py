@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 
-from sosml_friction.identification.law.law_profile import with_best
+from sosml_friction.identification.law.profile_points import with_best
 from sosml_friction.report.common.drawing import GREY, key, label_axes, legend_below, new_figure
 from sosml_friction.report.common.figure import Figure
 from sosml_friction.report.common.labels import observer_label

@@ -1,0 +1,34 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The gate of the numbers: no cause stays that may as well be nothing beside the others."""
+
+from dataclasses import replace
+
+from sosml_friction.diagnosis.decision.model_causes import model_causes
+from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.diagnosis.decision.selector import Selector
+from sosml_friction.diagnosis.decision.verdict import not_shown
+
+#: Why a cause is taken back.
+NOT_SHOWN = 'its interval has 0 in it'
+
+
+def shown_gate(selector: Selector, selection: Selection) -> None:
+    """
+    Take back, the last first, causes whose intervals beside the others all have 0 in them.
+
+    One that is alone stays, for :func:`~.verdict.verdict_of`: it explains more than its floor, so
+    that something is there. What is within its tolerance is no other cause.
+    """
+    names = selector.laboratory.robot.names
+    while len(selection.accepted) > 1:
+        causes = model_causes(selection.laboratory or selector.laboratory, selection)
+        told = [cause for cause in causes if not cause.tolerated]
+        hidden = {(cause.effect, cause.joint) for cause in told if not_shown(cause)}
+        at = [k for k, f in enumerate(selection.accepted) if f.reported(names) in hidden]
+        if len(told) < 2 or not at:
+            return
+        taken = selection.accepted.pop(at[-1])
+        selection.rejected = replace(taken, failed=(NOT_SHOWN,))
+        selection.masked = None
+        selector.settle(selection)

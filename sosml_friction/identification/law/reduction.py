@@ -1,0 +1,34 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Few rows and few columns that stand for many."""
+
+import numpy as np
+from scipy.linalg import qr
+
+from sosml_friction.arrays import FloatArray, IndexArray
+
+#: Part of the largest column that is left of columns that others stand for: the square root of
+#: rounding, so that sums of squares are exact.
+_LEFT = 1e-8
+#: Rows that are reduced at a time; it bounds the memory.
+_BLOCK = 20_000
+
+
+def spanning(columns: FloatArray) -> IndexArray:
+    """
+    Return which of the columns (M, F) all others are combinations of.
+
+    By QR with pivoting (the interpolative decomposition); the rest is below 1e-8 of the largest.
+    """
+    R, order = qr(columns, mode='r', pivoting=True)
+    size = np.abs(np.diag(R))
+    return np.asarray(order[: int(np.sum(size > _LEFT * size[0]))])
+
+
+def triangle(*columns: FloatArray) -> FloatArray:
+    """Return R of the QR decomposition of columns side by side, from blocks of their rows."""
+    R = np.empty((0, sum(each.shape[1] for each in columns)))
+    for first in range(0, len(columns[0]), _BLOCK):
+        block = np.column_stack([each[first : first + _BLOCK] for each in columns])
+        R = np.asarray(np.linalg.qr(np.vstack([R, block]), mode='r'))
+    return R

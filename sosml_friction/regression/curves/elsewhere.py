@@ -1,0 +1,45 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Any function of time, and of the position of the next joints."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.regression.curves.curve import Curve
+from sosml_friction.regression.curves.knots import knots_of, padded_hats
+from sosml_friction.regression.signals import Signals
+from sosml_friction.regression.structure import HATS
+
+
+class Elsewhere(Curve):
+    """
+    Add f(t) + s g(t), and f(q_k) + s g(q_k) of the joint before and after.
+
+    What :class:`~sosml_friction.regression.structure.Structure` lacks, in the same hats.
+    """
+
+    identifier: ClassVar[str] = 'elsewhere'
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(6 * HATS)}
+
+    def __init__(self, stretches: Sequence[Signals]) -> None:
+        times = np.concatenate([s.time for s in stretches])
+        self._times = np.linspace(times.min(), times.max(), HATS)
+        self._positions = knots_of(stretches, lambda s: s.q, HATS)
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the hats."""
+        return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
+
+    def own_columns(self, signals: Recording, joint: int, grid: Sequence[Inner]) -> FloatArray:
+        """Return the hats of the joint alone, (N, 1, 2 hats of each axis)."""
+        factors = 1.0, signals.sign[:, joint]
+        parts = [padded_hats(signals.time, self._times, HATS, factors)]
+        for k in (joint - 1, joint + 1):
+            if 0 <= k < signals.robot.n:
+                parts.append(padded_hats(signals.q[:, k], self._positions[k], HATS, factors))
+        return np.concatenate(parts, axis=1)[:, None]

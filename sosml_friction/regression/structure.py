@@ -1,0 +1,52 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is left along any one axis: not a cause, but the sign that one is missing."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.model.terms.kinds.recording import Recording
+from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.regression.curves.curve import Curve
+from sosml_friction.regression.curves.knots import knots_of, padded_hats
+from sosml_friction.regression.signals import Signals
+
+HATS = 9
+#: The axes, as signals (N, n).
+_AXES: tuple[Callable[[Recording], FloatArray], ...] = (
+    lambda s: s.v,
+    lambda s: s.q,
+    lambda s: s.a,
+    lambda s: s.torque,
+)
+
+
+class Structure(Curve):
+    """
+    Add any smooth function of velocity, position, acceleration, load, and s times each.
+
+    Hat functions on quantiles of the data, which know no physics: what they predict on data left
+    out is structure, whatever its name. Not part of the catalogue.
+    """
+
+    identifier: ClassVar[str] = 'structure'
+    amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * HATS)}
+
+    def __init__(self, stretches: Sequence[Signals]) -> None:
+        self._knots = [knots_of(stretches, axis, HATS) for axis in _AXES]
+
+    def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
+        """Return the hats."""
+        return signals.in_joint(joint, *self.own_columns(signals, joint, (inner,))[:, 0].T)
+
+    def own_columns(self, signals: Recording, joint: int, grid: Sequence[Inner]) -> FloatArray:
+        """Return the hats of the joint alone, (N, 1, k)."""
+        factors = 1.0, signals.sign[:, joint]
+        parts = [
+            padded_hats(axis(signals)[:, joint], knots[joint], HATS, factors)
+            for axis, knots in zip(_AXES, self._knots, strict=True)
+        ]
+        return np.concatenate(parts, axis=1)[:, None]
