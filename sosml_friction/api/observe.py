@@ -19,7 +19,7 @@ from sosml_friction.identification.number_text import format_number
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.labels import observer_label
 
 

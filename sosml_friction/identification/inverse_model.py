@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from scipy.signal import butter, decimate, sosfiltfilt
 
-from sosml_friction.arrays import FloatArray, IndexArray, column_norms
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.jackknife import jackknife_errors, t_95
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.column_norms import column_norms
 
 FORMS = ('symmetric', 'asymmetric')
 #: Of the Butterworth filter, and of the Chebyshev filter before decimation.

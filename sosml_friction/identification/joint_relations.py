@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.robot import Robot
+from sosml_friction.regression.column_norms import column_norms
 
 #: Time over which position is differenced to a speed [s]. Chosen, no measurement.
 WINDOW_S = 0.1

@@ -12,7 +12,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.plain import plain_number
+from sosml_friction.plain_number import plain_number
 
 #: Types of one degree of freedom: the only ones that a model can name.
 _SINGLE = ('revolute', 'continuous', 'prismatic')

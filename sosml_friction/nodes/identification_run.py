@@ -17,6 +17,8 @@ from sosml_friction.motion.trajectory import Trajectory
 
 #: Time that is recorded after the end of the trajectory [s]. Chosen, no measurement.
 SETTLE_S = 0.5
+#: By when the driver has the trajectory [ns]: DDS looks every 3 s for what was lost. Chosen.
+UNHEARD_NS = 10 * 10**9
 #: Between two instants at which the motion may have begun [s]: no joint goes far in it.
 _LOOK_S = 0.02
 
@@ -57,6 +59,22 @@ class IdentificationRun:
     def elapsed(self, t_ns: int) -> float:
         """Return how long the trajectory has run at a stamp at the least [s]."""
         return (t_ns - self.heard_ns) * 1e-9
+
+    def hear(self, t_ns: int, now_ns: int, has_it: bool) -> None:
+        """
+        Look, at a sample, whether the driver has the trajectory.
+
+        A machine that is late comes to its samples late: none of those so far may be of the
+        motion. Whoever else listens may be stuck, and nobody waits for it any longer than a while:
+        whether the robot moves is seen without it.
+
+        :param t_ns: stamp of the sample; ``now_ns``: the time at which it is looked at, which is
+            another one where the stamps are of another clock.
+        :param has_it: whether it is known to have it.
+        """
+        late_ns = now_ns - t_ns
+        self.heard_ns = now_ns if 0 < late_ns < UNHEARD_NS else t_ns
+        self.is_heard = has_it or self.heard_ns - self.sent_ns > UNHEARD_NS
 
     def off_track(self, state: JointState, tolerance: float) -> tuple[str, float] | None:
         """

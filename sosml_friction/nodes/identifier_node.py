@@ -70,8 +70,6 @@ _LOOK_S = 0.1
 #: Silence of joint_states that ends a run [s]: longer than the 3 s after which DDS looks again for
 #: what was lost while a machine stood still.
 _SILENT_S = 4.0
-#: By when the driver has the trajectory [s]: DDS looks every 3 s for what was lost.
-_UNHEARD_S = 10.0
 _RUNNING = ('starting', 'moving', 'fitting', 'diagnosing')
 _JOINT_STATE = 'sensor_msgs/msg/JointState'
 
@@ -250,7 +248,9 @@ class IdentifierNode(ProgramNode):
             if topic == f'friction_estimate/{self._observers[0]}':
                 self._last_estimate = data
             if topic == 'joint_states' and not run.is_heard:
-                self._look_for_hearing(run, data, now_ns)
+                has_it = self._trajectory_output.wait_for_all_acked(Duration())
+                has_it = has_it or self._driver.follows(self._full_name)
+                run.hear(stamp_ns(data), now_ns, has_it)
             self._record(run, topic, data, now_ns)
             self._look_for_end(run, topic, data)
 
@@ -399,22 +399,6 @@ class IdentifierNode(ProgramNode):
         self._trajectory_output.publish(trajectory)
         now_ns = self.get_clock().now().nanoseconds
         self._record(run, 'joint_trajectory', trajectory_bytes(trajectory), now_ns)
-
-    def _look_for_hearing(self, run: IdentificationRun, data: bytes, now_ns: int) -> None:
-        run.heard_ns = stamp_ns(data)
-        # A busy machine comes to the samples late: none of those so far may be of the motion.
-        late_ns = now_ns - run.heard_ns
-        if 0 < late_ns < _UNHEARD_S * 1e9:
-            run.heard_ns = now_ns
-        after = (run.heard_ns - run.sent_ns) * 1e-9
-        # Somebody else who listens may be stuck: whether the robot moves is seen without it.
-        run.is_heard = (
-            self._trajectory_output.wait_for_all_acked(Duration())
-            or self._driver.follows(self._full_name)
-            or after > _UNHEARD_S
-        )
-        if run.is_heard:
-            self.get_logger().info(f'the driver has the trajectory, at most {after:.3f} s later')
 
     def _look_for_end(self, run: IdentificationRun, topic: str, data: bytes) -> None:
         if topic not in self._stamped or stamp_ns(data) <= run.end_ns:

@@ -22,7 +22,7 @@ from sensor_msgs.msg import JointState
 
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.nodes.diagnostics import ERROR, OK, WARN
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.table import terminal_table
 
 FORMAT = 'sosml_friction/watch/1'

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter
 
-from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray, column_norms
+from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
 from sosml_friction.regression.band import Band
+from sosml_friction.regression.column_norms import column_norms
 from sosml_friction.regression.kernels import runs
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the

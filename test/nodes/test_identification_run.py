@@ -57,3 +57,23 @@ def test_a_joint_that_never_moves_is_off_its_way_however_late_the_trajectory_cam
     found = [run.off_track(at(x, 0.0), 0.2) for x in np.arange(heard, heard + 6.0, 0.05)]
     assert found[0] is None
     assert found[-1][0] == 'elbow'
+
+
+@pytest.mark.parametrize(
+    ('t', 'now', 'has_it', 'heard', 'is_heard'),
+    [
+        (0.5, 0.5, True, 0.5, True),
+        (0.5, 0.9, True, 0.9, True),
+        (0.5, 1e9, True, 0.5, True),
+        (9.0, 9.0, False, 9.0, False),
+        (10.5, 10.5, False, 10.5, True),
+    ],
+    ids=['taken', 'late machine', 'another clock', 'not yet', 'somebody else is stuck'],
+)
+def test_a_run_counts_from_when_the_driver_has_the_trajectory(
+    tmp_path, t, now, has_it, heard, is_heard
+):
+    run = a_run(tmp_path, way=1.0)
+    run.hear(round(t * 1e9), round(now * 1e9), has_it)
+    assert run.heard_ns == round(heard * 1e9)
+    assert run.is_heard == is_heard

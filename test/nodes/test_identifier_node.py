@@ -9,7 +9,6 @@ import shutil
 import signal
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,13 +24,11 @@ from trajectory_msgs.msg import JointTrajectory
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
-from sosml_friction.bags.serialization import serialize
 from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.nodes.fresh_start import tell_start
-from sosml_friction.nodes.identifier_node import IdentifierNode
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.one_thread import in_one_thread
@@ -585,25 +582,3 @@ def test_a_run_is_refused_where_nobody_would_take_its_trajectory(ros, start_node
         )
     )
     assert not (tmp_path / 'run').exists()
-
-
-@pytest.mark.parametrize(
-    ('acked', 'follows', 'seconds', 'is_heard'),
-    [(True, False, 0.5, True), (False, True, 0.5, True), (False, False, 9.0, False),
-     (False, False, 10.5, True)],
-    ids=['acknowledged', 'the driver says so', 'not yet', 'after all'],
-)  # fmt: skip
-def test_a_run_counts_from_when_the_driver_has_the_trajectory(acked, follows, seconds, is_heard):
-    """Another listener that is stuck, such as a recorder, holds nothing up for long."""
-    node = SimpleNamespace(
-        _trajectory_output=SimpleNamespace(wait_for_all_acked=lambda _: acked),
-        _driver=SimpleNamespace(follows=lambda name: follows and name == 'me'),
-        _full_name='me',
-        get_logger=lambda: SimpleNamespace(info=lambda _: None),
-    )
-    run = SimpleNamespace(sent_ns=10**9, heard_ns=10**9, is_heard=False)
-    state = JointState(name=['elbow'])
-    state.header.stamp.sec, state.header.stamp.nanosec = divmod(10**9 + int(seconds * 1e9), 10**9)
-    IdentifierNode._look_for_hearing(node, run, serialize(state), 0)
-    assert run.is_heard == is_heard
-    assert run.heard_ns == 10**9 + int(seconds * 1e9)

@@ -32,7 +32,7 @@ from sosml_friction.model.rigid_changes import (
 )
 from sosml_friction.model.terms.kinds.body_term import BodyTerm
 from sosml_friction.model.terms.kinds.term import TERMS
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 
 #: Law of a joint whose friction the model did not know.
 _PLAIN = ('coulomb', 'viscous', 'bias')

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import f as f_distribution
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.identifiability import (
     SPREAD,
@@ -37,6 +37,7 @@ from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.regression.column_norms import column_norms
 
 #: What a fit says beside the parameters of the law, by name in ``LawFit.derived``.
 STRIBECK_AT_SLOWEST = 'stribeck_at_slowest'

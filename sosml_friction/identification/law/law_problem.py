@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from sosml_friction.arrays import BoolArray, FloatArray, IndexArray, column_norms
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.regression.column_norms import column_norms
 
 #: Parameters that friction has not below zero.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')

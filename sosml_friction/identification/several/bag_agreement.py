@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
-from sosml_friction.arrays import FloatArray, column_norms
+from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_stack import OWN, LawStack
@@ -20,6 +20,7 @@ from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.regression.column_norms import column_norms
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
 _ALARM = 0.01

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 
 
 class OutputKind(NamedTuple):

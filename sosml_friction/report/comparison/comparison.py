@@ -11,7 +11,7 @@ from sosml_friction.identification.number_text import UNKNOWN, format_number, nu
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.table import FittingTable, terminal_table
 
 FORMAT = 'sosml_friction/compare/1'

@@ -14,7 +14,7 @@ from sosml_friction.diagnosis.residual.joint_residual import joint_residuals
 from sosml_friction.diagnosis.wording import gain_line
 from sosml_friction.identification.number_text import words
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.output import (
     OutputKind,
     write_result,

@@ -12,7 +12,7 @@ from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
 from sosml_friction.model.model_folder import FrictionParameters, RobotModelFile
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.output import (
     OutputKind,
     check_output_folder,

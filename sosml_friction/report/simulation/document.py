@@ -12,7 +12,7 @@ from rich.table import Table
 
 from sosml_friction.identification.number_text import UNKNOWN, format_number
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import box, facts, heading, page, verdict
 from sosml_friction.report.common.output import (

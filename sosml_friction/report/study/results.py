@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure as Drawing
 
 from sosml_friction.identification.fitted_model import versions
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures, figures_of
 from sosml_friction.report.common.html_page import (

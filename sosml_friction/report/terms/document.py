@@ -8,7 +8,7 @@ from typing import Any
 
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.identification.term_residual import along_axis
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.figure import pictures
 from sosml_friction.report.common.html_page import cards, facts, heading, page, verdict
 from sosml_friction.report.common.output import (

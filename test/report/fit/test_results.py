@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.ripple import PlateauRipple
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.plain import to_plain
+from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.output import to_json
 from sosml_friction.report.fit import results
 
