@@ -93,7 +93,7 @@ validate: $(STAMP)
 	  test/identification/test_identifiability.py test/study/test_targets.py \
 	  test/identification/test_emulated_quantisation.py test/identification/test_busy_machine.py \
 	  test/identification/test_emulated_trajectories.py test/identification/test_rippling_loop.py \
-	  test/identification/test_ripple.py test/identification/law/test_law_fit.py \
+	  test/identification/test_ripple.py test/identification/law/test_law_search.py \
 	  test/diagnosis/test_sizes.py test/validation/test_campaign.py test/nodes/test_chain.py
 
 .PHONY: campaign

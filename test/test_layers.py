@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 #: From the bottom up; those in one row do not know of each other. ``''`` is the package itself.
 LAYERS = (
     (
-        *('arrays', 'compiled', 'exceptions', 'one_thread', 'plain', 'registry', 'share'),
-        'yaml_text',
+        *('arrays', 'compiled', 'exceptions', 'one_thread', 'plain_document', 'plain_number'),
+        *('registry', 'share', 'yaml_text'),
     ),
     ('model',),
     ('bags',),
@@ -39,9 +39,10 @@ ONLY = {
     'one_thread': set(),
     'share': {'exceptions'},
     'registry': {'exceptions'},
-    'plain': set(),
+    'plain_document': set(),
+    'plain_number': set(),
     'yaml_text': {'exceptions'},
-    'actuators': {'arrays', 'exceptions', 'plain', 'registry', 'share', 'yaml_text'}
+    'actuators': {'arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'}
     | {'model', 'bags', 'motion', 'simulation'},
     # Names of the API, loaded when they are used.
     '': {'api', 'bags'},

@@ -29,10 +29,10 @@ _DIGITS = (1, 2)
 _FEWEST = 3
 #: A longer step than this [median steps] is a hole, and no wrap.
 _HOLE = 5.0
-#: Largest share of a period that 99 % of the steps of motion are within, and fewest such steps:
-#: white noise jumps by four times the largest of twenty steps in less than one sample of 10^7.
-#: Several wraps by a turn show it themselves, to nearly half a turn in a step.
-_FOLLOWED, _TURNING, _WITHIN, _STEPS = 0.25, 0.45, 0.99, 20
+#: Share of a period that steps of motion are within, but for one of a hundred, which may be a bad
+#: sample, and fewest such steps: normal noise jumps by four times the largest of twenty steps in
+#: two samples of 10^7 (integral of its distribution).
+_FOLLOWED, _WITHIN, _STEPS = 0.25, 0.99, 20
 #: Least period [rad or m] that is told on line, by one wrap: noise and its steps are smaller.
 _LEAST = 1.0
 
@@ -85,11 +85,12 @@ def _period(t: FloatArray, q: FloatArray) -> float | None:
     if not (alike and whole and span <= (1.0 + _SAME) * period):
         return None
     name = _named(period, max(error, 1e-4 * period))
-    most = _TURNING if name in _TURNS and len(sizes) >= _FEWEST else _FOLLOWED
-    small = np.abs(steps[followed]) < most * period
-    if small.sum() < max(_STEPS, _WITHIN * len(small)):
+    several = len(sizes) >= _FEWEST
+    small = np.abs(steps[followed]) < _FOLLOWED * period
+    # Noise does not jump by a turn several times: then a wheel may be as fast as it is.
+    if small.sum() < max(_STEPS, _WITHIN * len(small)) and not (several and name in _TURNS):
         return None
-    return name if name is not None or len(sizes) < _FEWEST else period
+    return name if name is not None or not several else period
 
 
 def _seen(step: float, dt: float, beside: FloatArray) -> tuple[float, float] | None:

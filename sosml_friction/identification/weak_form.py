@@ -262,7 +262,7 @@ class WeakForm:
 
     def fit(self, i: int, smoothing_velocity: float | None = None) -> WeakFit:
         """
-        Fit the law to joint ``i``, by :func:`~..law.law_fit.search_law`.
+        Fit the law to joint ``i``, by :func:`~..law.law_search.search_law`.
 
         A test function is used if it has no reversal and only speeds above v0, ``zero_band`` and
         five times the noise of velocity. Below, the sign is too steep to be evaluated at a

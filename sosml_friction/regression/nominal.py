@@ -71,7 +71,7 @@ class Nominal:
                 k += 1
         for index in self.rigid:
             if index < 10 * n:
-                result[:, :, k] = signals.regressor[:, :, index] * (1.0 + signals.by_load)
+                result[:, :, k] = signals.through_gears(signals.regressor[:, :, index])
             else:
                 result[:, index - 10 * n, k] = signals.a[:, index - 10 * n]
             k += 1

@@ -127,6 +127,15 @@ class Signals:
         """Return the effort beyond what the nominal model expects of the motion as measured."""
         return np.asarray(self.tau - self.torque - self.shaken)
 
+    def through_gears(self, load: FloatArray) -> FloatArray:
+        """
+        Return the effort that a small load beyond the gears takes, (N, n, ...) as ``load``.
+
+        With what the model's friction by load takes more: load (1 + df / dload).
+        """
+        share = np.broadcast_to(1.0 + self.by_load, self.q.shape)
+        return np.asarray(load * share.reshape(*share.shape, *(1,) * (load.ndim - 2)))
+
     def effort_unit(self, joint: int) -> str:
         """Return the unit of effort of a joint, Nm or N."""
         return self.robot.effort_units[joint]

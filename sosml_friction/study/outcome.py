@@ -74,8 +74,9 @@ def fit_raw(v: FloatArray, tau_f: FloatArray, smoothing_velocity: float) -> Fric
     Fit tau_f = s(v) (C + S exp(-|v| / v_s)) + B v + bias by least squares, C, B, S >= 0.
 
     As in the paper every sample counts, lag and all: this shows what an observer does to the
-    friction map. To identify friction, use :mod:`~.law_fit`, which
-    allows for the lag. For a given v_s the law is linear; v_s is searched from 0.001 to 1 rad/s.
+    friction map. To identify friction, use
+    :mod:`~sosml_friction.identification.law.law_search`, which allows for the lag. For a given v_s
+    the law is linear; v_s is searched from 0.001 to 1 rad/s.
 
     :param v: true velocity (N,) [rad/s].
     :param tau_f: what the observer says (N,) [Nm].

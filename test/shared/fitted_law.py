@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A law fitted to pairs of velocity and friction, in one call."""
 
-from sosml_friction.identification.law.law_fit import search_law
+from sosml_friction.identification.law.law_search import search_law
 
 
 def fit_law(v, y, clusters, effort_unit, **more):

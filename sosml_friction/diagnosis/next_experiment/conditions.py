@@ -140,7 +140,7 @@ def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
     share = 1.0
     for s in signals:
         most = np.abs(s.torque).max(axis=0)
-        added = np.abs((s.regressor[:, :, -10:] @ point) * (1.0 + s.by_load)).max(axis=0)
+        added = np.abs(s.through_gears(s.regressor[:, :, -10:] @ point)).max(axis=0)
         # A limit that the motion itself exceeds is not the actuator's.
         room = np.where(most < limit, limit - most, np.inf) / np.maximum(added, 1e-300)
         share = min(share, float(room.min()))
@@ -149,6 +149,6 @@ def _payload(signals: tuple[Signals, ...]) -> tuple[float, tuple[Stretch, ...]]:
     stretches = []
     for s in signals:
         more = s.regressor[:, :, -10:] @ (share * point)
-        known = s.known + s.by_load * more
+        known = s.known + s.through_gears(more) - more
         stretches.append(Stretch(replace(s, rigid=s.rigid + more, known=known, cache={})))
     return share * mass, tuple(stretches)

@@ -50,8 +50,8 @@ class LawProblem:
     """
     Pose y = L [s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias] for any v_s and v0 of s.
 
-    The arguments are those of :func:`~sosml_friction.identification.law.law_fit.search_law`, y and
-    ``extra`` those of the rows that take part; ``made`` is L, and of its result these rows.
+    The arguments are those of :func:`~sosml_friction.identification.law.law_search.search_law`, y
+    and ``extra`` those of the rows that take part; ``made`` is L, and of its result these rows.
     """
 
     def __init__(

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
-from sosml_friction.identification.law.law_fit import LawFit, LawSearch, search_law
+from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_search import LawSearch, search_law
 
 #: How far the velocities may be wrong after smoothing, as a share of what it changed. Chosen
 #: by S of the rippling exoskeleton, seeds 1 to 5; test/identification/test_rippling_loop.py prints
@@ -21,7 +22,7 @@ _UNSURE = 0.25
 @dataclass(frozen=True)
 class LawRows:
     """
-    Hold what :func:`~sosml_friction.identification.law.law_fit.search_law` takes.
+    Hold what :func:`~sosml_friction.identification.law.law_search.search_law` takes.
 
     ``v`` (N,) velocity in full order; ``y`` (K,) friction; ``clusters`` (K,) which rows share
     their noise; ``keep`` (K,) which take part; ``mean_v`` (K,) velocity of each row; ``lag`` makes

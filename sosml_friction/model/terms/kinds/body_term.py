@@ -30,9 +30,11 @@ class BodyTerm(Term):
 
         With what the friction by load that the model has takes of it.
         """
-        changes = self.changes(signals.robot, joint, inner)
-        return np.stack([_effort(signals, own) + signals.by_load * _carried(signals, own)
-                         for own in changes], axis=2)  # fmt: skip
+        before = np.stack(
+            [own.rotors for own in self.changes(signals.robot, joint, inner)], axis=1
+        )
+        beyond = signals.through_gears(self.carried(signals, joint, inner))
+        return np.asarray(signals.a[:, :, None] * before + beyond)
 
     def carried(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the same of what the gears pass on: rotors are before them."""
@@ -46,12 +48,10 @@ class BodyTerm(Term):
         return ChangedBody(self.changes(robot, joint, inner), amplitude)
 
 
-def _effort(signals: Recording, change: Body) -> FloatArray:
-    """Return the effort (N, n) that a small change of the body takes along a recording."""
-    result = signals.a * change.rotors
+def _carried(signals: Recording, change: Body) -> FloatArray:
+    """Return the effort (N, n) that a small change of the bodies takes along a recording."""
     used = np.flatnonzero(change.inertias.ravel())
-    if len(used):
-        result = result + signals.regressor[:, :, used] @ change.inertias.ravel()[used]
+    result = signals.regressor[:, :, used] @ change.inertias.ravel()[used]
     if change.gravity.any():
         key = ('gravity', *change.gravity)
         if key not in signals.cache:
@@ -60,11 +60,6 @@ def _effort(signals: Recording, change: Body) -> FloatArray:
             signals.cache[key] = between(signals, rows, np.array(under))
         result = result + signals.cache[key]
     return np.asarray(result)
-
-
-def _carried(signals: Recording, change: Body) -> FloatArray:
-    """Return what the gears pass on of it (N, n): rotors are before them."""
-    return np.asarray(_effort(signals, change) - signals.a * change.rotors)
 
 
 class ChangedBody(SimulatedTerm):

@@ -29,8 +29,7 @@ class Recording(Protocol):
     One stretch of a recording, N samples of n joints; fields as of the regression's ``Signals``.
 
     ``rigid``, ``friction``, ``torque`` (N, n): nominal effort of bodies, of friction, and in all
-    [Nm or N]; ``by_load`` (N, n): slope of the model's friction over the load of its joint;
-    ``regressor`` (N, n, 10 n): of the bodies' ten numbers each; ``cache``: what terms
+    [Nm or N]; ``regressor`` (N, n, 10 n): of the bodies' ten numbers each; ``cache``: what terms
     computed and want to keep.
     """
 
@@ -46,8 +45,6 @@ class Recording(Protocol):
     def sign(self) -> FloatArray: ...
     @property
     def rigid(self) -> FloatArray: ...
-    @property
-    def by_load(self) -> FloatArray | float: ...
     @property
     def friction(self) -> FloatArray: ...
     @property
@@ -66,6 +63,10 @@ class Recording(Protocol):
     def band(self) -> LowPass: ...
     @property
     def cache(self) -> dict[object, FloatArray]: ...
+    def through_gears(self, load: FloatArray) -> FloatArray:
+        """Return the effort that a small load beyond the gears takes, (N, n, ...) as it."""
+        ...
+
     def effort_unit(self, joint: int) -> str:
         """Return Nm or N."""
         ...
