@@ -8,6 +8,7 @@ import itertools
 
 import numpy as np
 import pytest
+from fitted_law import TRUTH
 from scipy.optimize import curve_fit
 from scipy.signal import lfilter
 
@@ -22,13 +23,6 @@ from sosml_friction.identification.experiment_plan import (
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
-TRUTH = {
-    'coulomb': 0.8,
-    'viscous': 0.35,
-    'stribeck': 0.5,
-    'stribeck_velocity': 0.03,
-    'bias': 0.1,
-}
 T1 = (0.05, 0.1, 0.2, 0.35, 0.5, 0.7)
 WANTED = {'coulomb': 0.003, 'stribeck': 0.008, 'stribeck_velocity': 0.001}
 

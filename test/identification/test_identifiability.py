@@ -9,7 +9,7 @@ import os
 
 import numpy as np
 import pytest
-from fitted_law import fit_law
+from fitted_law import TRUTH, fit_law
 
 from sosml_friction.identification.identifiability import DataReach, reason_for
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST
@@ -25,13 +25,6 @@ PAPER = {
     'stribeck': 7.2,
     'stribeck_velocity': 2.5e-3,
     'bias': 0.43,
-}
-TRUTH = {
-    'coulomb': 0.8,
-    'viscous': 0.35,
-    'stribeck': 0.5,
-    'stribeck_velocity': 0.03,
-    'bias': 0.1,
 }
 #: Medians of plateaus, as in observer_study.md section 5.
 NOISE = 5e-3

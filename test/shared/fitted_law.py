@@ -4,6 +4,15 @@
 
 from sosml_friction.identification.law.law_search import search_law
 
+#: Friction of the emulated shoulder, with a bias.
+TRUTH = {
+    'coulomb': 0.8,
+    'viscous': 0.35,
+    'stribeck': 0.5,
+    'stribeck_velocity': 0.03,
+    'bias': 0.1,
+}
+
 
 def fit_law(v, y, clusters, effort_unit, **more):
     return search_law(v, y, clusters, **more).result(effort_unit)

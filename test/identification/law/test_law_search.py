@@ -8,7 +8,7 @@ import os
 
 import numpy as np
 import pytest
-from fitted_law import fit_law
+from fitted_law import TRUTH, fit_law
 from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
@@ -17,13 +17,6 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE
 
-TRUTH = {
-    'coulomb': 0.8,
-    'viscous': 0.35,
-    'stribeck': 0.5,
-    'stribeck_velocity': 0.03,
-    'bias': 0.1,
-}
 #: A third of v_s to 20 v_s: T1 and T3 of the observer study together.
 LOW = np.array([0.01, 0.015, 0.02, 0.03, 0.045, 0.07, 0.12, 0.2, 0.35, 0.6])
 #: From 4 v_s up: the knee is not in the data.
