@@ -42,6 +42,24 @@ def test_what_would_spoil_most_of_a_motion_is_no_impact(noise, changes, found):
     assert spoiled.mean() < 0.5
 
 
+@pytest.mark.parametrize('fast_hits', [True, False])
+def test_impacts_are_asked_where_the_load_goes_far_and_not_where_it_hardly_changes(
+    noise, fast_hits
+):
+    """A body crosses a gap with a momentum that grows with the rate of its load."""
+    t, e = noise
+    # One slow change of the load, with 0.05 Nm/s, after three fast ones with 3 Nm/s.
+    phase = np.mod(t, 10.0)
+    load = np.select([phase < 2.0, phase < 4.0], [np.sin(np.pi * phase), 0.05 * (3.0 - phase)],
+                     -0.05 + 0.0 * phase)  # fmt: skip
+    hit = (np.abs(np.mod(phase, 1.0) - 0.03) < 0.05) & (phase < 2.5)
+    e[hit if fast_hits else np.abs(phase - 3.03) < 0.05, 0] += 0.5
+    impacts, _ = find_impacts(e, load[:, None], STEP, np.ones(e.shape, dtype=bool))
+    assert bool(impacts) is fast_hits
+    if fast_hits:
+        assert impacts[0].share > 0.9
+
+
 def test_a_push_that_is_on_as_often_as_off_is_found_by_its_levels(noise):
     t, e = noise
     on = switched(t)
