@@ -1,0 +1,77 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A number of the diagnosis is found, changed wherever it is used, and put back."""
+
+import pytest
+
+from sosml_friction.diagnosis.decision import forward_gain, selector
+from sosml_friction.regression.settings import DiagnosisSettings
+from validation.sensitivity import Number, changed, chosen_numbers, row_of, scaled
+
+
+def the_number(name):
+    """Return the chosen number of a name."""
+    return next(number for number in chosen_numbers() if number.label.endswith('.' + name))
+
+
+def test_numbers_that_say_that_they_were_chosen_are_found_and_settings_and_no_others():
+    labels = {number.label for number in chosen_numbers()}
+    assert 'diagnosis.decision.selector._HALF' in labels
+    # Its comment has two lines, and it stands with another.
+    assert 'diagnosis.decision.rivals._INDEPENDENT' in labels
+    assert 'regression.settings.floor_margin' in labels
+    # By measurement, by definition, and no threshold.
+    assert not labels & {'regression.contacts._IMPACT', 'regression.contacts._MINORITY'}
+    assert 'regression.settings.seed' not in labels
+
+
+@pytest.mark.parametrize(
+    ('value', 'twice'),
+    [(0.25, 0.5), (3, 6), ((0.5, 2), (1.0, 4)), (True, None), ('text', None), ((), None)],
+)
+def test_a_number_is_scaled_and_what_is_none_is_not(value, twice):
+    assert scaled(value, 2.0) == twice
+
+
+def test_a_whole_number_stays_one_and_more_than_none():
+    assert scaled(1, 0.5) == 1
+    assert scaled(4, 0.5) == 2
+
+
+def test_a_number_is_changed_where_it_stands_and_put_back():
+    number = the_number('_HALF')
+    with changed(number, 0.5):
+        assert vars(selector)['_HALF'] == 0.5 * number.value
+    assert vars(selector)['_HALF'] == number.value
+
+
+def test_a_number_that_others_import_is_changed_there_too():
+    from sosml_friction.diagnosis import diagnosis
+
+    number = the_number('HORIZON_S')
+    with changed(number, 2.0):
+        assert diagnosis.HORIZON_S == forward_gain.HORIZON_S == 2.0 * number.value
+    assert diagnosis.HORIZON_S == forward_gain.HORIZON_S == number.value
+
+
+def test_a_default_of_the_settings_is_changed_and_put_back_even_after_an_error():
+    number, seen = the_number('floor'), []
+
+    def fail():
+        with changed(number, 2.0):
+            seen.append(DiagnosisSettings())
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert seen == [DiagnosisSettings(floor=2.0 * number.value)]
+    assert DiagnosisSettings().floor == number.value
+
+
+def test_answers_that_differ_are_counted_and_those_that_are_good():
+    base = [['right', 'named', []], ['nothing', 'nothing_above_floor', []]]
+    other = [['right', 'named', []], ['wrong name', 'named', [['spring', 'axis', []]]]]
+    number = Number('sosml_friction.regression.x', '_X', 1.0)
+    assert row_of(number.label, base, [base, other]) == (
+        '| regression.x._X | 0 (2 good) | 1 (1 good) |'
+    )

@@ -1,0 +1,199 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+Halve and double each number of the diagnosis, and count the answers that change.
+
+    python -m validation.sensitivity --seed 1 --out OUT
+
+The recordings are those of :mod:`validation.axis_campaign`. A number is a constant of a module of
+``diagnosis`` or ``regression`` that says "Chosen, no measurement", or a default of
+``DiagnosisSettings``; of a tuple all entries are changed together. An answer is its verdict, and
+the effect, joint and rivals of each cause. One file per number and factor in OUT: a run that was
+stopped goes on. Numbers inside compiled functions are not reached: none is chosen.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import importlib
+import json
+import pkgutil
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import sosml_friction.diagnosis
+import sosml_friction.regression
+from sosml_friction.regression.settings import DiagnosisSettings
+from validation.axis_campaign import trial
+
+FACTORS = (0.5, 2.0)
+#: What a comment says of a number without an origin.
+_SAID = 'chosen, no measurement'
+#: Settings that are a way of looking at data, and no threshold.
+_NO_NUMBER = ('seed', 'trust')
+#: The answers: kind, effect and number of a trial.
+PLAN = (
+    ('single', 'stribeck', 0),
+    ('single', 'position_dependent_friction', 0),
+    ('single', 'effort_delay', 0),
+    ('single', 'backlash', 0),
+    ('single', 'spring', 0),
+    ('null', '', 0),
+    ('guess', 'stribeck', 1),
+    ('outside', 'friction_step', 0),
+    ('outside', 'root_friction', 0),
+)
+
+
+@dataclass(frozen=True)
+class Number:
+    """Hold where a number stands, ``module`` and ``name``, and its value."""
+
+    module: str
+    name: str
+    value: Any
+
+    @property
+    def label(self) -> str:
+        """Return what names its file."""
+        return f'{self.module.removeprefix("sosml_friction.")}.{self.name}'
+
+
+def chosen_numbers() -> list[Number]:
+    """Return the constants whose comment says that no measurement chose them, and settings."""
+    found = []
+    for package in (sosml_friction.diagnosis, sosml_friction.regression):
+        for entry in pkgutil.walk_packages(package.__path__, package.__name__ + '.'):
+            module = importlib.import_module(entry.name)
+            source = Path(str(module.__file__)).read_text()
+            found += [
+                Number(entry.name, name, getattr(module, name))
+                for name in _said_to_be_chosen(source)
+            ]
+    settings = DiagnosisSettings()
+    found += [
+        Number(DiagnosisSettings.__module__, each.name, value)
+        for each in fields(settings)
+        if each.name not in _NO_NUMBER
+        and isinstance(value := getattr(settings, each.name), int | float)
+        and not isinstance(value, bool)
+    ]
+    return [number for number in found if scaled(number.value, 2.0) is not None]
+
+
+def _said_to_be_chosen(source: str) -> Iterator[str]:
+    """Yield the names that are assigned below a comment which says so."""
+    lines = source.splitlines()
+    for statement in ast.parse(source).body:
+        if not isinstance(statement, ast.Assign):
+            continue
+        first = statement.lineno - 1
+        above = first
+        while above and lines[above - 1].startswith('#'):
+            above -= 1
+        comment = ' '.join(line.removeprefix('#:').strip() for line in lines[above:first])
+        if _SAID in comment.lower():
+            for target in statement.targets:
+                names = target.elts if isinstance(target, ast.Tuple) else [target]
+                yield from (name.id for name in names if isinstance(name, ast.Name))
+
+
+def scaled(value: Any, factor: float) -> Any:
+    """Return a number, or each of a tuple, times a factor; None for what is neither."""
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, int):
+        return max(1, round(factor * value))
+    if isinstance(value, float):
+        return factor * value
+    if isinstance(value, tuple):
+        parts = tuple(scaled(part, factor) for part in value)
+        return None if not parts or None in parts else parts
+    return None
+
+
+@contextmanager
+def changed(number: Number, factor: float) -> Iterator[None]:
+    """Change a number wherever it was imported to, as long as the context lasts."""
+    new = scaled(number.value, factor)
+    if number.module == DiagnosisSettings.__module__:
+        defaults = DiagnosisSettings.__init__.__defaults__
+        assert defaults is not None
+        # The fields of the class are the arguments of its constructor, in the same order.
+        place = [each.name for each in fields(DiagnosisSettings)].index(number.name)
+        place -= len(fields(DiagnosisSettings)) - len(defaults)
+        DiagnosisSettings.__init__.__defaults__ = (*defaults[:place], new, *defaults[place + 1 :])
+        try:
+            yield
+        finally:
+            DiagnosisSettings.__init__.__defaults__ = defaults
+        return
+    holders = [sys.modules[number.module]]
+    if not number.name.startswith('_'):
+        # Others import it under its name.
+        own = [m for name, m in sys.modules.items() if name.startswith('sosml_friction')]
+        holders = [m for m in own if vars(m).get(number.name) is number.value]
+    for module in holders:
+        setattr(module, number.name, new)
+    try:
+        yield
+    finally:
+        for module in holders:
+            setattr(module, number.name, number.value)
+
+
+def answers(seed: int) -> list[list[Any]]:
+    """Return outcome, verdict and causes of each recording of the plan."""
+    found = []
+    for kind, effect, k in PLAN:
+        row = trial(seed, kind, effect, k)
+        found.append([row['outcome'], row.get('verdict'), row.get('causes')])
+    return found
+
+
+def row_of(label: str, base: Sequence[Any], by_factor: Sequence[Sequence[Any]]) -> str:
+    """Return a line of the table: answers that change, and those that are right, by factor."""
+    cells = [label]
+    for own in by_factor:
+        differ = sum(a != b for a, b in zip(base, own, strict=True))
+        good = sum(a[0] in ('right', 'set', 'unknown', 'nothing') for a in own)
+        cells.append(f'{differ} ({good} good)')
+    return '| ' + ' | '.join(cells) + ' |'
+
+
+def main() -> int:
+    """Try what is not there yet, and print the table."""
+    parser = argparse.ArgumentParser(prog='python -m validation.sensitivity', description=__doc__)
+    parser.add_argument('--out', type=Path, default=Path('sensitivity'))
+    parser.add_argument('--seed', type=int, required=True, help='of all that is drawn')
+    parser.add_argument('--only', default='', help='numbers whose name holds this text')
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+
+    def kept(name: str) -> list[Any]:
+        file = given.out / f'{name}.json'
+        if not file.is_file():
+            file.write_text(json.dumps(answers(given.seed)))
+        loaded: list[Any] = json.loads(file.read_text())
+        return loaded
+
+    base = kept('as it is')
+    print(row_of('as it is', base, [base]), flush=True)
+    for number in chosen_numbers():
+        if given.only not in number.label:
+            continue
+        found = []
+        for factor in FACTORS:
+            with changed(number, factor):
+                found.append(kept(f'{number.label} x {factor:g}'))
+        print(row_of(f'{number.label} = {number.value}', base, found), flush=True)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
