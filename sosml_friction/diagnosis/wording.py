@@ -266,6 +266,11 @@ def _along(x: Leftover, joint: str) -> str:
             f'{what} depends on {axis} in another way: {which}a free curve of it explains '
             f'{number} % of what it and the named causes explain there'
         )
+    if x.together:
+        return (
+            f'{what} depends on {axis}, or on something alike: free curves of all axes together '
+            'explain more than noise would, and none by itself'
+        )
     return f'{what} depends on {axis}: {which}a free curve of it explains more than noise would'
 
 

@@ -20,7 +20,8 @@ class Leftover:
     ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
     ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
     beside which the causes are the whole. ``instead``: one power of speed that explains more than
-    all causes by speed. ``hertz``: of a tone.
+    all causes by speed; ``together``: what the curves of all axes explain, none of them enough by
+    itself, ``axis`` that of the largest. ``hertz``: of a tone.
     """
 
     axis: str
@@ -30,6 +31,7 @@ class Leftover:
     share: float
     least: float
     instead: bool = False
+    together: bool = False
     hertz: float = 0.0
 
     @property

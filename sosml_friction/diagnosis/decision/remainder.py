@@ -144,7 +144,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         together = explained[i] * energy[1][i]
         if together > floor and not any(x.beyond_chance for x in own_curves):
             most = max(own_curves, key=lambda x: x.energy)
-            found.append(Leftover(most.axis, i, together, floor, 1.0, REST))
+            found.append(Leftover(most.axis, i, together, floor, 1.0, REST, together=True))
     found += _tones(laboratory, result.left, told)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}

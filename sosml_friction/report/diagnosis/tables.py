@@ -190,8 +190,7 @@ def controls(diagnosis: Diagnosis) -> str:
         'tolerance, friction that turns around in other ways, noise as measured. The floor is '
         f'{settings.floor_margin:g} times the largest share that it removed of any of them, at '
         f'least {100.0 * settings.floor:g} %. Of free curves without a name: the largest share of '
-        'noise that one explains by itself, and what the tolerances and noise of position make '
-        'of it.</p>'
+        'noise that one explains by itself, and what the tolerances make of it.</p>'
         + html_table(columns, rows)
         + f'<p>What was looked for was fixed before: library '
         f'<code>{diagnosis.library_hash}</code>, seed {settings.seed}.</p>'

@@ -23,6 +23,7 @@ from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.kernels import hats
 from sosml_friction.regression.noise_model import NoiseModel
 from sosml_friction.regression.settings import DiagnosisSettings
+from validation.axis_campaign import trial
 from validation.trial import Spec, build, nominal_model
 
 
@@ -47,6 +48,13 @@ def test_viscous_friction_is_named_and_quadratic_drag_is_not_called_viscous(extr
     unknown = {axis['axis'] for axis in found.structure['axes'] if axis['unknown']}
     assert unknown == ({'speed'} if verdict == 'unknown_structure' else set())
     assert ('depends on speed in another way' in found.sentence) == bool(unknown)
+
+
+def test_a_small_drag_beside_refitted_friction_is_no_all_clear():
+    """Of SNR 2.1 before the refit; the largest curve has 0.8 % of the energy of noise."""
+    row = trial(6161, 'outside', 'quadratic_drag', 1)
+    assert row['verdict'] == 'unknown_structure'
+    assert not row['causes']
 
 
 def test_a_constant_offset_while_moving_is_a_bias_or_an_asymmetry_and_said_to_be_either():
@@ -216,7 +224,7 @@ def test_curves_that_are_alike_do_not_hide_each_other_from_an_all_clear():
         without=('cogging', 'backlash', 'joint_elasticity', 'thermal_drift'),
     )
     assert found.verdict == 'unknown_structure'
-    assert re.search('slider depends on (acceleration|load):', found.sentence)
+    assert re.search('slider depends on (acceleration|load), or', found.sentence)
 
 
 def test_a_joint_that_stands_gives_a_tone_no_period():
