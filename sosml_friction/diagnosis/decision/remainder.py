@@ -56,7 +56,7 @@ class Remainder:
     Hold what free curves, tones and powers of speed explain beside the causes.
 
     ``explained`` (n,): share of what is left of each joint that all free curves explain together;
-    ``named``: whitened energy that the causes explain.
+    ``named``: whitened energy that the causes explain, but for numbers of the nominal model.
     """
 
     found: tuple[Leftover, ...] = ()
@@ -88,7 +88,10 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     :param fit: with the accepted causes.
     """
     far, settings = sliding(laboratory), laboratory.settings
-    alone_fit, fit = (fit_within(x, fit.target.y, far) for x in (laboratory.system, fit.system))
+    # A number of the nominal that is wrong has no structure, however much it explains.
+    wrong = [finding.columns for finding in accepted if finding.effect.parameter_error]
+    alone = laboratory.system.extended(wrong)
+    alone_fit, fit = (fit_within(x, fit.target.y, far) for x in (alone, fit.system))
     rows = laboratory.known * far.mean(axis=0)
     told = [i for i in range(laboratory.robot.n) if rows[i] > 0.0]
     curves: list[tuple[int, FloatArray]] = []
@@ -100,8 +103,8 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             curves.append((i, hats))
             axes.append((AXES[g // 2], g % 2 == 1))
     result = fit_curves(fit, curves, far)
-    alone, residual = _residual(alone_fit), _residual(fit)
-    energy = np.array([np.sum(x**2, axis=0) for x in (alone, residual, result.left)])
+    residuals = _residual(alone_fit), _residual(fit), result.left
+    energy = np.array([np.sum(x**2, axis=0) for x in residuals])
     named = np.maximum(energy[0] - energy[1], 0.0)
     left = np.where(energy[1] > 0.0, energy[2] / np.where(energy[1] > 0.0, energy[1], 1.0), 1.0)
     explained = np.clip(1.0 - left, 0.0, 1.0)
