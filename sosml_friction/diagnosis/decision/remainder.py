@@ -39,7 +39,8 @@ LEAST = 0.015
 #: Share of what is left that all curves of a joint explain together where there is no cause: twice
 #: the largest of 29 null recordings of the blind plant, seeds 71901 and 82902 (0.051; 0.08, 0.10
 #: and 0.12 of three that are unknown by one curve alone). Curves that are alike share what they
-#: explain: none stands out. Only of a joint without a cause, which would be told that all is well.
+#: explain: none stands out. A joint that has no cause would be told that all is well, and one of
+#: whose causes explain less than these curves that they are the whole.
 ALL = 0.1
 #: Along acceleration and load a curve may have this many times the energy that noise of position
 #: feigns, where acceleration is mostly noise: 1.5 times the largest of three recordings of the
@@ -147,18 +148,38 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             share = own / max(beside + own, 1e-300)
         name = f'{FRICTION_BY}{axis}' if friction else axis
         found.append(Leftover(name, i, own, floor, share, least))
-    for i in sorted(set(told) - acted):
+    for i in sorted(told):
         own_curves = [x for x in found if x.joint == i]
         least = ALL + _FEIGNED * laboratory.feigned
-        if explained[i] > least and not any(x.beyond_chance for x in own_curves):
-            most = max(own_curves, key=lambda x: x.energy)
-            together = explained[i] * energy[1][i]
-            found.append(Leftover(most.axis, i, together, least * energy[1][i], 1.0, REST))
+        whole = all_together(own_curves, explained[i], energy[1][i], named[i], least)
+        found += [] if whole is None else [whole]
     found += _tones(laboratory, result.left, told)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
+
+
+def all_together(
+    curves: Sequence[Leftover], explained: float, energy: float, named: float, least: float
+) -> Leftover | None:
+    """
+    Return what all curves of a joint explain together where it is more than its causes do.
+
+    Curves that are alike share what they explain: where a friction is spread over several of them
+    none stands out. None where one does, or where the causes are the larger part.
+
+    :param explained: share of the ``energy`` that is left beside the causes.
+    :param named: energy that the causes explain.
+    :param least: the share that curves explain of what has no structure.
+    """
+    together = explained * energy
+    share = together / max(named + together, 1e-300)
+    told = (x.significant if named > 0.0 else x.beyond_chance for x in curves)
+    if explained <= least or share <= REST or any(told):
+        return None
+    most = max(curves, key=lambda x: x.energy)
+    return Leftover(most.axis, most.joint, together, least * energy, share, REST)
 
 
 def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:
