@@ -261,15 +261,20 @@ def _along(x: Leftover, joint: str) -> str:
     what = f'friction of {joint}' if x.axis.startswith(FRICTION_BY) else joint
     axis = x.axis.removeprefix(FRICTION_BY)
     which = 'which no cause of the catalogue is: ' if NEIGHBOURS in x.axis else ''
+    if x.together:
+        than = (
+            f'{number} % of what they and the named causes do'
+            if x.share < 1.0
+            else 'more than noise would'
+        )
+        return (
+            f'{what} depends on {axis}, or on something alike: free curves of all axes together '
+            f'explain {than}, and none by itself'
+        )
     if x.share < 1.0:
         return (
             f'{what} depends on {axis} in another way: {which}a free curve of it explains '
             f'{number} % of what it and the named causes explain there'
-        )
-    if x.together:
-        return (
-            f'{what} depends on {axis}, or on something alike: free curves of all axes together '
-            'explain more than noise would, and none by itself'
         )
     return f'{what} depends on {axis}: {which}a free curve of it explains more than noise would'
 

@@ -20,7 +20,7 @@ class DiagnosisSettings:
     whatever the nulls say, times 1 + ln(points of the candidate's grid); ``floor_margin`` times
     the largest gain of a null does too. A named cause is the whole of its axis unless a free curve
     explains more than ``axis_share`` of what both explain. ``most_causes``: largest number of
-    named causes, and ``most_terms`` with their harmonics.
+    named causes for each joint of the robot, and ``most_terms`` with their harmonics.
     ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
     ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a

@@ -32,9 +32,7 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: Energy of a curve, as a share of that of noise, and share of what is left of a joint that all of
 #: its curves explain together, that deviations within the tolerance, reversals and rounding make
 #: where there is no cause: 1.5 times the largest of 38 null recordings of three plants (0.0034 and
-#: 0.0065: blind plant, seeds 41414 and 52525; axis, seed 6161; MuJoCo's arm, seed 41414). Curves
-#: that are alike share what they explain: none stands out. All together are asked only of a joint
-#: without a cause, which would be told that all is well.
+#: 0.0065: blind plant, seeds 41414 and 52525; axis, seed 6161; MuJoCo's arm, seed 41414).
 LEAST, ALL = 0.005, 0.01
 #: Smallest share of what is left, in effort, that makes a tone: of SNR 0.5 it is 0.2. In 300
 #: recordings of the blind plant without a tone it was at most 0.119, with one of SNR 0.9 and more
@@ -140,19 +138,36 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
             share = own / max(beside + own, 1e-300)
         name = f'{FRICTION_BY}{axis}' if friction else axis
         found.append(Leftover(name, i, own, floor, share, least))
-    for i in sorted(set(told) - acted):
+    for i in told:
         own_curves = [x for x in found if x.joint == i]
         seen = sum(x.energy > 0.0 for x in own_curves)
         floor = max(ALL * energy[1][i], 2.0 * seen * float(np.log(rows[i])) + BIC_CLOSE)
-        together = explained[i] * energy[1][i]
-        if together > floor and not any(x.beyond_chance for x in own_curves):
-            most = max(own_curves, key=lambda x: x.energy)
-            found.append(Leftover(most.axis, i, together, floor, 1.0, REST, together=True))
+        whole = all_together(own_curves, explained[i] * energy[1][i], floor, named[i])
+        found += [] if whole is None else [whole]
     found += _tones(laboratory, result.left, told)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
     return Remainder((*found, *instead), explained, float(named.sum()))
+
+
+def all_together(
+    curves: Sequence[Leftover], energy: float, floor: float, named: float
+) -> Leftover | None:
+    """
+    Return what all curves of a joint explain together where it is more than its causes do.
+
+    Curves that are alike share what they explain: where a friction is spread over several of them
+    none stands out. None where one does, or where the causes are the larger part.
+
+    :param energy: of all curves together; ``floor``: what it has to exceed.
+    :param named: energy that the causes explain.
+    """
+    share = energy / max(named + energy, 1e-300)
+    if energy <= floor or share <= REST or any(x.significant for x in curves):
+        return None
+    most = max(curves, key=lambda x: x.energy)
+    return Leftover(most.axis, most.joint, energy, floor, share, REST, together=True)
 
 
 def _hats(parts: Sequence[CandidateColumns], joint: int) -> list[FloatArray]:

@@ -72,9 +72,11 @@ class Selector:
         while True:
             self._search(result)
             # What an impossible one stood for may be named then.
-            if not self._eliminate(result):
+            if self._eliminate(result):
+                continue
+            self.settle(result)
+            if not self._drop_impossible(result):
                 break
-        self.settle(result)
         return result
 
     def settle(self, result: Selection) -> None:
@@ -129,9 +131,10 @@ class Selector:
             self.step(f'found {best.effect.identifier}')
 
     def _enough(self, accepted: Sequence[Finding]) -> bool:
-        """Tell whether no more causes are named."""
+        """Tell whether no more causes are named: each joint has its own."""
+        settings, n = self.settings, self.laboratory.robot.n
         distinct = len({finding.key for finding in accepted})
-        return distinct >= self.settings.most_causes or len(accepted) >= self.settings.most_terms
+        return distinct >= n * settings.most_causes or len(accepted) >= n * settings.most_terms
 
     def _refined(self, fit: Fit, found: Sequence[Finding]) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""

@@ -10,6 +10,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
@@ -73,6 +74,14 @@ class Cogging(EffortTerm):
         last = min(high, self.inner_bounds(signals, joint)['frequency'][1])
         found = [*fine, *np.arange(np.ceil(max(low, end)), last)]
         return [{'frequency': float(w)} for w in found]
+
+    def implausible(self, fit: Fitted) -> str:
+        """Return why such an amplitude is impossible, else ''."""
+        # Nothing else has three periods in the range that it could cancel against.
+        mean_square = 0.5 * float(fit.amplitude @ fit.amplitude)
+        if mean_square > float(fit.signals.scales.effort[fit.joint]) ** 2:
+            return 'it would be more than all of the measured effort'
+        return ''
 
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""

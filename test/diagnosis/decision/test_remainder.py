@@ -12,7 +12,8 @@ import pytest
 from known_robots import slider_model, slider_recording
 from scipy.signal import lfilter, savgol_filter
 
-from sosml_friction.diagnosis.decision.remainder import LEAST
+from sosml_friction.diagnosis.decision.leftover import Leftover
+from sosml_friction.diagnosis.decision.remainder import LEAST, REST, all_together
 from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.tone import Tone, strongest_tone
 from sosml_friction.diagnosis.diagnosis import diagnose
@@ -104,6 +105,22 @@ def test_what_a_cause_stood_for_is_named_where_the_cause_becomes_impossible(monk
     found = offset_and_hysteresis()
     assert 'effort_bias' in searched[0]
     assert len(searched) == 2
+    assert {c.effect for c in found.causes} == {'asymmetric_friction', 'presliding_hysteresis'}
+    assert found.gain.inverse_after[0] < 0.2 * found.gain.inverse_before[0]
+
+
+def test_a_cause_that_is_impossible_at_the_inner_parameters_that_are_settled_is_not_named(
+    monkeypatch,
+):
+    """They are searched beside one another after the gates: amplitudes may grow and cancel."""
+    settle = Selector.settle
+
+    def settled(selector, result):
+        settle(selector, result)
+        monkeypatch.setattr(EffortBias, 'implausible', lambda self, fit: 'it is impossible')
+
+    monkeypatch.setattr(Selector, 'settle', settled)
+    found = offset_and_hysteresis()
     assert {c.effect for c in found.causes} == {'asymmetric_friction', 'presliding_hysteresis'}
     assert found.gain.inverse_after[0] < 0.2 * found.gain.inverse_before[0]
 
@@ -225,6 +242,36 @@ def test_curves_that_are_alike_do_not_hide_each_other_from_an_all_clear():
     )
     assert found.verdict == 'unknown_structure'
     assert re.search('slider depends on (acceleration|load), or', found.sentence)
+
+
+@pytest.mark.parametrize(
+    ('energy', 'named', 'share'),
+    [
+        # A drag of eddy currents beside friction by position, which is named for a part of it.
+        (16404.0, 8236.0, 0.666),
+        # The causes are the larger part, or nothing is named.
+        (16404.0, 20000.0, None),
+        (16404.0, 0.0, 1.0),
+        # As much as curves explain of what has no structure.
+        (11000.0, 8236.0, None),
+    ],
+)
+def test_curves_that_are_alike_do_not_hide_that_a_cause_is_the_smaller_part(energy, named, share):
+    """Each is small beside the cause, as the others would explain the same without it."""
+    speed = Leftover('speed', 0, 710.0, 186.0, 0.08, REST)
+    friction = Leftover('friction by speed', 0, 1822.0, 186.0, 0.18 if named else 1.0, REST)
+    whole = all_together([speed, friction], energy, 13000.0, named)
+    if named == 0.0:
+        # One that stands out in a joint without a cause says so itself.
+        assert whole is None
+        quiet = [replace(x, energy=100.0) for x in (speed, friction)]
+        whole = all_together(quiet, energy, 13000.0, named)
+    assert (whole is None) == (share is None)
+    if whole is not None:
+        assert whole.significant
+        assert whole.share == pytest.approx(share, abs=1e-3)
+    standing = replace(friction, share=0.6)
+    assert all_together([speed, standing], energy, 13000.0, named) is None
 
 
 def test_a_joint_that_stands_gives_a_tone_no_period():
