@@ -45,14 +45,8 @@ _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
 #: measurement.
 _SHORTEST_CYCLES = 60.0
-#: Narrowest band [Hz] for the noise of position alone, and where the motion is slow besides.
-_NARROWEST, _LOWEST = 12.0, 10.0
-#: The latter in frequencies of the motion, where these are less: 10 Hz is that much of the 0.6 Hz
-#: of T1 and ``rich``. A ladder of steps slowed down three times is diagnosed well at 15 and more.
-_LOWEST_CYCLES = 17.0
-#: Where noise of position feigns more than the first share of the residual, the band is lowered by
-#: the factor at a time until it is less than the second.
-_FEIGNED, _FEIGNED_LEFT, _LOWER = 0.05, 0.02, 0.85
+#: Narrowest band [Hz]. Chosen, no measurement.
+_NARROWEST = 12.0
 #: Largest share of the sampling frequency that the band may be.
 _HIGHEST = 0.1
 
@@ -77,8 +71,7 @@ class Signals:
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
     ``tau`` is what the nominal model expects, so that a simulation holds them on their way;
     ``regressor`` (N, n, 10 n) and ``temperature`` (N, n) or None. ``time`` (N,) [s] counts from
-    the start of the first recording. ``feigned``: share of the whitened noise that noise of
-    position makes look like a function of the motion, at most.
+    the start of the first recording.
     """
 
     time: FloatArray
@@ -98,7 +91,6 @@ class Signals:
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
-    feigned: float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -199,22 +191,17 @@ def with_rests(
     )
 
 
-def choose_band(
-    log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings
-) -> tuple[Band, float]:
+def choose_band(log: JointLog, robot: Robot, step: float, settings: DiagnosisSettings) -> Band:
     """
-    Return the band, up to where position makes as much noise as effort, and what is feigned there.
+    Return the band, up to where position makes as much noise as effort.
 
     White noise s_q of position, twice differentiated within a band f, makes an inertial effort of
     M (2 pi f)^2 s_q / sqrt(5) for each unit that white noise s_tau of effort leaves in the same
     band: they are equal at f = sqrt(sqrt(5) s_tau / (M s_q)) / (2 pi). The lowest of the joints'
-    is taken. Where the motion is so slow that noise of acceleration would pass for structure, it
-    is lowered in steps until little of it is left, see
-    :class:`~.position_noise.PositionNoise`, whose share in the band is the
-    second; 0 where the settings give the band.
+    is taken.
     """
     if settings.band is not None:
-        return Band(settings.band, step), 0.0
+        return Band(settings.band, step)
     noise_of, seen = _position_noise(log, robot, step)
     found = [settings.widest_band]
     for noise, effort, inertia in zip(
@@ -223,13 +210,7 @@ def choose_band(
         if noise > 0.0 and effort > 0.0 and inertia > 0.0:
             found.append(float(np.sqrt(np.sqrt(5.0) * effort / (inertia * noise)) / (2.0 * np.pi)))
     widest = min(settings.widest_band, _HIGHEST / step)
-    band = Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
-    most, feigned = _FEIGNED, noise_of.share(band)
-    while feigned > most and band.cutoff > (lowest := _lowest(log.q, band)):
-        most = _FEIGNED_LEFT
-        band = Band(max(_LOWER * band.cutoff, lowest), step)
-        feigned = noise_of.share(band)
-    return band, feigned
+    return Band(float(np.clip(min(found), min(_NARROWEST, widest), widest)), step)
 
 
 def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionNoise, FloatArray]:
@@ -249,24 +230,6 @@ def _position_noise(log: JointLog, robot: Robot, step: float) -> tuple[PositionN
     motion = Band(min(_NARROWEST, _HIGHEST / step), step).smooth(log.q, 1.0)
     inertia = robot.inertia(np.nanmedian(log.q, axis=0))
     return PositionNoise.seen(log.q, motion, steps, effort, inertia), seen
-
-
-def _lowest(q: FloatArray, band: Band) -> float:
-    """
-    Return the lowest band [Hz] for a motion (N, n) as it is seen in ``band``, without its noise.
-
-    The frequency of a motion is its acceleration over its velocity, of the fastest joint.
-    """
-    seen = band.smooth(q, 1.0)
-    v = np.gradient(seen, band.step, axis=0)
-    a = np.gradient(v, band.step, axis=0)
-    speed = np.sqrt(np.mean(v**2, axis=0))
-    # Noise at the band's end makes this speed: a joint that has no more does not move.
-    moves = speed > 2.0 * np.pi * band.cutoff * np.std(q - seen, axis=0)
-    ratio = np.sqrt(np.mean(a**2, axis=0))[moves] / speed[moves]
-    lowest = min(_LOWEST, _LOWEST_CYCLES * float(ratio.max(initial=0.0)) / (2.0 * np.pi))
-    # Twice the shortest: its blocks must have rows enough.
-    return max(lowest, 2.0 * _SHORTEST_CYCLES / (len(q) * band.step))
 
 
 def _in_steps(x: FloatArray, quantum: float) -> bool:
@@ -418,7 +381,6 @@ def prepare(
     cut: list[tuple[JointLog, float]] = []
     offset = 0.0
     band: Band | None = None
-    feigned = 0.0
     for log in logs:
         for stretch in even_stretches(log):
             step = float(np.median(np.diff(stretch.time)))
@@ -428,8 +390,7 @@ def prepare(
                 # Too short in any band: it has no say in which.
                 continue
             if band is None or abs(band.step - step) > 1e-3 * step:
-                chosen, share = choose_band(stretch, robot, step, settings)
-                feigned = max(feigned, share)
+                chosen = choose_band(stretch, robot, step, settings)
                 # One band for all: what is compared must be filtered alike.
                 band = Band(min(chosen.cutoff, band.cutoff) if band else chosen.cutoff, step)
             least = _SHORTEST_CYCLES / band.cutoff if shortest_s is None else shortest_s
@@ -442,10 +403,7 @@ def prepare(
             'no stretch of the recording is long enough without a hole in position or effort: '
             'record at least 10 s at one go'
         )
-    prepared = [
-        replace(make_signals(stretch, robot, scales, band, begin), feigned=feigned)
-        for stretch, begin in cut
-    ]
+    prepared = [make_signals(stretch, robot, scales, band, begin) for stretch, begin in cut]
     return prepared if known else _with_fitted_sign(prepared)
 
 

@@ -161,15 +161,6 @@ class WhitenedRegression:
         """Tell whether standstill is left out."""
         return any(signals.rests for signals in self.signals)
 
-    @property
-    def feigned(self) -> float:
-        """
-        Return the largest share of a joint's noise that noise of position makes look like a cause.
-
-        Simulated recordings hold none: it is known from the motion alone.
-        """
-        return max(signals.feigned for signals in self.signals)
-
     def seen_alike(self, others: Sequence[Signals]) -> list[Signals]:
         """Return stretches of another recording, without rests where these are without."""
         return list(with_rests(others, self.signals) if self.without_rests else others)

@@ -5,13 +5,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
-import pytest
 
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.selector import chosen
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.evidence import CandidateColumns, Score
@@ -65,26 +62,3 @@ def test_what_is_further_behind_or_impossible_is_not_named_in_the_place_of_the_b
     chosen = named(TOP, [FIRST.key, CLOSE.key])
     assert chosen.key == FIRST.key
     assert chosen.failed == ('floor',)
-
-
-@pytest.mark.parametrize(
-    ('feigned', 'masked'), [(0.0, True), (0.01, True), (0.06, False), (0.04, True)]
-)
-def test_what_noise_of_position_feigns_in_its_own_joint_masks_nothing(
-    monkeypatch, feigned, masked
-):
-    """Of 160 beside 90 more than 1.25 is left while less than 47.5 of its 1000 rows is feigned."""
-    none_left = SimpleNamespace(score=lambda _: replace(SCORE, gain=0.0))
-    monkeypatch.setattr(
-        'sosml_friction.diagnosis.decision.rivals.Fit',
-        SimpleNamespace(make=lambda *_: none_left),
-    )
-    other = replace(
-        finding('joint_elasticity', 0, 140.0, 'of the wrong sign'),
-        score=replace(SCORE, gain=160.0),
-    )
-    best = finding('effort_delay', 0, 74.0)
-    laboratory = SimpleNamespace(known=np.array([1000.0, 1000.0]), y=None, feigned=feigned)
-    system = SimpleNamespace(extended=lambda _: None)
-    rivals = Rivals(laboratory, system, [other, best], [other, best])
-    assert (rivals.masked_by(best) is other) == masked

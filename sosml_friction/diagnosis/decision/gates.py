@@ -20,10 +20,10 @@ def candidate_floor(
     generation: int,
 ) -> float:
     """
-    Return the gain on data left out that a candidate has to exceed: the largest of three.
+    Return the gain on data left out that a candidate has to exceed: the larger of two.
 
     ``floor (1 + ln g)``: what may choose among the g points of a grid has to explain more;
-    ``floor_margin`` times its largest gain in null simulations; what noise of position feigns.
+    ``floor_margin`` times its largest gain in null simulations.
 
     :param fit: of the causes that are accepted already, which the null simulations hold.
     :param columns: of the candidate over its grid.
@@ -38,7 +38,7 @@ def candidate_floor(
         Fit.make(fit.system, y).score(columns).cv_gain for y in islice(nulls, settings.nulls)
     )
     choice = 1.0 + float(np.log(columns.C.shape[2]))
-    return max(settings.floor * choice, settings.floor_margin * most, laboratory.feigned)
+    return max(settings.floor * choice, settings.floor_margin * most)
 
 
 def failed_gates(finding: Finding, known: bool = False) -> tuple[str, ...]:

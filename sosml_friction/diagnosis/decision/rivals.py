@@ -60,10 +60,7 @@ class Rivals:
         for other in self.top:
             if not other.objection:
                 continue
-            # Noise of position, twice differentiated, looks like a gear: of any sign, also alone.
-            rows = float(laboratory.known[other.columns.rows].sum())
-            feigned = laboratory.feigned * rows
-            if other.score.gain - feigned <= _MASKED * finding.score.gain:
+            if other.score.gain <= _MASKED * finding.score.gain:
                 continue
             beside = Fit.make(self._system.extended([other.columns]), laboratory.y)
             if beside.score(finding.columns).gain < _INDEPENDENT * finding.score.gain:

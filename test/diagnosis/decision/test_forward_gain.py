@@ -11,14 +11,12 @@ import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model
 
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse, reversal_term
-from sosml_friction.diagnosis.decision.gates import candidate_floor
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.diagnosis.extended_model.extension import extended_model
 from sosml_friction.model.dahl import dahl_path
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.terms.kinds.motion import Motion
-from sosml_friction.regression.evidence import Fit
 
 COULOMB, VISCOUS, SLIP = 20.0, 200.0, 5e-5
 #: Hidden: friction by direction [N s/m] and a force that repeats every 20 mm [N, rad/m].
@@ -50,23 +48,6 @@ def test_both_are_named_and_the_simulation_of_data_left_out_gets_better(found):
     assert effects == {'asymmetric_friction', 'cogging'}
     assert found.gain.forward_after[0] < 0.4 * found.gain.forward_before[0]
     assert found.gain.horizon_s == 0.3
-
-
-def test_no_floor_is_below_what_noise_of_position_feigns(found):
-    """That share of a candidate; in nulls simulated along the motion there is no such noise."""
-    selection = found.selection
-    best = selection.ranking[0]
-    fit = Fit(found.laboratory.system, None, selection.before)
-
-    def floors(feigned):
-        signals = tuple(replace(s, feigned=feigned) for s in found.laboratory.signals)
-        rows = replace(found.laboratory.rows, signals=signals)
-        laboratory = replace(found.laboratory, rows=rows)
-        columns = dict(zip((c.key for c in rows.candidates), laboratory.columns, strict=True))
-        return candidate_floor(laboratory, fit, best, columns[best.key], 0)
-
-    assert floors(0.0) < 0.2
-    assert floors(0.2) == 0.2
 
 
 def test_with_the_extended_model_nothing_is_left_to_name(found, nominal, tmp_path):

@@ -145,7 +145,7 @@ def test_unknown_evidence_passes_no_gate():
     assert len(failed_gates(scored(cv_gain=nan))) == 1
 
 
-def floor_of(monkeypatch, targets, settings, grid=1, feigned=0.0):
+def floor_of(monkeypatch, targets, settings, grid=1):
     """Return the floor of a constant in one joint whose null simulations are ``targets``."""
     asked = []
 
@@ -157,7 +157,7 @@ def floor_of(monkeypatch, targets, settings, grid=1, feigned=0.0):
     monkeypatch.setattr(gates, 'null_recordings', nulls)
     own = system()
     columns = candidate(own, *[np.ones(len(FOLD))] * grid)
-    laboratory = SimpleNamespace(settings=replace(settings, nulls=len(targets)), feigned=feigned)
+    laboratory = SimpleNamespace(settings=replace(settings, nulls=len(targets)))
     fit = Fit.make(own, targets[0][:, None])
     best = replace(PASSING, columns=candidate(own, np.ones(len(FOLD))))
     floor = candidate_floor(laboratory, fit, best, columns, 2)
@@ -174,14 +174,13 @@ def test_the_floor_is_the_stated_multiple_of_the_largest_null(monkeypatch):
         assert floor == pytest.approx(1.5 * gains[0], rel=1e-6)
 
 
-def test_a_floor_is_never_below_its_least_the_choice_of_a_grid_or_what_noise_feigns(monkeypatch):
+def test_a_floor_is_never_below_its_least_and_the_choice_of_a_grid(monkeypatch):
     """Of nulls in which a constant predicts nothing: 0.5 % (1 + ln g)."""
     nothing = [of_levels(*LEVELS[2])]
     assert by_hand(nothing[0]).sum() < 0.0
     for grid in (1, 8):
         floor = floor_of(monkeypatch, nothing, SETTINGS, grid)
         assert floor == pytest.approx(0.005 * (1.0 + np.log(grid)))
-    assert floor_of(monkeypatch, nothing, SETTINGS, feigned=0.04) == 0.04
 
 
 def made(monkeypatch, Z, bound, x, seed, variant=None, y=None):
