@@ -180,7 +180,8 @@ class _StatedColumns(Guesser):
                 entry, other = (quote(f'{effort["variable"]}:{u}') for u in (unit, 'counts'))
                 raise ConfigurationError(
                     f'effort {effort["variable"]}: {objection}: if it is {unit}, --effort '
-                    f'{entry}; in another unit --effort {other} --kt with the {unit} that one of it makes'
+                    f'{entry}; in another unit --effort {other} --kt with the {unit} that one '
+                    'of it makes'
                 )
             effort['unit'] = unit
             self.result.reasons[f'joints.{joint}.effort'] = (

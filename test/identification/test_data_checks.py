@@ -66,6 +66,23 @@ def test_a_good_recording_passes_as_it_is(good, robot):
     assert checks.jitter_s == pytest.approx(0.0, abs=1e-9)
 
 
+def test_samples_between_efforts_that_come_more_slowly_are_left_out(good, robot):
+    tau = np.full_like(good.tau, np.nan)
+    tau[::5] = good.tau[::5]
+    slow = replace(good, tau=tau)
+    log, checks = check_data(slow, robot)
+    assert np.isfinite(log.tau[:-5]).all()
+    assert checks.period_s == pytest.approx(5 * PERIOD)
+    np.testing.assert_array_equal(log.q[10], good.q[50])
+    assert 'lack every effort between others, and are left out' in checks.findings[0].sentence
+    # A hole of effort alone stays one, and so does what one joint does not tell.
+    tau = good.tau.copy()
+    tau[1000:1100], tau[1500:1505, 0] = np.nan, np.nan
+    log, checks = check_data(replace(good, tau=tau), robot)
+    assert len(log) == len(good)
+    assert 'without_effort' in {finding.check for finding in checks.findings}
+
+
 @pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
 def test_the_friction_level_is_that_at_the_median_speed(good, robot, joint, i):
     """C + B |v|: the median over the windows taken differs by up to 0.15 rad/s from that here."""
