@@ -313,7 +313,8 @@ def test_what_is_no_friction_costs_what_its_columns_say(tmp_path):
 
 def test_a_point_mass_is_exported():
     """MuJoCo itself refuses a body without inertia about its centre."""
-    again = compiled(write_mjcf(pendulum_model(1.0, 0.25, armature=0.002), {}, []))
+    model = pendulum_model(1.0, 0.25, armature=0.002)
+    again = compiled(write_mjcf(model, {'joint': {'coulomb': 0.3, 'viscous': 0.05}}, []))
     assert again.body_mass[-1] == 1.0
     assert again.body_inertia[-1] == pytest.approx(0.0, abs=1e-11)
     assert again.dof_armature[0] == 0.002
