@@ -9,7 +9,7 @@ from sosml_friction.bags.data_file import SUFFIXES
 from sosml_friction.bags.importer import read_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.mapping import read_mapping
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.exceptions import ConfigurationError, DataError
 
 
 def load(
@@ -29,10 +29,13 @@ def load(
     :raises BagError: if the bag cannot be read or has no joint_states.
     :raises DataError: if the table does not hold what the mapping says.
     """
+    if not Path(source).exists():
+        raise DataError(f'{source} does not exist: give the path of a bag or a table')
     is_table = Path(source).suffix.lower() in SUFFIXES
     if is_table != (mapping is not None):
         raise ConfigurationError(
-            f'{source} does not say which number is what: give a mapping file'
+            f'{source} does not say which number is what: give a mapping file, such as '
+            f'sosml import {source} --guess proposes'
             if is_table
             else f'{source} is a bag, which says itself what it holds: leave the mapping out'
         )

@@ -8,7 +8,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import DataError
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.segments import centred_difference
 
 #: Time over which position is differenced where velocity was not measured [s]. Chosen, no
@@ -21,16 +21,21 @@ def labelled(logs: JointLog | Sequence[JointLog] | Mapping[str, JointLog]) -> di
     Return recordings by label: their own, else ``log``, or ``log 1``, ``log 2``, ...
 
     :raises DataError: if there is none.
+    :raises ConfigurationError: if something else is given, such as a path.
     """
     if isinstance(logs, JointLog):
         return {'log': logs}
     if not logs:
         raise DataError('there is no recording: give at least one')
     if isinstance(logs, Mapping):
-        return dict(logs)
-    if len(logs) == 1:
-        return {'log': logs[0]}
-    return {f'log {k}': log for k, log in enumerate(logs, 1)}
+        found = dict(logs)
+    elif len(logs) == 1:
+        found = {'log': logs[0]}
+    else:
+        found = {f'log {k}': log for k, log in enumerate(logs, 1)}
+    if not all(isinstance(log, JointLog) for log in found.values()):
+        raise ConfigurationError(f'{logs!r:.60} is no recording: give what sf.load returns')
+    return found
 
 
 def velocity_of(log: JointLog) -> FloatArray:

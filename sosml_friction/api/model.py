@@ -174,5 +174,6 @@ def one_model(
         raise ConfigurationError('give model or mjcf, and not both')
     if mjcf is not None:
         return read_mjcf(mjcf, free_rotors)
-    assert model is not None
+    if not isinstance(model, Model):
+        raise ConfigurationError(f'model is {model!r}: give an sf.Model, as sf.Model.read(folder)')
     return model.content

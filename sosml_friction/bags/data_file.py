@@ -28,7 +28,8 @@ _MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
 _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
-_UNIT = re.compile(r'\s*[\[(][^\[\]()]*[\])]$')
+#: A unit behind a name: in brackets, behind a stroke (q / rad), or behind a comma.
+_UNIT = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
 
 
 #: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
@@ -200,8 +201,9 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 numbers[k] = np.nan if cell.lower() in _MISSING else _number(cell)
             except ValueError:
                 raise DataError(
-                    f'{self.path} line {line}, column {name!r}: {cell!r} is not a number (write '
-                    'decimals with a point, leave a missing value empty)'
+                    f'{self.path} line {line}, column {name!r}: {cell!r} is not a number, nor a '
+                    'date such as 2025-03-30T12:00:00.005 (write decimals with a point, leave a '
+                    'missing value empty)'
                 ) from None
         for k in np.flatnonzero(np.isinf(numbers))[:1]:
             line, cell = cells[k]

@@ -405,6 +405,8 @@ class Guesser(RecordedColumns):
             self._remark(f'constants of the file, which a scale may name: {listed}')
         for sentence in self._of_other_length():
             self._remark(sentence)
+        for sentence in self._unread(*_QUANTITIES):
+            self._remark(f'not used: {sentence}')
         rest = [n for n in self.series if n not in taken]
         if rest:
             self._remark(f'not used: {", ".join(rest)}')

@@ -26,7 +26,8 @@ class JointLog:
     ``temperature`` (N, n) [degC] or None. ``tags`` are conditions (worn, payload, ...).
     ``wraps``: periods [rad or m] by which positions were unwrapped, by joint.
 
-    :raises DataError: if a shape disagrees or there is no sample.
+    :raises DataError: if something is no array, stamps are no whole numbers, a shape disagrees or
+        there is no sample.
     """
 
     names: tuple[str, ...]
@@ -39,6 +40,11 @@ class JointLog:
     wraps: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        for what in ('t_ns', 'q', 'v', 'tau', 'temperature'):
+            if not isinstance(getattr(self, what), np.ndarray | None):
+                raise DataError(f'{what} is no array: give one of NumPy')
+        if self.t_ns.dtype.kind not in 'iu':
+            raise DataError('t_ns are no whole numbers: give nanoseconds, such as int64 of 1e9 t')
         shape = (len(self.t_ns), len(self.names))
         if 0 in shape:
             raise DataError(f'the recording has {shape[0]} samples of {shape[1]} joints: no data')

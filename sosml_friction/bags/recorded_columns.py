@@ -89,13 +89,18 @@ class RecordedColumns:
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
+        return next(iter(self._unread('time')), '')
+
+    def _unread(self, *quantities: str) -> list[str]:
+        """Return why each column that is called one of these cannot be read as numbers."""
+        told = []
         for name in self.data:
-            if name not in self.series and read_header(name).quantity == 'time':
+            if name not in self.series and read_header(name).quantity in quantities:
                 try:
                     self.data[name]
                 except DataError as error:
-                    return str(error)
-        return ''
+                    told.append(str(error))
+        return told
 
     def _variable(self, name: str) -> str | int:
         return int(name) if name.isdecimal() else name

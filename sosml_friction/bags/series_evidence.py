@@ -71,6 +71,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         elif grows and read_header(name).quantity == 'time':
             share = 100.0 * float((steps == 0).mean())
             unfit.append(f': {name} repeats {share:.3g} % of its stamps, too coarse for a time')
+        elif not np.isfinite(values).all() and read_header(name).quantity == 'time':
+            unfit.append(f': {name} has no number at index {int(np.argmin(np.isfinite(values)))}')
         elif (steps < 0).any() and read_header(name).quantity == 'time':
             unfit.append(f': {name} goes back at index {int(np.argmax(steps < 0)) + 1}')
     by_name = [name for name in rising if read_header(name).quantity == 'time']

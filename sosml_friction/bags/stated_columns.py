@@ -153,9 +153,11 @@ class _StatedColumns(Guesser):
         if position['unit'] == FILL_IN:
             _, why = self._position_unit(joint)
             entry = quote(f'{position["variable"]}:{"mm" if slides else "deg"}')
+            other = quote(f'{position["variable"]}:counts')
             raise DataError(
                 f'{self.data.path}, position {position["variable"]}: {why}: say which, as '
-                f'--position {entry}'
+                f'--position {entry}; in another unit --position {other} --counts-per-turn with '
+                'how many of it a turn has'
             )
         if FILL_IN in own.get('velocity', {}).values():
             why = self.result.reasons.pop(f'joints.{joint}.velocity')
@@ -175,9 +177,11 @@ class _StatedColumns(Guesser):
             unit = 'N' if position['unit'] in LINEAR_UNITS else 'Nm'
             objection = self.words[self.roles[joint]['effort']].objection
             if objection:
-                entry = quote(f'{effort["variable"]}:{unit}')
+                entry, other = (quote(f'{effort["variable"]}:{u}') for u in (unit, 'counts'))
                 raise ConfigurationError(
-                    f'effort {effort["variable"]}: {objection}: state it, as --effort {entry}'
+                    f'effort {effort["variable"]}: {objection}: if it is {unit}, --effort '
+                    f'{entry}; in another unit --effort {other} --kt with the {unit} that one '
+                    'of it makes'
                 )
             effort['unit'] = unit
             self.result.reasons[f'joints.{joint}.effort'] = (

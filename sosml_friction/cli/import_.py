@@ -5,6 +5,7 @@
 import os
 import re
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -135,7 +136,7 @@ def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
         path.write_text(found.to_yaml(f'Proposed for {file.name}: look through it.'))
     except OSError as error:
         raise ConfigurationError(f'{path} cannot be written: {error.strerror}') from error
-    command = f'sosml import {file} --map {path}'
+    command = f'sosml import {quote(str(file))} --map {quote(str(path))}'
     if json:
         print_json(
             {'format': GUESS_FORMAT, 'file': str(file), 'mapping': str(path)},

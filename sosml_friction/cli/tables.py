@@ -133,10 +133,11 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
-        raise ConfigurationError(
-            f'{stated_columns[0]} is of a table, and {paths[0]} is a bag: leave it out'
-        )
-    simple = _simple_model(said, paths[0])
+        raise ConfigurationError(_no_table(paths[0], stated_columns[0]))
+    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
+    for path in others:
+        copy_bag(path, bags[path])
+    simple = _simple_model(said, bags[paths[0]] if paths[0] in others else paths[0])
     if simple is not None:
         if given['model'] is not None or given['urdf'] is not None:
             raise ConfigurationError(
@@ -155,18 +156,34 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
             '--free INERTIA, --urdf FILE or --model'
         )
-    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
         urdf = urdf_text(given['urdf'], given['model'], given.get('mjcf'))
     for path in tables:
         _make_bag(path, bags[path], said, urdf)
-    for path in others:
-        copy_bag(path, bags[path])
     for name in places:
         own = [bags.get(path, path) for path in _as_list(given[name])]
         given[name] = own if name == 'bags' else own[0]
     return bags
+
+
+def _no_table(path: Path, option: str) -> str:
+    """Return why a recording with an option of columns is no table, and what to do."""
+    from sosml_friction.bags.data_file import SUFFIXES
+
+    if not path.exists():
+        return f'{path} does not exist: give the path of a table or a bag'
+    if path.is_dir() and any(is_table(file) for file in path.iterdir()):
+        return (
+            f'{path} is a folder of tables: name the files, or let sosml fleet fit {path} take '
+            'each by itself'
+        )
+    if path.is_dir() or path.suffix in ('.mcap', '.db3', '.bag'):
+        return f'{option} is of a table, and {path} is a bag: leave it out'
+    return (
+        f'{path} is neither a table nor a bag: give a table of the kind {", ".join(SUFFIXES)}, '
+        'unpacked, or a bag'
+    )
 
 
 def _as_list(paths: Path | list[Path]) -> list[Path]:
@@ -224,7 +241,8 @@ def _only_joint(bag: Path) -> str:
     names = Bag.open(bag).joint_log().names
     if len(names) != 1:
         raise ConfigurationError(
-            f'{bag} has the joints {", ".join(names)}: --pendulum, --axis and --free are for one'
+            f'{bag} has the joints {", ".join(names)}, and --pendulum, --axis and --free are for '
+            'one: make its model with sosml model pendulum --joint NAME, and give it as --model'
         )
     return names[0]
 

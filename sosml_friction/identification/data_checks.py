@@ -19,7 +19,7 @@ from sosml_friction.identification.data_finding import (
     DataFinding,
 )
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
-from sosml_friction.identification.joint_relations import Slopes
+from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
 from sosml_friction.identification.stamp_checks import check_stamps
 from sosml_friction.model.robot import Robot
 
@@ -120,6 +120,7 @@ def check_data(
     log, backward = _one_pass(log, findings)
     log, repeated = _without_repeats(log, findings)
     log, incomplete = _whole_samples(log, findings)
+    log = _with_effort(log, findings)
     steps = np.diff(log.time)
     duration = float(log.time[-1])
     if len(steps) == 0 or duration < SHORTEST_S:
@@ -242,3 +243,25 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
     )
     findings.append(DataFinding('incomplete_samples', '*', LEFT_OUT, what))
     return log.rows(whole), count
+
+
+def _with_effort(log: JointLog, findings: list[DataFinding]) -> JointLog:
+    """
+    Return the samples with an effort of any joint, where one comes every now and then.
+
+    A drive may report its current at a lower rate than its position: the samples between are as
+    if they had never been received. Longer without effort than a speed is told over is a hole of
+    effort alone.
+    """
+    known = np.isfinite(log.tau).any(axis=1)
+    heard = log.time[known]
+    next_one = np.searchsorted(heard, log.time)
+    inside = (next_one > 0) & (next_one < len(heard))
+    between = ~known & inside
+    between[between] = np.diff(heard)[next_one[between] - 1] <= WINDOW_S
+    count = int(between.sum())
+    if not count:
+        return log
+    what = f'{count} of {len(log)} samples lack every effort between others, and are left out'
+    findings.append(DataFinding('without_effort', '*', LEFT_OUT, what))
+    return log.rows(~between)

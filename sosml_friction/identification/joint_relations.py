@@ -154,7 +154,8 @@ def speed_limit(
 
     At its highest speed a motor lacks voltage: what is commanded has no say any more, so that
     the current drops and scatters, where friction would be as at somewhat slower speeds, or more.
-    Both are asked for, at one highest speed in both directions, of what the bodies leave.
+    Both are asked for, at one highest speed in both directions, of what the bodies leave, which
+    are free: the weight of a wrong mass falls and scatters too.
 
     :param usable: samples (N,) with known effort.
     """
@@ -174,14 +175,18 @@ def speed_limit(
     ):
         return None
 
-    def friction(where: BoolArray) -> FloatArray:
-        rows = np.flatnonzero(where)
-        rows = rows[:: max(1, len(rows) // _ROWS)]
-        states = zip(log.q[rows], slopes.v[rows], slopes.a[rows], strict=True)
-        bodies = np.array([robot.inverse_dynamics(*state)[i] for state in states])
-        return np.asarray((log.tau[rows, i] - bodies) * np.sign(v[rows]))
-
-    fast, slower = friction(at), friction(below)
+    groups = [np.flatnonzero(where) for where in (at, below)]
+    groups = [rows[:: max(1, len(rows) // _ROWS)] for rows in groups]
+    rows = np.concatenate(groups)
+    is_fast = np.arange(len(rows)) < len(groups[0])
+    sign = np.sign(v[rows])
+    bodies = robot.torque_regressors(log.q[rows], slopes.v[rows], slopes.a[rows])[:, i]
+    bodies = np.column_stack([bodies, slopes.a[rows, i]])
+    X = np.column_stack([sign * is_fast, sign * ~is_fast, bodies])
+    X /= column_norms(X)
+    theta = np.linalg.lstsq(X, log.tau[rows, i], rcond=1e-9)[0]
+    friction = (log.tau[rows, i] - X[:, 2:] @ theta[2:]) * sign
+    fast, slower = friction[is_fast], friction[~is_fast]
     counts = [max(1.0, where.sum() * slopes.period / _ONE_S) for where in (at, below)]
     error = float(np.hypot(fast.std() / np.sqrt(counts[0]), slower.std() / np.sqrt(counts[1])))
     falls = float(slower.mean() - fast.mean()) > _FALLS * error

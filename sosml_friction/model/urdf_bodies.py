@@ -13,6 +13,8 @@ from sosml_friction.exceptions import ConfigurationError
 
 #: Name of the link and the joint that turn a base; a number is added where it is taken.
 _TURNED = 'turned_base'
+#: Share of an inertia about the joint that its difference to that of a point mass is wrong by.
+_ROUNDED = 1e-13
 
 
 def with_bodies(urdf: str, bodies: Mapping[str, FloatArray], held: Collection[str] = ()) -> str:
@@ -103,6 +105,9 @@ def _inertial(body: FloatArray) -> ElementTree.Element:
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     c = first / m
     own = tensor - m * (float(c @ c) * np.eye(3) - np.outer(c, c))
+    # What is left of the difference of two equal numbers is none: all mass is in one point.
+    none = np.abs(own).max(axis=0) <= _ROUNDED * np.abs(tensor).max()
+    own[none], own[:, none] = 0.0, 0.0
     element = ElementTree.Element('inertial')
     # repr is the shortest text that reads back as the same number.
     xyz = ' '.join(repr(float(x)) for x in c)

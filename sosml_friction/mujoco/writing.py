@@ -197,8 +197,13 @@ def _without_meshes(urdf: str) -> str:
         for shape in [*link.findall('visual'), *link.findall('collision')]:
             if shape.tag == 'collision' or shape.find('.//mesh') is not None:
                 link.remove(shape)
+    # MuJoCo refuses a point mass; the bound is far below the inertia of any body.
     _section(_section(root, 'mujoco'), 'compiler').attrib.update(
-        discardvisual='false', inertiafromgeom='false', balanceinertia='true', fusestatic='false'
+        discardvisual='false',
+        inertiafromgeom='false',
+        balanceinertia='true',
+        boundinertia='1e-12',
+        fusestatic='false',
     )
     return ElementTree.tostring(root, encoding='unicode')
 

@@ -210,6 +210,15 @@ def test_several_logs_are_fitted_alone_and_together(log, model):
         sf.fit([], model)
 
 
+def test_a_path_is_no_recording_and_no_model(log, model):
+    with pytest.raises(DataError, match='no/bag does not exist: give the path'):
+        sf.load('no/bag')
+    with pytest.raises(ConfigurationError, match="'bag' is no recording: give what sf"):
+        sf.fit('bag', model)
+    with pytest.raises(ConfigurationError, match="model is 'folder': give an sf"):
+        sf.diagnose(log, 'folder')
+
+
 def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
     silent = replace(log, tau=np.full_like(log.tau, np.nan))
     with pytest.raises(DataError, match='carries no effort for slider'):

@@ -235,3 +235,11 @@ def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
     path.write_bytes(content)
     with pytest.raises(DataError, match=rf'x\.mat is no readable MAT file: .* of type {kind}'):
         DataFile(path)
+
+
+@pytest.mark.parametrize(
+    'header', ['Zeit / s;Winkel / rad', 'Zeit/s;Winkel/rad', 'Zeit, s;Winkel, rad']
+)
+def test_a_unit_may_stand_behind_a_stroke_or_a_comma(tmp_path, header):
+    (tmp_path / 'x.csv').write_text(f'{header}\n0,5;1,5\n0,75;2,5\n')
+    assert DataFile(tmp_path / 'x.csv')['Winkel'].tolist() == [1.5, 2.5]

@@ -277,11 +277,13 @@ def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
         (Columns({'position': [position], 'effort': [effort]}), '[min] in its name is no unit'),
         (
             Columns({'position': [position], 'effort': [effort]}, time='t [min]:ms'),
-            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'",
+            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'; "
+            "in another unit --position 'x [cm]:counts' --counts-per-turn",
         ),
         (
             Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [min]:ms'),
-            '[lbf ft] in its name is no unit that is known: state it',
+            '[lbf ft] in its name is no unit that is known: if it is N, --effort '
+            "'torque [lbf ft]:N'; in another unit --effort 'torque [lbf ft]:counts' --kt",
         ),
     ):
         with pytest.raises(SosmlFrictionError, match=re.escape(sentence)):
@@ -520,3 +522,22 @@ def test_measured_files_are_understood(data_directory, name):
     guess = guess_mapping(DataFile(file))
     assert roles(guess) == MEASURED[name]
     assert guess.content['time']['unit'] == 's'
+
+
+def test_a_column_that_cannot_be_read_is_told(tmp_path):
+    t, q, _, tau = joint(4)
+    cells = [str(x) for x in tau]
+    cells[70] = 'ERR'
+    lines = ['time,q,tau', *(f'{a},{b},{c}' for a, b, c in zip(t, q, cells, strict=True))]
+    (tmp_path / 'x.csv').write_text('\n'.join(lines))
+    (sentence,) = [x for x in guess_mapping(DataFile(tmp_path / 'x.csv')).remarks if 'ERR' in x]
+    assert sentence.startswith('not used: ')
+    assert "line 72, column 'tau': 'ERR' is not a number" in sentence
+
+
+def test_a_time_with_an_empty_cell_is_named(tmp_path):
+    t, q, _, tau = joint(4)
+    t = np.where(np.arange(len(t)) == 3, np.nan, t)
+    np.savez(tmp_path / 'x.npz', time=t, q=q, tau=tau)
+    with pytest.raises(DataError, match='grows all the time: time has no number at index 3: say'):
+        map_columns(DataFile(tmp_path / 'x.npz'), Columns({'position': ['q']}))

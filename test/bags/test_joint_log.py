@@ -97,3 +97,10 @@ def test_a_sample_that_says_nothing_at_all_stays():
     for array in arrays.values():
         array[1] = np.nan
     assert len(log_of(**arrays).select(['b'])) == 3
+
+
+def test_seconds_are_no_stamps_and_lists_no_samples():
+    with pytest.raises(DataError, match='t_ns are no whole numbers: give nanoseconds'):
+        log_of(t_ns=np.array([0.0, 0.1, 0.2]))
+    with pytest.raises(DataError, match='tau is no array: give one of NumPy'):
+        log_of(tau=[[0.0] * 3] * 3)

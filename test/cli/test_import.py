@@ -167,6 +167,13 @@ def test_guess_takes_names_and_kinds_of_joints_from_the_urdf(sosml, tmp_path):
     assert Bag.open(tmp_path / 'slider').text('robot_description') == urdf.read_text()
 
 
+def test_the_command_that_comes_next_can_be_pasted(sosml, tmp_path):
+    write_csv(tmp_path)
+    (tmp_path / 'slider.csv').rename(tmp_path / 'run 1 (warm).csv')
+    out = sosml('import', 'run 1 (warm).csv', '--guess')[1]
+    assert "sosml import 'run 1 (warm).csv' --map 'run 1 (warm).yaml'" in ' '.join(out.split())
+
+
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [

@@ -21,6 +21,7 @@ from sosml_friction.export.urdf import UrdfTarget
 from sosml_friction.model.known_terms import read_term
 from sosml_friction.model.model_folder import EffectTerm, read_model
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import TERMS
@@ -308,3 +309,12 @@ def test_what_is_no_friction_costs_what_its_columns_say(tmp_path):
     write_joint_log(replace(log, names=('shoulder',)), tmp_path / 'other')
     with pytest.raises(ConfigurationError, match='has not all joints of model'):
         recorded_motion(partly, tmp_path / 'other')
+
+
+def test_a_point_mass_is_exported():
+    """MuJoCo itself refuses a body without inertia about its centre."""
+    model = pendulum_model(1.0, 0.25, armature=0.002)
+    again = compiled(write_mjcf(model, {'joint': {'coulomb': 0.3, 'viscous': 0.05}}, []))
+    assert again.body_mass[-1] == 1.0
+    assert again.body_inertia[-1] == pytest.approx(0.0, abs=1e-11)
+    assert again.dof_armature[0] == 0.002

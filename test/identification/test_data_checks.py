@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.importer import import_recording
@@ -19,6 +20,8 @@ from sosml_friction.identification.data_checks import SHORTEST_S, check_data
 from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.joint_relations import Slopes
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.report.common.output import to_json
 from sosml_friction.share import share_directory
@@ -64,6 +67,23 @@ def test_a_good_recording_passes_as_it_is(good, robot):
         np.testing.assert_array_equal(getattr(log, what), getattr(good, what))
     assert checks.period_s == pytest.approx(PERIOD)
     assert checks.jitter_s == pytest.approx(0.0, abs=1e-9)
+
+
+def test_samples_between_efforts_that_come_more_slowly_are_left_out(good, robot):
+    tau = np.full_like(good.tau, np.nan)
+    tau[::5] = good.tau[::5]
+    slow = replace(good, tau=tau)
+    log, checks = check_data(slow, robot)
+    assert np.isfinite(log.tau[:-5]).all()
+    assert checks.period_s == pytest.approx(5 * PERIOD)
+    np.testing.assert_array_equal(log.q[10], good.q[50])
+    assert 'lack every effort between others, and are left out' in checks.findings[0].sentence
+    # A hole of effort alone stays one, and so does what one joint does not tell.
+    tau = good.tau.copy()
+    tau[1000:1100], tau[1500:1505, 0] = np.nan, np.nan
+    log, checks = check_data(replace(good, tau=tau), robot)
+    assert len(log) == len(good)
+    assert 'without_effort' in {finding.check for finding in checks.findings}
 
 
 @pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
@@ -292,6 +312,21 @@ def test_a_drive_at_the_limit_of_its_speed_is_told_and_its_effort_left_out(robot
     assert 'its drive is at the limit of its speed' in ''.join(checks.sentences)
     assert np.isnan(left.tau[fast, 0]).mean() > 0.9
     assert np.isfinite(left.tau[~fast, 0]).mean() > 0.95
+
+
+def test_the_weight_of_a_wrong_mass_is_no_limit_of_speed():
+    """Two speeds of a pendulum: those next to the highest are of its turns alone."""
+    period = 0.001
+    wanted = np.repeat([0.1, -0.1, 0.3, -0.3], np.rint([8e3, 16e3, 5333, 700]).astype(int))
+    v = lfilter([0.02], [1.0, -0.98], wanted)
+    q = np.cumsum(v) * period
+    tau = 0.0645 * np.gradient(v, period) + 9.81 * 0.25 * np.sin(q) + 0.3 * np.sign(v)
+    tau += np.random.default_rng(0).normal(0.0, 0.01, len(q))
+    stamps = np.arange(len(q)) * 10**6
+    log = JointLog(('joint',), stamps, q[:, None], v[:, None], tau[:, None])
+    for length in (0.25, 0.255, 0.26):
+        robot = Robot(pendulum_model(1.0, length).urdf, ['joint'], [0.002])
+        assert 'speed_limit' not in found(log, robot)
 
 
 def test_without_any_velocity_nothing_is_said_of_it(good, robot):

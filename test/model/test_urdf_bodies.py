@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import Robot
+from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.model.urdf_bodies import with_bodies, with_turned_base
 
 NAMES = ('shoulder', 'elbow')
@@ -42,6 +43,15 @@ def test_what_is_fixed_to_a_link_is_part_of_its_body(exoskeleton_urdf):
     bodies[1] *= 1.05
     again = Robot(with_bodies(urdf, {'elbow': bodies[1]}), NAMES, [0.0, 0.0])
     assert again.inertial_parameters() == pytest.approx(bodies, abs=1e-14)
+
+
+def test_a_point_mass_keeps_no_inertia_of_rounding():
+    urdf = pendulum_model(1.0, 0.25).urdf
+    for mass in np.linspace(0.3, 3.0, 40):
+        body = mass * Robot(urdf, ['joint'], [0.0]).inertial_parameters()[0]
+        body *= np.array([1.0, *[0.9] * 3, *[0.9 * 0.9] * 6])
+        text = with_bodies(urdf, {'joint': body})
+        assert '<inertia ixx="0.0" ixy="0.0" ixz="0.0" iyy="0.0" iyz="0.0" izz="0.0"' in text
 
 
 def test_comments_and_shapes_stay(exoskeleton_urdf):
