@@ -252,8 +252,8 @@ def _refusal(
         return 'position_unit', (
             f'the position of joint {name} is in {effort.unit}: read so, gravity and inertia of '
             f'its URDF leave {_percent(effort.unit_misfit)} of its effort unexplained, and '
-            f'{_percent(min(effort.free, effort.alone))} if it is in {way}: convert '
-            f'{effort.unit} to {way} in the driver or the mapping'
+            f'{_percent(min(effort.free, effort.alone))} as it is: state its own unit in the '
+            f'mapping or the options, or convert it to {way} in the driver'
         )
     fits = effort is not None and effort.fits
     room = limit.upper - limit.lower

@@ -55,10 +55,15 @@ VELOCITY_UNITS: Mapping[str, Mapping[str, float]] = {
 }
 #: A factor is a unit's if it is within this share of it. Chosen, no measurement.
 _NAMED = 0.05
-#: What a position may be instead of rad or m, and how many of it one rad or m is.
+#: What a position may be instead of rad or m, and how many of it one rad or m is. One that was
+#: stated in another unit than its own was converted once too often.
 _POSITION_UNITS = {
-    'Nm': {'degrees': 180.0 / np.pi, 'turns': 0.5 / np.pi},
-    'N': {'mm': 1e3, 'cm': 1e2},
+    'Nm': {
+        'degrees': 180.0 / np.pi,
+        'turns': 0.5 / np.pi,
+        'rad that were taken for degrees': np.pi / 180.0,
+    },
+    'N': {'mm': 1e3, 'cm': 1e2, 'm that were taken for mm': 1e-3},
 }
 
 

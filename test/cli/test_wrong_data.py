@@ -319,10 +319,15 @@ def test_one_joint_that_cannot_be_fitted_is_a_no_and_the_other_is_fitted(fit, tm
     assert 'joint elbow does not move' in document['unavailable']['elbow']
 
 
-def test_degrees_for_radians_are_refused(fit):
+@pytest.mark.parametrize(
+    ('once_more', 'said'),
+    [(np.rad2deg, 'is in degrees:'), (np.deg2rad, 'is in rad that were taken for degrees:')],
+)
+def test_a_position_in_another_unit_than_was_stated_is_refused(fit, once_more, said):
     log = arm_log()
-    log = replace(log, q=np.rad2deg(log.q), v=np.rad2deg(log.v))
+    log = replace(log, q=once_more(log.q), v=once_more(log.v))
     code, _, err = fit(log, '--model', str(EXOSKELETON), model=EXOSKELETON)
     assert code == 2
     assert err.count('\n') == 1
-    assert 'convert degrees to rad' in err
+    assert said in err
+    assert 'state its own unit' in err
