@@ -27,6 +27,7 @@ from sosml_friction.diagnosis.bag_diagnosis import diagnose_bags
 from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.model.model_folder import FrictionParameters, JointModel, RobotModelFile
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.report.diagnosis.document import diagnosis_document
 from validation.axis_plant import (
     CATALOGUE,
@@ -63,7 +64,9 @@ def model(coulomb: float, viscous: float) -> RobotModelFile:
     return RobotModelFile('axis', {'axis': joint}, axis.urdf())
 
 
-def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
+def trial(
+    seed: int, kind: str, effect: str, k: int, settings: DiagnosisSettings | None = None
+) -> dict[str, Any]:
     """Return what was hidden, what was answered, and what that is worth."""
     rng = np.random.default_rng([seed, k, *f'{kind} {effect}'.encode()])
     noise = 2.0 if kind == 'null' and k % 2 else 1.0
@@ -89,7 +92,8 @@ def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
         for bag, motion in zip(bags, (reference, moves(OTHER, OTHER_S)), strict=True):
             write_joint_log(recorded(axis, motion, rng, noise), bag)
         try:
-            found = diagnose_bags(bags[:1], model(*guess.tolist()), holdout=bags[1])
+            nominal = model(*guess.tolist())
+            found = diagnose_bags(bags[:1], nominal, holdout=bags[1], settings=settings)
         except SosmlFrictionError as error:
             return {**row, 'outcome': 'failed', 'said': str(error)}
     document = diagnosis_document(found.diagnosis, found.provenance)

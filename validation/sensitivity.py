@@ -22,7 +22,7 @@ import pkgutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,13 @@ PLAN = (
     ('outside', 'friction_step', 0),
     ('outside', 'root_friction', 0),
 )
+#: The outcomes that are as they should be, by kind.
+GOOD = {
+    'single': ('right', 'set'),
+    'null': ('nothing',),
+    'guess': ('right', 'size'),
+    'outside': ('unknown',),
+}
 
 
 @dataclass(frozen=True)
@@ -118,20 +125,15 @@ def scaled(value: Any, factor: float) -> Any:
 
 
 @contextmanager
-def changed(number: Number, factor: float) -> Iterator[None]:
-    """Change a number wherever it was imported to, as long as the context lasts."""
+def changed(number: Number, factor: float) -> Iterator[DiagnosisSettings]:
+    """
+    Change a number as long as the context lasts, and give the settings to be used there.
+
+    A constant is changed wherever it was imported to.
+    """
     new = scaled(number.value, factor)
     if number.module == DiagnosisSettings.__module__:
-        defaults = DiagnosisSettings.__init__.__defaults__
-        assert defaults is not None
-        # The fields of the class are the arguments of its constructor, in the same order.
-        place = [each.name for each in fields(DiagnosisSettings)].index(number.name)
-        place -= len(fields(DiagnosisSettings)) - len(defaults)
-        DiagnosisSettings.__init__.__defaults__ = (*defaults[:place], new, *defaults[place + 1 :])
-        try:
-            yield
-        finally:
-            DiagnosisSettings.__init__.__defaults__ = defaults
+        yield replace(DiagnosisSettings(), **{number.name: new})
         return
     holders = [sys.modules[number.module]]
     if not number.name.startswith('_'):
@@ -141,27 +143,27 @@ def changed(number: Number, factor: float) -> Iterator[None]:
     for module in holders:
         setattr(module, number.name, new)
     try:
-        yield
+        yield DiagnosisSettings()
     finally:
         for module in holders:
             setattr(module, number.name, number.value)
 
 
-def answers(seed: int) -> list[list[Any]]:
+def answers(seed: int, settings: DiagnosisSettings | None = None) -> list[list[Any]]:
     """Return outcome, verdict and causes of each recording of the plan."""
     found = []
     for kind, effect, k in PLAN:
-        row = trial(seed, kind, effect, k)
+        row = trial(seed, kind, effect, k, settings)
         found.append([row['outcome'], row.get('verdict'), row.get('causes')])
     return found
 
 
 def row_of(label: str, base: Sequence[Any], by_factor: Sequence[Sequence[Any]]) -> str:
-    """Return a line of the table: answers that change, and those that are right, by factor."""
+    """Return a line of the table: answers that change, and those that are good, by factor."""
     cells = [label]
     for own in by_factor:
         differ = sum(a != b for a, b in zip(base, own, strict=True))
-        good = sum(a[0] in ('right', 'set', 'unknown', 'nothing') for a in own)
+        good = sum(a[0] in GOOD[kind] for a, (kind, _, _) in zip(own, PLAN, strict=True))
         cells.append(f'{differ} ({good} good)')
     return '| ' + ' | '.join(cells) + ' |'
 
@@ -175,10 +177,10 @@ def main() -> int:
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
 
-    def kept(name: str) -> list[Any]:
+    def kept(name: str, settings: DiagnosisSettings | None = None) -> list[Any]:
         file = given.out / f'{name}.json'
         if not file.is_file():
-            file.write_text(json.dumps(answers(given.seed)))
+            file.write_text(json.dumps(answers(given.seed, settings)))
         loaded: list[Any] = json.loads(file.read_text())
         return loaded
 
@@ -189,8 +191,8 @@ def main() -> int:
             continue
         found = []
         for factor in FACTORS:
-            with changed(number, factor):
-                found.append(kept(f'{number.label} x {factor:g}'))
+            with changed(number, factor) as settings:
+                found.append(kept(f'{number.label} x {factor:g}', settings))
         print(row_of(f'{number.label} = {number.value}', base, found), flush=True)
     return 0
 

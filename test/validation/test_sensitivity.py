@@ -6,7 +6,7 @@ import pytest
 
 from sosml_friction.diagnosis.decision import forward_gain, selector
 from sosml_friction.regression.settings import DiagnosisSettings
-from validation.sensitivity import Number, changed, chosen_numbers, row_of, scaled
+from validation.sensitivity import PLAN, changed, chosen_numbers, row_of, scaled
 
 
 def the_number(name):
@@ -54,24 +54,34 @@ def test_a_number_that_others_import_is_changed_there_too():
     assert diagnosis.HORIZON_S == forward_gain.HORIZON_S == number.value
 
 
-def test_a_default_of_the_settings_is_changed_and_put_back_even_after_an_error():
-    number, seen = the_number('floor'), []
+def test_a_number_is_put_back_even_after_an_error():
+    number, seen = the_number('_HALF'), []
 
     def fail():
         with changed(number, 2.0):
-            seen.append(DiagnosisSettings())
+            seen.append(vars(selector)['_HALF'])
             raise RuntimeError
 
     with pytest.raises(RuntimeError):
         fail()
-    assert seen == [DiagnosisSettings(floor=2.0 * number.value)]
-    assert DiagnosisSettings().floor == number.value
+    assert seen == [2.0 * number.value]
+    assert vars(selector)['_HALF'] == number.value
+
+
+def test_a_setting_is_changed_in_the_settings_that_are_to_be_used():
+    number = the_number('floor')
+    with changed(number, 2.0) as settings:
+        assert settings == DiagnosisSettings(floor=2.0 * number.value)
+    with changed(the_number('_HALF'), 2.0) as settings:
+        assert settings == DiagnosisSettings()
 
 
 def test_answers_that_differ_are_counted_and_those_that_are_good():
-    base = [['right', 'named', []], ['nothing', 'nothing_above_floor', []]]
-    other = [['right', 'named', []], ['wrong name', 'named', [['spring', 'axis', []]]]]
-    number = Number('sosml_friction.regression.x', '_X', 1.0)
-    assert row_of(number.label, base, [base, other]) == (
-        '| regression.x._X | 0 (2 good) | 1 (1 good) |'
+    """Silence is good where nothing is hidden, and nowhere else."""
+    right = {'single': 'right', 'null': 'nothing', 'guess': 'size', 'outside': 'unknown'}
+    base = [[right[kind], 'a verdict', []] for kind, _, _ in PLAN]
+    silent = [['nothing', 'nothing_above_floor', []] for _ in PLAN]
+    nulls = sum(kind == 'null' for kind, _, _ in PLAN)
+    assert row_of('x', base, [base, silent]) == (
+        f'| x | 0 ({len(PLAN)} good) | {len(PLAN)} ({nulls} good) |'
     )

@@ -1,0 +1,107 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""
+What free curves explain of recordings without an effect, on three plants: the floors' origin.
+
+    python -m validation.leftovers --seed 1
+
+The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
+energy of its largest curve as a share of that of noise, and the share of what is left that all of
+its curves explain together (:mod:`sosml_friction.diagnosis.decision.remainder`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
+from sosml_friction.export.diagnosed import trust_of_a_simulation
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.mujoco.reading import read_mjcf
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.report.common.table import print_table, terminal_table
+from validation import axis_campaign, axis_plant, mujoco_plant
+from validation.motion import reference
+from validation.plan import make_plan
+from validation.trial import build, nominal_model
+
+#: A recording, its nominal model and how it is looked at.
+Null = tuple[JointLog, RobotModelFile, DiagnosisSettings]
+
+
+def axes(seed: int, count: int) -> Iterator[Null]:
+    """Yield recordings of the linear axis, with double noise in every second."""
+    nominal = axis_plant.Axis()
+    model = axis_campaign.model(nominal.coulomb, nominal.viscous)
+    motion = axis_plant.moves(axis_campaign.MOTION, axis_campaign.LONG_S)
+    for k in range(count):
+        rng = np.random.default_rng([seed, k])
+        axis = axis_plant.make_axis(rng)
+        log = axis_campaign.recorded(axis, motion, rng, 1.0 + k % 2)
+        yield log, model, DiagnosisSettings()
+
+
+def arms(seed: int, count: int) -> Iterator[Null]:
+    """Yield recordings of the arm along its motions, with noise of all kinds."""
+    # There are four nulls in a plan for five single effects.
+    nulls = [spec for spec in make_plan(seed, 5 * count // 4 + 1) if spec.kind == 'null']
+    for spec in nulls[:count]:
+        yield build(spec).log, nominal_model(), DiagnosisSettings()
+
+
+def mujoco_arms(seed: int, count: int) -> Iterator[Null]:
+    """Yield recordings of MuJoCo's arm, with double noise in every second."""
+    settings = DiagnosisSettings(trust=trust_of_a_simulation({}))
+    nominal = mujoco_plant.Arm()
+    with tempfile.TemporaryDirectory() as folder:
+        mjcf = Path(folder) / 'robot.xml'
+        mjcf.write_text(nominal.xml((nominal.coulomb, nominal.viscous)))
+        model = read_mjcf(mjcf)
+        for k in range(count):
+            rng = np.random.default_rng([seed, k])
+            arm = mujoco_plant.make_arm(rng)
+            yield mujoco_plant.simulate(arm, reference('rich'), rng, 1.0 + k % 2), model, settings
+
+
+PLANTS: dict[str, Callable[[int, int], Iterator[Null]]] = {
+    'linear axis': axes,
+    'arm': arms,
+    'arm of MuJoCo': mujoco_arms,
+}
+
+
+def largest(found: Diagnosis) -> tuple[float, float]:
+    """Return the largest energy of a curve over that of noise, and share of all together."""
+    assert found.selection is not None
+    assert found.laboratory is not None
+    left, rows = found.selection.remainder, found.laboratory.known
+    curves = [x for x in left.found if not (x.together or x.instead or x.hertz)]
+    return max(x.energy / rows[x.joint] for x in curves), float(left.explained.max())
+
+
+def main() -> None:
+    """Print the largest of each plant."""
+    parser = argparse.ArgumentParser(prog='python -m validation.leftovers', description=__doc__)
+    parser.add_argument('--seed', type=int, required=True, help='of all that is drawn')
+    parser.add_argument('--recordings', type=int, default=14, help='of each plant')
+    given = parser.parse_args()
+    rows = []
+    for name, nulls in PLANTS.items():
+        each = [
+            largest(diagnose([log], model, settings=settings))
+            for log, model, settings in nulls(given.seed, given.recordings)
+        ]
+        curve, together = np.max(each, axis=0)
+        rows.append((name, f'{len(each)}', f'{curve:.4f}', f'{together:.4f}'))
+    heads = {'plant': '', 'recordings': 'n', 'largest curve': 'n', 'all together': 'n'}
+    print_table(terminal_table(heads, rows))
+
+
+if __name__ == '__main__':
+    main()
