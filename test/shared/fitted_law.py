@@ -3,6 +3,7 @@
 """A law fitted to pairs of velocity and friction, in one call."""
 
 from sosml_friction.identification.law.law_search import search_law
+from sosml_friction.identification.law.law_summary import LawSummary
 
 #: Friction of the emulated shoulder, with a bias.
 TRUTH = {
@@ -15,4 +16,4 @@ TRUTH = {
 
 
 def fit_law(v, y, clusters, effort_unit, **more):
-    return search_law(v, y, clusters, **more).result(effort_unit)
+    return LawSummary(search_law(v, y, clusters, **more), effort_unit).fit()

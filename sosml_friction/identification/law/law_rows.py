@@ -12,6 +12,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_search import LawSearch, search_law
+from sosml_friction.identification.law.law_summary import LawSummary
 
 #: How far the velocities may be wrong after smoothing, as a share of what it changed. Chosen
 #: by S of the rippling exoskeleton, seeds 1 to 5; test/identification/test_rippling_loop.py prints
@@ -79,9 +80,8 @@ class LawRows:
             yield replace(self, y=self.late), 1.0
 
     def _fit(self, effort_unit: str) -> LawFit:
-        return self._search(None if self.find_smoothing else self.smoothing_velocity).result(
-            effort_unit
-        )
+        search = self._search(None if self.find_smoothing else self.smoothing_velocity)
+        return LawSummary(search, effort_unit).fit()
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""

@@ -52,7 +52,7 @@ def test_viscous_friction_is_named_and_quadratic_drag_is_not_called_viscous(extr
 
 
 def test_a_small_drag_beside_refitted_friction_is_no_all_clear():
-    """Of SNR 2.1 before the refit; the largest curve has 0.8 % of the energy of noise."""
+    """Of SNR 2.1 before the refit: no curve has 1 % of the energy of noise, all of them 7 %."""
     row = trial(6161, 'outside', 'quadratic_drag', 1)
     assert row['verdict'] == 'unknown_structure'
     assert not row['causes']

@@ -1,0 +1,336 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What a fitted law says of each of its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sosml_friction.identification.identifiability import (
+    SPREAD,
+    DataReach,
+    experiment_for,
+    reason_for,
+)
+from sosml_friction.identification.law.even_part import even_part
+from sosml_friction.identification.law.jackknife import t_95
+from sosml_friction.identification.law.law_checks import dissipation_check
+from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
+from sosml_friction.identification.law.law_problem import NON_NEGATIVE
+from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.identification.law.law_search import HIDDEN, LawSearch
+from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
+from sosml_friction.identification.parameter_interval import AT_ZERO
+from sosml_friction.model.laws import unit_of
+from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.terms.stribeck import fade
+
+#: Number of points of the profile at which the other parameters are solved for.
+_ALONG = 5
+#: v_s counts as known if an interval this many times as wide as that of 95 % is narrow, too:
+#: 1.5 * 1.96 = 2.9, about three standard errors.
+_SURE = 1.5
+_ORDER = (
+    'coulomb',
+    'viscous',
+    'stribeck',
+    'stribeck_velocity',
+    'bias',
+    'viscous_asymmetry',
+    'stribeck_asymmetry',
+)
+_NO_COULOMB = (
+    'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
+    'tell one from the other'
+)
+
+
+class LawSummary:
+    """
+    Say what is known of every parameter of a law that was searched.
+
+    ``shown``: whether the Stribeck term explains more than chance; ``solution``: the law with it
+    or without; ``best``: its parameters by name; ``C``: their covariance, by pairs of names;
+    ``profile``: None where no Stribeck term was asked for.
+    """
+
+    def __init__(self, search: LawSearch, effort_unit: str) -> None:
+        self.search, self.problem, self.form = search, search.problem, search.form
+        self.shown = search.shows_stribeck()
+        self.solution = search.full if self.shown else search.plain
+        self.with_v0 = search.finds_v0 and self.solution.v0 > 0.0
+        linear = self.problem.names(self.solution.v_s)
+        self.names = (*linear, *(('stribeck_velocity',) if self.shown else ()))
+        self.best = dict(zip(linear, self.solution.theta.tolist(), strict=True))
+        if self.shown:
+            self.best['stribeck_velocity'] = float(self.solution.v_s or np.nan)
+        # What one that sits on its bound could be is not known either: the others are as unsure as
+        # if it were free.
+        self.C = self.problem.covariance(self.solution, self.with_v0)
+        freedom = max(self.problem.count - len(self.names) - self.with_v0, 1)
+        self.quantile = t_95(freedom)
+        level = search.level
+        self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
+        self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
+
+    def fit(self) -> LawFit:
+        """Return the law with all that is known of it."""
+        problem, solution, best, search = self.problem, self.solution, self.best, self.search
+        parameters = {n: self._linear(n) for n in self.names if n != 'stribeck_velocity'}
+        extra = tuple(parameters.pop(name) for name in problem.extra)
+        knee, identified = self._knee()
+        parameters.update(knee)
+        derived = {}
+        if self.profile is not None and not identified:
+            if self.shown:
+                for name in ('coulomb', 'viscous'):
+                    parameters[name] = self._along(name, parameters[name], self.profile)
+            derived[STRIBECK_AT_SLOWEST] = self._at_slowest(self.profile)
+        if not self.form.symmetric:
+            derived.update(self._by_direction(identified))
+        checked = {n: (best[n], parameters[n].interval) for n in best if n in parameters}
+        of = tuple(n for n in self.names if (n, n) in self.C and n not in problem.extra)
+        residual, scale = solution.residual, float(np.linalg.norm(problem.y))
+        unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
+        fit = LawFit(
+            law=self.form.identifier(self.shown and identified),
+            parameters={n: parameters[n] for n in _ORDER if n in parameters},
+            residual_std=float(np.sqrt(np.mean(residual**2))),
+            relative_error=(
+                100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan
+            ),
+            pairs=len(problem.y),
+            clusters=problem.count,
+            smoothing_velocity=solution.v0,
+            derived=derived,
+            checks=(
+                dissipation_check(checked, unit, *speeds),
+                even_part(problem, solution, self.with_v0, np.array(speeds), unit),
+            ),
+            drawn={n: x for n, x in best.items() if n not in problem.extra},
+            drawn_law=self.form.identifier(self.shown),
+            covariance=np.array([[self.C[a, b] for b in of] for a in of]),
+            covariance_of=of,
+            profile=self.profile,
+            slowest=search.slowest,
+            fastest=search.fastest,
+            extra=extra,
+        )
+        for other in search.unshown(self.shown):
+            names = problem.names(other.v_s)
+            values = dict(zip(names, other.theta.tolist(), strict=True))
+            if other.v_s is not None:
+                values['stribeck_velocity'] = other.v_s
+            fit = fit.with_shift({n: values[n] - best[n] for n in of if n in values})
+        return fit
+
+    def _linear(self, name: str) -> Parameter:
+        """Return a parameter that the law is linear in."""
+        value, quantile, reach = self.best[name], self.quantile, self.reach
+        unit = '1' if name in self.problem.extra else unit_of(name, reach.effort_unit)
+        if name in NON_NEGATIVE and value <= 0.0:
+            # Free to move, it would go below zero: how far up it may be all the same.
+            free = self.problem.free_step(self.solution, self.with_v0, name)
+            high = max(free + quantile * float(np.sqrt(self.C[name, name])), 0.0)
+            reason = reason_for(name, reach, (0.0, high))
+            if name == 'coulomb' and self.solution.v_s is not None:
+                # All of the level at standstill may be Coulomb friction as well as S.
+                high = max(high, self.problem.stribeck_at(self.solution))
+                reason = _NO_COULOMB
+            return Parameter(
+                np.nan if reason else 0.0,
+                unit,
+                interval=(0.0, high),
+                flags=(AT_BOUND, NOT_IDENTIFIABLE) if reason else (AT_BOUND,),
+                reason=reason or AT_ZERO,
+                experiment=experiment_for(name, reach) if reason else '',
+            )
+        error = float(np.sqrt(self.C[name, name]))
+        interval = (value - quantile * error, value + quantile * error)
+        reason = '' if name in self.problem.extra else reason_for(name, reach, interval)
+        if reason:
+            low = max(interval[0], 0.0) if name in NON_NEGATIVE else interval[0]
+            return Parameter(
+                np.nan,
+                unit,
+                interval=(low, interval[1]),
+                flags=(NOT_IDENTIFIABLE,),
+                reason=reason,
+                experiment=experiment_for(name, reach),
+            )
+        return Parameter(value, unit, error, interval)
+
+    def _along(self, name: str, found: Parameter, profile: LawProfile) -> Parameter:
+        """
+        Return a parameter with what it may be at every v_s that the data leave open.
+
+        The law is not linear in v_s over so wide a range, so that the jackknife at the best fit
+        says too little: what is left of the limit at each v_s is left for the parameter there.
+        """
+        problem, search, quantile = self.problem, self.search, self.quantile
+        v0 = search.full.v0
+        with_v0 = search.finds_v0 and v0 > 0.0
+        open_ = np.flatnonzero(profile.excess <= 1.0)
+        picked = np.unique(open_[np.linspace(0, len(open_) - 1, _ALONG).astype(int)])
+        ends = [] if found.interval is None else [found.interval]
+        for k in picked:
+            v_s = float(profile.stribeck_velocity[k])
+            fit = search.whole(search.solve(v_s, v0))
+            value = float(fit.theta[problem.names(v_s).index(name)])
+            C = problem.covariance(fit, with_v0, ('stribeck_velocity',))
+            room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
+            half = quantile * float(np.sqrt(C[name, name])) * room
+            ends.append((value - half, value + half))
+        interval = (max(min(low for low, _ in ends), 0.0), max(high for _, high in ends))
+        reason = reason_for(name, self.reach, interval)
+        if reason or NOT_IDENTIFIABLE in found.flags:
+            return Parameter(
+                np.nan,
+                found.unit,
+                interval=interval,
+                flags=(*(f for f in found.flags if f == AT_BOUND), NOT_IDENTIFIABLE),
+                reason=found.reason or reason,
+                experiment=experiment_for(name, self.reach),
+            )
+        error = max(found.std_error, 0.5 * (interval[1] - interval[0]) / quantile)
+        return replace(found, std_error=error, interval=interval)
+
+    def _profile(self) -> LawProfile:
+        """Return the profile of the cost over v_s."""
+        near = None
+        if self.shown:
+            v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
+            near = about_best(self.search, v_s, self.quantile * float(np.sqrt(variance)) / v_s)
+        return stribeck_profile(self.search, self._one_standard_error(), near)
+
+    def _one_standard_error(self) -> float:
+        """Return the rise of the cost of one standard error, by which the profile is judged."""
+        search, fit = self.search, self.search.full
+        if self.shown:
+            return search.scale(self.solution, 'stribeck_velocity', ())
+        if search.unit != 0.0:
+            return search.unit
+        # Without a test of S there is no rise of its own to judge by.
+        if not (search.finds_v0 and fit.v0 > 0.0):
+            return search.scale(fit, 'stribeck', ('stribeck_velocity',))
+        C = self.problem.covariance(fit, True, ('stribeck_velocity',))
+        curvature = self.problem.curvature(fit, True, ('stribeck_velocity',), 'stribeck')
+        return C['stribeck', 'stribeck'] / curvature
+
+    def _knee(self) -> tuple[dict[str, Parameter], bool]:
+        """Return S and v_s, and whether the data give both."""
+        shown, best, C, reach, profile = self.shown, self.best, self.C, self.reach, self.profile
+        units = {n: unit_of(n, reach.effort_unit) for n in ('stribeck', 'stribeck_velocity')}
+        if profile is None:
+            reason = 'the law that was asked for has no such term'
+            return {
+                n: Parameter(np.nan, unit, flags=(NOT_IDENTIFIABLE,), reason=reason)
+                for n, unit in units.items()
+            }, False
+        v_s = profile.velocity_interval() if shown else (0.0, np.inf)
+        reason = reason_for('stribeck_velocity', reach, v_s)
+        if shown and not reason:
+            # The interval of 95 % may be closed by chance; at three standard errors it is then
+            # open or lopsided.
+            wide = profile.velocity_interval(_SURE**2)
+            if not (wide[0] > 0.0 and wide[1] <= SPREAD**_SURE * wide[0]):
+                reason = reason_for('stribeck_velocity', reach, wide)
+        if shown and best['coulomb'] <= 0.0:
+            reason = _NO_COULOMB
+        if shown and not reason:
+            error = float(np.sqrt(C['stribeck', 'stribeck']))
+            half = self.quantile * error
+            S = (best['stribeck'] - half, best['stribeck'] + half)
+            # S goes with the exponential of 1 / v_s: where that matters its range is lopsided.
+            low, high = profile.stribeck_interval()
+            reason = reason_for('stribeck', reach, (min(low, S[0]), max(high, S[1])))
+            if not reason:
+                return {
+                    'stribeck': Parameter(best['stribeck'], units['stribeck'], error, S),
+                    'stribeck_velocity': Parameter(
+                        best['stribeck_velocity'],
+                        units['stribeck_velocity'],
+                        float(np.sqrt(C['stribeck_velocity', 'stribeck_velocity'])),
+                        v_s,
+                    ),
+                }, True
+        # What may fade below the slowest speed may be anything at standstill: no data reach there.
+        reaches = v_s[0] >= self.search.slowest
+        low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
+        # C + S is the level at standstill, and C not negative.
+        flags: tuple[str, ...] = (NOT_IDENTIFIABLE,)
+        if not shown:
+            low = 0.0
+            high = self._largest_hidden(profile)
+            if self.problem.stribeck_at(self.search.full) <= 0.0:
+                flags = (NOT_IDENTIFIABLE, AT_BOUND)
+        experiment = experiment_for('stribeck', reach)
+        return {
+            'stribeck': Parameter(
+                np.nan,
+                units['stribeck'],
+                interval=(low, high),
+                flags=flags,
+                reason=reason,
+                experiment=experiment,
+            ),
+            'stribeck_velocity': Parameter(
+                np.nan,
+                units['stribeck_velocity'],
+                interval=v_s if shown else None,
+                flags=(NOT_IDENTIFIABLE,),
+                reason=reason,
+                experiment=experiment,
+            ),
+        }, False
+
+    def _at_slowest(self, profile: LawProfile) -> Parameter:
+        """Return the extra friction at the slowest speed of the data."""
+        slowest, alpha = self.search.slowest, self.form.alpha
+        low, high = profile.stribeck_interval(slowest, alpha)
+        value = np.nan
+        if self.shown:
+            left = fade(np.asarray(slowest), self.best['stribeck_velocity'], alpha)
+            value = self.best['stribeck'] * float(left)
+        else:
+            # No S at all is what the test did not refuse.
+            low = 0.0
+        return Parameter(
+            value if low > 0.0 else np.nan,
+            self.reach.effort_unit,
+            interval=(low, high),
+            flags=() if low > 0.0 else (NOT_IDENTIFIABLE,),
+        )
+
+    def _largest_hidden(self, profile: LawProfile) -> float:
+        """Return the largest S that may hide, for v_s from a third of the slowest speed up."""
+        least = self.search.slowest / HIDDEN
+        within = np.isfinite(profile.half) & (profile.stribeck_velocity >= least)
+        if not within.any():
+            return 0.0
+        return float(max(np.max((profile.stribeck + profile.half)[within]), 0.0))
+
+    def _by_direction(self, identified: bool) -> dict[str, Parameter]:
+        """Return the friction of each direction, of a law that tells them apart."""
+        best, C, quantile = self.best, self.C, self.quantile
+        pairs = [('coulomb', 'bias'), ('viscous', 'viscous_asymmetry')]
+        if identified:
+            pairs.append(('stribeck', 'stribeck_asymmetry'))
+        result = {}
+        for one, two in pairs:
+            if (one, one) not in C:
+                continue
+            for way, side in ((1.0, 'positive'), (-1.0, 'negative')):
+                value = best[one] + way * best[two]
+                error = float(
+                    np.sqrt(max(C[one, one] + C[two, two] + 2.0 * way * C[one, two], 0.0))
+                )
+                result[f'{one}_{side}'] = Parameter(
+                    value,
+                    unit_of(one, self.reach.effort_unit),
+                    error,
+                    (value - quantile * error, value + quantile * error),
+                )
+        return result
