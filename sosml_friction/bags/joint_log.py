@@ -40,8 +40,9 @@ class JointLog:
     wraps: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for what in ('t_ns', 'q', 'v', 'tau', 'temperature'):
-            if not isinstance(getattr(self, what), np.ndarray | None):
+        warm = () if self.temperature is None else ('temperature',)
+        for what in ('t_ns', 'q', 'v', 'tau', *warm):
+            if not isinstance(getattr(self, what), np.ndarray):
                 raise DataError(f'{what} is no array: give one of NumPy')
         if self.t_ns.dtype.kind not in 'iu':
             raise DataError('t_ns are no whole numbers: give nanoseconds, such as int64 of 1e9 t')

@@ -12,8 +12,8 @@ from sosml_friction.diagnosis.decision.forward_gate import FORWARD_WORSE, was_ta
 from sosml_friction.diagnosis.decision.leftover import FRICTION_BY, NEIGHBOURS, TONE, Leftover
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import not_shown
-from sosml_friction.diagnosis.extended_model.cause_gain import Uncertain
 from sosml_friction.diagnosis.extended_model.gain import Gain
+from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.identification.number_text import plus_minus, words
 from sosml_friction.identification.term_parameters import size_text
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Z_95

@@ -104,3 +104,5 @@ def test_seconds_are_no_stamps_and_lists_no_samples():
         log_of(t_ns=np.array([0.0, 0.1, 0.2]))
     with pytest.raises(DataError, match='tau is no array: give one of NumPy'):
         log_of(tau=[[0.0] * 3] * 3)
+    with pytest.raises(DataError, match='t_ns is no array'):
+        log_of(t_ns=None)

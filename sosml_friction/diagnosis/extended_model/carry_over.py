@@ -22,8 +22,9 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain, Uncertain
+from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.extended_model.effort_error import HeldOut
+from sosml_friction.diagnosis.extended_model.uncertain import Uncertain
 from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.whitened import WhitenedRegression
 
