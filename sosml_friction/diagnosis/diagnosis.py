@@ -225,6 +225,7 @@ def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str
                 'floor': float(x.floor),
                 'share': float(x.share),
                 'hertz': x.hertz or None,
+                'period': x.period or None,
                 'unknown': x.significant,
             }
             for x in left.found
