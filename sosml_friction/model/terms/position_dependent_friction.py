@@ -22,14 +22,13 @@ class PositionDependentFriction(EffortTerm):
     """
     Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
 
-    ``frequency`` w [rad/rad or rad/m]: of half a period to three in the range of motion; one per
-    turn, an eccentric wheel or a bent shaft, where the range is smaller than half a turn.
+    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel, and the
+    multiples of half a period in the range of motion, which together make any course.
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
     amplitudes: ClassVar[Mapping[str, str]] = {'cosine': '{effort}', 'sine': '{effort}'}
     inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
-    refined: ClassVar[tuple[str, ...]] = ('frequency',)
     axis: ClassVar[str] = 'position'
     repeats: ClassVar[bool] = True
 
@@ -43,17 +42,11 @@ class PositionDependentFriction(EffortTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        low, high = self.inner_bounds(signals, joint)['frequency']
         half = np.pi / float(signals.scales.span[joint])
-        turns = (1.0, 2.0) if signals.length_unit(joint) == 'rad' else ()
-        found = {*(k * half for k in range(1, 2 * _PERIODS + 1)), *turns}
-        return tuple({'frequency': w} for w in sorted(found) if low <= w <= high)
-
-    def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
-        """Return the physical range."""
-        low = np.pi / float(signals.scales.span[joint])
-        first = min(low, 1.0) if signals.length_unit(joint) == 'rad' else low
-        return {'frequency': (first, 2 * _PERIODS * low)}
+        found = {k * half for k in range(1, 2 * _PERIODS + 1)}
+        if signals.length_unit(joint) == 'rad':
+            found |= {1.0, 2.0}
+        return tuple({'frequency': w} for w in sorted(found) if w <= 2 * _PERIODS * half)
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
