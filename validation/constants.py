@@ -27,9 +27,9 @@ _HEAD = """\
 
 Written by `python -m validation.constants > docs/constants.md`; a test compares the two. Each row
 is a constant of `sosml_friction/diagnosis/` or `sosml_friction/regression/`, with the comment
-above it: what it is, its unit, and where it comes from. {count} of {all} say "Chosen, no measurement":
-they have no origin, and `python -m validation.sensitivity --seed 1` halves and doubles each, to
-tell which of them the answers hang on.
+above it: what it is, its unit, and where it comes from. {count} of {all} say "Chosen, no
+measurement": they have no origin, and `python -m validation.sensitivity --seed 1` halves and
+doubles each, to tell which of them the answers hang on.
 """
 
 
