@@ -15,10 +15,12 @@ import numpy as np
 from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.chunk_data import Region
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.joint_states import JointStates, read_joint_states
-from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
+from sosml_friction.bags.mcap_scan import McapScan, scan
+from sosml_friction.bags.message_store import open_store
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.wrap import unwrapped
