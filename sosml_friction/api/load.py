@@ -18,7 +18,7 @@ def load(
     """
     Read a recording.
 
-    :param source: a bag (folder or .mcap file), or a table (.csv, .mat, .npz, .npy).
+    :param source: a bag (folder or file), or a table of any kind that sosml import reads.
     :param mapping: of a table, the YAML file that says which variable is what, in which unit; see
         :mod:`sosml_friction.bags.mapping`.
     :param namespace: which robot, where a bag holds several.

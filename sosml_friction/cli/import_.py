@@ -58,8 +58,8 @@ def import_(
     Turn recordings of other formats into bags.
 
     An existing bag is not overwritten. The URDF and model that the mapping names go into the bag,
-    so that sosml fit needs nothing else. A bag of rosbag2 in SQLite, or of ROS 1, is read by the
-    library rosbags and needs no mapping.
+    so that sosml fit needs nothing else. A bag of rosbag2 in SQLite, or of ROS 1, needs no
+    mapping.
 
     Example: sosml import DATA_EMPS.mat --map config/import/emps.yaml --out emps
     """

@@ -156,7 +156,7 @@ def _refuse_data_file(bag: Path) -> Path:
 
 BagArgument = Annotated[
     Path,
-    typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_file),
+    typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file),
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]

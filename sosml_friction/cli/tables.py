@@ -90,7 +90,7 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     hints = {name: parameter.annotation for name, parameter in own.items()}
     name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
     hints[name] = Annotated[
-        kind, typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
+        kind, typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
     ]
     for name in _TABLE_OPTIONS:
         own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
@@ -125,19 +125,14 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     :param given: the arguments of the command, which are changed.
     :return: the bag that was made of each table.
     """
-    from sosml_friction.bags.other_bag import copy_bag, is_other_bag
-
     places = [name for name in ('bags', 'bag', 'holdout') if given.get(name)]
     paths = [path for name in places for path in _as_list(given[name])]
     tables = [path for path in dict.fromkeys(paths) if is_table(path)]
-    others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
         raise ConfigurationError(_no_table(paths[0], stated_columns[0]))
-    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
-    for path in others:
-        copy_bag(path, bags[path])
-    simple = _simple_model(said, bags[paths[0]] if paths[0] in others else paths[0])
+    bags = {path: place / str(k) / path.stem for k, path in enumerate(tables)}
+    simple = _simple_model(said, paths[0])
     if simple is not None:
         if given['model'] is not None or given['urdf'] is not None:
             raise ConfigurationError(
