@@ -29,7 +29,9 @@ _BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', '
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
-def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
+def guess_mapping(
+    data: DataFile, urdf_text: str | None = None, rate: float | None = None
+) -> Guess:
     """
     Return the mapping that the names and the numbers of a file speak for.
 
@@ -38,9 +40,10 @@ def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
     speed and acceleration of its joint. Words in the names come first where there are any.
 
     :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
+    :param rate: samples per second [Hz], in the place of a column of time.
     :raises DataError: if the file holds no series that could be the position of a joint.
     """
-    return Guesser(data, urdf_text).guess()
+    return Guesser(data, urdf_text, rate=rate).guess()
 
 
 class Guesser(RecordedColumns):

@@ -286,16 +286,23 @@ class _Reader:
         return path
 
 
-def read_mapping(path: str | Path) -> ImportMapping:
+def read_mapping(path: str | Path, rate: float | None = None) -> ImportMapping:
     """
     Return the checked content of a mapping file.
 
+    :param rate: samples per second [Hz], where the file says neither time nor sample_rate.
     :raises ConfigurationError: if the file is missing, is no YAML, has an unknown key or unit, or
         lacks what it needs; the sentence names the key.
     """
     path = Path(path)
     needed = 'give a YAML file that says which variable is what'
     content = read_yaml(path, 'the mapping', needed)
+    if rate is not None and isinstance(content, dict):
+        for key in ('time', 'sample_rate'):
+            if content.get(key, FILL_IN) != FILL_IN:
+                raise ConfigurationError(f'{path} has {key} already: leave the rate out')
+        content = {key: x for key, x in content.items() if key != 'time'}
+        content['sample_rate'] = rate
     return parse_mapping(content, path)
 
 
@@ -320,7 +327,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
     if places:
         raise read.error(', '.join(places), f'is left open ({FILL_IN}): fill it in')
     if ('time' in content) == ('sample_rate' in content):
-        raise read.error('the mapping', 'needs either time or sample_rate')
+        raise read.error('the mapping', 'needs either time or sample_rate, or --rate beside it')
     if 'joints' not in content:
         raise read.error('the mapping', 'has no joints: name at least one')
     time: Series | None = None

@@ -15,7 +15,8 @@ from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
 from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.exceptions import DataError
+from sosml_friction.bags.series_evidence import counts_samples
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 
 #: Two figures of one quantity agree if they are this close: units are further apart.
@@ -26,6 +27,8 @@ _RAD_SPAN = (0.5, 4.0 * math.pi)
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
 }  # fmt: skip
+#: Unit of velocity that goes with one of position, where nothing tells another.
+_SLOPES = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
@@ -39,8 +42,17 @@ class RecordedColumns:
     """
 
     def __init__(
-        self, data: DataFile, urdf_text: str | None, time: evidence.Time | None = None
+        self,
+        data: DataFile,
+        urdf_text: str | None,
+        time: evidence.Time | None = None,
+        rate: float | None = None,
     ) -> None:
+        if rate is not None and not 0.0 < rate < 1e9:
+            raise ConfigurationError(
+                f'a rate of {rate:g} Hz is none: give the samples per second, as --rate 500'
+            )
+        self.rate = rate
         self.data = data
         self.series = data.series()
         self.result = Guess()
@@ -56,9 +68,15 @@ class RecordedColumns:
             if joint.is_single and joint.mimic is None
         }
         self.time = evidence.find_time(self.series) if time is None else time
+        own = self.time.name
+        if rate is not None and not (
+            own and (read_header(own).quantity == 'time' or counts_samples(self.series[own]))
+        ):
+            # A shaft that turns one way grows all the time too.
+            self.time = evidence.Time('', '', '')
         self.count = max((len(x) for x in self.series.values()), default=0)
-        self.t: FloatArray = np.arange(float(self.count))
-        if self.time.name and self.time.unit:
+        self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
+        if self.time.name and self.time.unit and rate is None:
             self.t = evidence.seconds(self.series, self.time)
             # What repeats a stamp has no slope, and is left out when the file is read.
             new = np.diff(self.t, prepend=-np.inf) != 0.0
@@ -76,7 +94,10 @@ class RecordedColumns:
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons
-        if self.time.name:
+        if self.rate is not None:
+            content['sample_rate'] = self.rate
+            reasons['sample_rate'] = 'stated'
+        elif self.time.name:
             content['time'] = {'variable': self._variable(self.time.name)}
             content['time']['unit'] = self.time.unit or FILL_IN
             reasons['time'] = self.time.reason
@@ -85,7 +106,7 @@ class RecordedColumns:
         else:
             content['sample_rate'] = FILL_IN
             why = self._unread_time() or self.time.reason
-            reasons['sample_rate'] = f'{why}: give the samples per second'
+            reasons['sample_rate'] = f'{why}: give the samples per second, or --rate HZ'
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
@@ -198,8 +219,7 @@ class RecordedColumns:
         written = self.words[velocity].unit
         si = UNITS['position'].get(unit)
         if slope is None:
-            kind = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
-            entry['unit'] = written or kind.get(unit, FILL_IN)
+            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
             why = self.why.get(velocity, 'its place says so')
             others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
             if others:
@@ -214,6 +234,9 @@ class RecordedColumns:
             rests = 'the joint rests, so that nothing but the unit of position tells its own'
             return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
+        if not self.time.unit and self.rate is None:
+            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            return entry, f'slope of {position}, cosine {slope.cosine:.4f}, in an unknown time'
         if si is None:
             entry['unit'] = written or FILL_IN
             if entry['unit'] == 'counts/s':

@@ -86,7 +86,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         chosen, why = next(iter(rising)), 'the only column that grows all the time'
     else:
         # A count of the samples is more even than any clock.
-        clocks = [name for name in rising if not _counts_samples(series[name])]
+        clocks = [name for name in rising if not counts_samples(series[name])]
         among = by_name or clocks or list(rising)
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
@@ -97,8 +97,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         return Time(chosen, word.unit, f'{why}; its name has the unit')
     if word.strange:
         return Time(chosen, '', f'{why}; {word.objection}')
-    if word.quantity != 'time' and _counts_samples(series[chosen]):
-        why += '; it counts up by 1: ms at 1 kHz, or a count that needs a sample_rate instead'
+    if word.quantity != 'time' and counts_samples(series[chosen]):
+        why += '; it counts up by 1: ms at 1 kHz, or a count of the samples'
         return Time(chosen, '', why)
     for unit, ns in TIME_UNITS.items():
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
@@ -107,7 +107,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
 
 
-def _counts_samples(values: NDArray[Any]) -> bool:
+def counts_samples(values: NDArray[Any]) -> bool:
+    """Tell whether a series grows by 1 from sample to sample."""
     return bool((np.diff(values) == 1).all())
 
 

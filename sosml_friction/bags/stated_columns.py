@@ -23,8 +23,8 @@ class Columns:
     """
     State what columns are, as on a command line.
 
-    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
-    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``rate``: samples per
+    second in its place; ``quantities``: by quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
     joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
     """
 
@@ -32,6 +32,7 @@ class Columns:
     time: str = ''
     scales: Sequence[float] = ()
     counts_per_turn: float | None = None
+    rate: float | None = None
 
 
 def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
@@ -47,12 +48,14 @@ def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) 
 
 class _StatedColumns(Guesser):
     def __init__(self, data: DataFile, urdf_text: str | None, columns: Columns) -> None:
+        if columns.time and columns.rate is not None:
+            raise ConfigurationError('--time and --rate both say when samples are: give one')
         self.data, self.series, self.columns = data, data.series(), columns
         name, _, unit = columns.time.partition(':')
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
             time = time._replace(unit=_known(unit, TIME_UNITS, columns.time), reason='stated')
-        super().__init__(data, urdf_text, time)
+        super().__init__(data, urdf_text, time, columns.rate)
 
     def guess(self) -> Guess:
         """Return the mapping of the columns that are stated."""
@@ -71,15 +74,15 @@ class _StatedColumns(Guesser):
                     'one for each joint'
                 )
         self._put_time()
-        if not self.time.unit:
+        if self.rate is None and not self.time.unit:
             why = '' if self.time.name else self._unread_time()
             raise DataError(
                 why
                 or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or give sample_rate in a mapping (docs/import.md)'
+                'as --time NAME:ms, or how many samples a second has, as --rate 500'
             )
         time = self.series.get(self.time.name, np.zeros(1))
-        if (np.diff(time) < 0).any():
+        if self.rate is None and (np.diff(time) < 0).any():
             raise DataError(
                 f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
                 'column that grows all the time'

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from sosml_friction.cli.app import app, print_json, progress, remark
-from sosml_friction.cli.options import JsonOption
+from sosml_friction.cli.options import JsonOption, RateOption
 from sosml_friction.cli.tables import urdf_text
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.share import share_directory
@@ -44,6 +44,7 @@ def import_(
     urdf: Annotated[
         Path | None, typer.Option(help='URDF: names and kinds of the joints for --guess.')
     ] = None,
+    rate: RateOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -73,12 +74,12 @@ def import_(
     if guess and (len(files) > 1 or mapping is not None):
         raise ConfigurationError('--guess looks at one file, and needs no --map: give one file')
     if guess:
-        _guess(files[0], urdf, out, json)
+        _guess(files[0], urdf, rate, out, json)
         return
     places = {file: _place(file, out, len(files)) for file in files}
     if len(set(places.values())) < len(files):
         raise ConfigurationError('two files have the same name: import them one after the other')
-    documents = [_import(file, place, mapping, json) for file, place in places.items()]
+    documents = [_import(file, place, mapping, rate, json) for file, place in places.items()]
     if not json:
         typer.echo(f'Next: sosml info {documents[0]["bag"]}, then sosml fit {documents[0]["bag"]}')
     if json:
@@ -92,13 +93,20 @@ def _place(file: Path, out: Path | None, count: int) -> Path:
     return out if count == 1 else out / file.stem
 
 
-def _import(file: Path, place: Path, mapping: Path | None, json: bool) -> dict[str, Any]:
+def _import(
+    file: Path, place: Path, mapping: Path | None, rate: float | None, json: bool
+) -> dict[str, Any]:
     """Make one bag, say what is in it, and return that."""
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.bag_information import bag_information
     from sosml_friction.bags.importer import import_recording
+    from sosml_friction.bags.mapping import read_mapping
     from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
+    if is_other_bag(file) and (mapping is not None or rate is not None):
+        raise ConfigurationError(
+            f'{file} is a bag, which says itself what it holds: leave out --map and --rate'
+        )
     if mapping is None and not is_other_bag(file):
         mapping = _shipped_mapping(file)
         remark(f'using the shipped mapping {mapping}')
@@ -106,7 +114,7 @@ def _import(file: Path, place: Path, mapping: Path | None, json: bool) -> dict[s
         if mapping is None:
             path = copy_bag(file, place)
         else:
-            path = import_recording(file, mapping, place, remark)
+            path = import_recording(file, read_mapping(mapping, rate), place, remark)
         step('reading the bag back')
         information = bag_information(Bag.open(path))
     motion, duration = information['joint_states'], information['duration_s']
@@ -120,7 +128,9 @@ def _import(file: Path, place: Path, mapping: Path | None, json: bool) -> dict[s
     return {**named, **{key: information[key] for key in kept}}
 
 
-def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
+def _guess(
+    file: Path, urdf: Path | None, rate: float | None, out: Path | None, json: bool
+) -> None:
     """Write the mapping that a file speaks for."""
     from sosml_friction.bags.data_file import DataFile
     from sosml_friction.bags.guess import guess_mapping
@@ -129,7 +139,7 @@ def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
     if path.exists():
         raise ConfigurationError(f'{path} exists and is not overwritten: choose another --out')
     with progress(f'looking at {file}'):
-        found = guess_mapping(DataFile(file), urdf_text(urdf))
+        found = guess_mapping(DataFile(file), urdf_text(urdf), rate)
     if urdf is not None:
         found.content['urdf'] = os.path.relpath(urdf.absolute(), path.absolute().parent)
     try:

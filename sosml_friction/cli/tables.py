@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import is_table, parse_names, parse_numbers
+from sosml_friction.cli.options import RateOption, is_table, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ _TABLE_OPTIONS: dict[str, Any] = {
     'time': Annotated[
         str | None, _columns_option('Column of time; default: that which grows all the time.')
     ],
+    'rate': RateOption,
     'counts_per_turn': Annotated[
         float | None, typer.Option(metavar='N', help='Counts per turn of a position in counts.')
     ],
@@ -74,7 +75,7 @@ _TABLE_OPTIONS: dict[str, Any] = {
         float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
     ],
 }
-_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'counts_per_turn', 'kt')
+_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'rate', 'counts_per_turn', 'kt')
 
 
 def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
@@ -248,7 +249,7 @@ def _make_bag(table: Path, bag: Path, said: dict[str, Any], urdf: str | None) ->
     from sosml_friction.bags.mapping import parse_mapping, read_mapping
 
     if said['mapping'] is not None:
-        import_recording(table, read_mapping(said['mapping']), bag, remark)
+        import_recording(table, read_mapping(said['mapping'], said['rate']), bag, remark)
         return
     content, assumed = stated_mapping(table, said, urdf)
     for sentence in assumed:
@@ -281,7 +282,9 @@ def stated_mapping(
         entries['effort'] = tuple(_with_unit(data, x) for x in current)
     quantities = {name: own for name, own in entries.items() if own is not None}
     scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])
-    columns = Columns(quantities, said['time'] or '', scales, said['counts_per_turn'])
+    columns = Columns(
+        quantities, said['time'] or '', scales, said['counts_per_turn'], said['rate']
+    )
     guess = map_columns(data, columns, urdf)
     return guess.content, [*guess.sentences(), *guess.remarks]
 

@@ -109,11 +109,45 @@ def test_a_count_alone_is_no_time_until_it_is_said(tmp_path):
     data = save(tmp_path, [np.arange(len(t)), q, tau], ['frame', 'q', 'tau'])
     guess = guess_mapping(data)
     assert guess.left_open == ['time.unit']
-    assert 'a count that needs a sample_rate' in guess.reasons['time']
+    assert 'a count of the samples' in guess.reasons['time']
     columns = {'position': ['q'], 'effort': ['tau']}
-    with pytest.raises(DataError, match='or a count that needs a sample_rate instead: say which'):
+    with pytest.raises(DataError, match='or a count of the samples: say which'):
         map_columns(data, Columns(columns))
     assert map_columns(data, Columns(columns, time='frame:ms')).content['time']['unit'] == 'ms'
+
+
+@pytest.mark.parametrize('clock', [None, 'frame', 'time'])
+def test_a_stated_rate_is_the_time_of_a_table(tmp_path, clock):
+    t, q, v, tau = joint(2, rate=200.0)
+    # A shaft that turns one way grows all the time, and is no time.
+    columns = {'q': 0.02 * q + 0.3 * t, 'dq': 0.02 * v + 0.3, 'tau': tau}
+    clocks = {None: {}, 'frame': {'frame': np.arange(len(t))}, 'time': {'time': np.floor(t)}}
+    columns = {**clocks[clock], **columns}
+    data = save(tmp_path, columns.values(), list(columns))
+    guess = guess_mapping(data, rate=200.0)
+    assert guess.content['sample_rate'] == 200.0
+    assert guess.content['joints']['joint']['velocity'] == {'variable': 'dq', 'unit': 'rad/s'}
+    assert roles(guess) == {'joint': {'position': 'q', 'velocity': 'dq', 'effort': 'tau'}}
+    assert guess.sentences()[0] == 'sample_rate is 200 Hz: stated'
+    stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau']}, rate=200.0))
+    log = read_recording(data.path, parse_mapping(stated.content, data.path))
+    np.testing.assert_array_equal(np.diff(log.t_ns), 5_000_000)
+
+
+def test_time_and_rate_are_one_too_many_and_none_is_too_few(tmp_path):
+    t, q, v, tau = joint(2)
+    data = save(tmp_path, [t, q, v, tau], ['t', 'q', 'dq', 'tau'])
+    columns = {'position': ['q'], 'effort': ['tau']}
+    with pytest.raises(ConfigurationError, match='--time and --rate both say when'):
+        map_columns(data, Columns(columns, time='t', rate=250.0))
+    with pytest.raises(ConfigurationError, match='a rate of 0 Hz is none: give the samples per'):
+        map_columns(data, Columns(columns, rate=0.0))
+    without = save(tmp_path, [q, v, tau], ['q', 'dq', 'tau'])
+    with pytest.raises(DataError, match='or how many samples a second has, as --rate 500'):
+        map_columns(without, Columns(columns))
+    guess = guess_mapping(without)
+    assert guess.left_open == ['sample_rate']
+    assert guess.reasons['sample_rate'].endswith('or --rate HZ')
 
 
 @pytest.mark.parametrize('stated', [False, True])

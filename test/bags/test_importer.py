@@ -313,6 +313,16 @@ def test_seconds_and_nanoseconds_of_two_columns_are_added(source, mapping):
     assert log.t_ns.tolist() == (sec * 10**9 + nsec).tolist()
 
 
+def test_a_rate_beside_the_mapping_stands_for_time(source, mapping):
+    open_time = {'time': {'variable': 'FILL_IN', 'unit': 's'}}
+    for changes in ({'time': None}, {'time': None, 'sample_rate': 'FILL_IN'}):
+        log = read_recording(source(), read_mapping(mapping(changes), 50.0))
+        np.testing.assert_array_equal(np.diff(log.t_ns), 20_000_000)
+    for changes in ({}, open_time, {'time': None, 'sample_rate': 5}):
+        with pytest.raises(ConfigurationError, match='already: leave the rate out'):
+            read_mapping(mapping(changes), 50.0)
+
+
 def test_an_injected_signal_goes_into_the_bag(tmp_path, source, mapping):
     plan = mapping({'joints/shoulder/injected': {'variable': 'p', 'unit': 'mNm'}})
     path = import_recording(source(p=np.arange(5)), plan, tmp_path / 'bag')
@@ -460,7 +470,7 @@ FAULTS = [
     ({'joints': None}, 'the mapping has no joints'),
     ({'joints': []}, r'joints is \[\]: a mapping'),
     ({'joints': {1: {}}}, 'joints has the key 1: put it in quotes'),
-    ({'time': None}, 'needs either time or sample_rate'),
+    ({'time': None}, 'needs either time or sample_rate, or --rate beside it'),
     ({'sample_rate': 5}, 'needs either time or sample_rate'),
     ({'time': None, 'sample_rate': -5}, 'sample_rate is -5 Hz: it must be positive'),
     ({'start_time': 'noon'}, "start_time is 'noon': a number is needed"),

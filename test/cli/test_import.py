@@ -79,6 +79,25 @@ def test_import_makes_a_bag_as_the_mapping_says(sosml, tmp_path):
     assert document['joint_states']['measured'] == {'slider': ['position', 'effort']}
 
 
+def test_a_rate_stands_for_time(sosml, refused, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    assert 'has time already: leave the rate out' in refused(
+        'import', file, '--map', mapping, '--rate', '100'
+    )
+    mapping.write_text(mapping.read_text().split('\n', 1)[1])
+    assert '--rate beside it' in refused('import', file, '--map', mapping)
+    assert sosml('import', file, '--map', mapping, '--rate', '100', '--out', 'bag')[0] == 0
+    np.testing.assert_array_equal(np.diff(Bag.open('bag').joint_log().t_ns), 10_000_000)
+    assert 'is a bag, which says itself what it holds' in refused(
+        'import', write_sqlite(tmp_path), '--rate', '100'
+    )
+
+
+def write_sqlite(folder):
+    (folder / 'x.db3').write_bytes(b'')
+    return folder / 'x.db3'
+
+
 def test_import_without_mapping_lists_the_shipped_ones(refused, tmp_path):
     file, _ = write_csv(tmp_path)
     err = refused('import', file)
