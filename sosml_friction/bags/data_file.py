@@ -7,14 +7,13 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.date_text import read_dates
 from sosml_friction.bags.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -187,6 +186,13 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 found[name] = float(values.reshape(()))
         return found
 
+    def _no_number(self, name: str, line: int, cell: str, why: str) -> DataError:
+        why = why or (
+            'is not a number, nor a date such as 2025-03-30T12:00:00.005 (write decimals with a '
+            'point, leave a missing value empty)'
+        )
+        return DataError(f'{self.path} line {line}, column {name!r}: {cell!r} {why}')
+
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
         # Python reads 1_0 as 10, nobody else does.
@@ -195,16 +201,17 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 return np.array([int(cell) for _, cell in cells], dtype=np.int64)
             except (ValueError, OverflowError):
                 pass
-        numbers: FloatArray = np.empty(len(cells))
-        for k, (line, cell) in enumerate(cells):
+        texts = ['' if cell.lower() in _MISSING else cell for _, cell in cells]
+        try:
+            numbers = np.array([_number(text) for text in texts])
+        except ValueError:
             try:
-                numbers[k] = np.nan if cell.lower() in _MISSING else _number(cell)
-            except ValueError:
-                raise DataError(
-                    f'{self.path} line {line}, column {name!r}: {cell!r} is not a number, nor a '
-                    'date such as 2025-03-30T12:00:00.005 (write decimals with a point, leave a '
-                    'missing value empty)'
-                ) from None
+                numbers = read_dates(texts)
+            except ValueError as error:
+                k, why = error.args
+                # A word among numbers is what is wrong, and not the first number.
+                k = k if why else max(k, next(i for i, x in enumerate(texts) if not _is_number(x)))
+                raise self._no_number(name, *cells[k], why) from None
         for k in np.flatnonzero(np.isinf(numbers))[:1]:
             line, cell = cells[k]
             raise DataError(
@@ -214,21 +221,18 @@ class DataFile(Mapping[str, NDArray[Any]]):
         return numbers
 
 
-def _number(cell: str) -> float:
-    """
-    Return a number, of a date and time (ISO 8601) the seconds since 1970, of a time its seconds.
+def _number(text: str) -> float:
+    if '_' in text:
+        raise ValueError
+    return float(text or 'nan')
 
-    :raises ValueError: if it is neither.
-    """
+
+def _is_number(text: str) -> bool:
     try:
-        if '_' in cell:
-            raise ValueError
-        return float(cell)
+        _number(text)
     except ValueError:
-        date = '1970-01-01T' if re.match(r'\d\d:\d\d:\d\d', cell) else ''
-        when = datetime.fromisoformat(date + re.sub('[zZ]$', '+00:00', cell))
-        # One without a zone: only differences matter.
-        return (when if when.tzinfo else when.replace(tzinfo=timezone.utc)).timestamp()
+        return False
+    return True
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.header_words import read_header
 from sosml_friction.bags.mapping import TIME_UNITS
+from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
@@ -58,6 +59,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
 
     :param stated: the one that is known to be time.
     """
+    # What logs each sample twice has a time all the same.
+    fresh = ~repeated_rows(series.values()) if series else slice(None)
+    series = {name: values[fresh] for name, values in series.items()}
     parts = _seconds_and_nanoseconds(series, stated)
     if parts is not None:
         return parts

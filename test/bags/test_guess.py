@@ -489,16 +489,17 @@ def test_dates_are_times(tmp_path):
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
 
 
-def test_times_of_a_day_are_times_and_other_dates_are_named(tmp_path):
+def test_times_of_a_day_are_times_and_dates_that_may_be_two_are_named(tmp_path):
     t, q, _, current = joint(9)
-    begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
-    for k, form in enumerate(('%H:%M:%S.%f', '%d.%m.%Y %H:%M:%S.%f')):
+    begin = datetime(2025, 4, 3, 23, 59, 55, tzinfo=timezone.utc)
+    for k, form in enumerate(('%H:%M:%S.%f', '%d.%m.%Y %H:%M:%S.%f', '%d/%m/%Y %H:%M:%S.%f')):
         stamps = [(begin + timedelta(seconds=x)).strftime(form) for x in t]
         lines = [f'{x},{y:.9f},{z:.9f}' for x, y, z in zip(stamps, q, current, strict=True)]
         (tmp_path / f'{k}.csv').write_text('\n'.join(['time,q,i', *lines]))
-    assert guess_mapping(DataFile(tmp_path / '0.csv')).content['time']['unit'] == 's'
-    data = DataFile(tmp_path / '1.csv')
-    sentence = "line 2, column 'time': '30.03.2025 00:59:50.000000' is not a number"
+    for k in (0, 1):
+        assert guess_mapping(DataFile(tmp_path / f'{k}.csv')).content['time']['unit'] == 's'
+    data = DataFile(tmp_path / '2.csv')
+    sentence = "line 2, column 'time': '03/04/2025 23:59:55.000000' may have the day first or"
     assert sentence in guess_mapping(data).reasons['sample_rate']
     for time in ('', 'time'):
         with pytest.raises(DataError, match=sentence):

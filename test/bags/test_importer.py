@@ -306,6 +306,23 @@ def test_repeated_stamps_are_left_out_and_told(source, mapping):
     assert '2 of 100 samples repeat the stamp before them' in told[0]
 
 
+@pytest.mark.parametrize('times', [2, 3])
+def test_samples_that_are_logged_again_are_left_out_and_told(source, mapping, times):
+    t, q = np.arange(100.0) * 0.01, np.sin(np.arange(100.0))
+    q[7] = np.nan
+    twice = {name: np.repeat(x, times) for name, x in {'t': t, 'q': q, 'tau': 2.0 * q}.items()}
+    told = []
+    plan = read_mapping(mapping())
+    log = read_recording(source(**twice), plan, told.append)
+    np.testing.assert_array_equal(log.q[:, 0], q)
+    assert len(told) == 1
+    assert f'{100 * times - 100} of {100 * times} samples repeat the sample before' in told[0]
+    # Stamps that repeat beside another value are a time that is too coarse.
+    twice['tau'] = np.arange(100.0 * times)
+    with pytest.raises(DataError, match='does not increase'):
+        read_recording(source(**twice), plan)
+
+
 def test_seconds_and_nanoseconds_of_two_columns_are_added(source, mapping):
     changes = {'time': {'variable': 'sec', 'unit': 's', 'nanoseconds': 'nsec'}}
     sec, nsec = np.array([7, 7, 8, 8, 8]), np.array([5, 999_999_999, 1, 2, 3])
