@@ -211,7 +211,8 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 k, why = error.args
                 # A word among numbers is what is wrong, and not the first number.
                 k = k if why else max(k, next(i for i, x in enumerate(texts) if not _is_number(x)))
-                raise self._no_number(name, *cells[k], why) from None
+                line, cell = cells[k]
+                raise self._no_number(name, line, cell, why) from None
         for k in np.flatnonzero(np.isinf(numbers))[:1]:
             line, cell = cells[k]
             raise DataError(

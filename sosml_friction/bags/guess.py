@@ -13,7 +13,13 @@ from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.mapping import UNITS
 from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.bags.recorded_columns import SAME, RecordedColumns, agree
+from sosml_friction.bags.recorded_columns import (
+    SAME,
+    USUAL_POSITIONS,
+    USUAL_VELOCITIES,
+    RecordedColumns,
+    agree,
+)
 from sosml_friction.exceptions import DataError
 
 #: Cosine of a slope that is one in whatever units.
@@ -25,7 +31,7 @@ _EXPLAINED = 0.05
 _ROUGHER = 10.0
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
-_BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
+_CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
@@ -99,7 +105,7 @@ class Guesser(RecordedColumns):
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # A torque needs no constant, a current a known one, and a voltage is no effort yet.
             if quantity == 'effort':
-                own.sort(key=lambda n: _BEST_EFFORT.get(named[n].unit, len(_BEST_EFFORT)))
+                own.sort(key=lambda n: _effort_rank(named[n].unit))
             for name in own:
                 joint = self._joint_of_key(named[name].joint, names)
                 if joint is None:
@@ -415,10 +421,17 @@ class Guesser(RecordedColumns):
             self._remark(f'not used: {", ".join(rest)}')
 
 
+def _effort_rank(unit: str) -> int:
+    """Return the place of an effort by its unit among those of one joint."""
+    if UNITS['effort'].get(unit) is not None:
+        return 0
+    return 3 if not unit else 1 if unit in _CURRENTS else 2
+
+
 def _is_of_units(factor: float) -> bool:
     """Tell whether a slope per velocity is that of a position and a velocity in known units."""
     return any(
         place and speed and agree(factor * place, speed)
-        for place in UNITS['position'].values()
-        for speed in UNITS['velocity'].values()
+        for place in map(UNITS['position'].get, USUAL_POSITIONS)
+        for speed in map(UNITS['velocity'].get, USUAL_VELOCITIES)
     )

@@ -28,7 +28,13 @@ _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
 }  # fmt: skip
 #: Unit of velocity that goes with one of position, where nothing tells another.
-_SLOPES = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
+_SLOPES = {
+    'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s', 'mrad': 'mrad/s',
+    'cm': 'cm/s', 'in': 'in/s',
+}  # fmt: skip
+#: Units that the numbers alone may tell; of others the name or the user says that it is them.
+USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
+USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
@@ -145,8 +151,11 @@ class RecordedColumns:
         slope = self._slope(name, velocity)
         if slope is not None and velocity and self.words[velocity].is_unit_written:
             si = UNITS['velocity'].get(self.words[velocity].unit)
-            for unit, factor in UNITS['position'].items():
-                if si and factor and agree(slope.factor * factor, si):
+            slides = self.words[velocity].unit in LINEAR_UNITS
+            for unit in USUAL_POSITIONS:
+                factor = UNITS['position'][unit]
+                is_kind = slides == (unit in LINEAR_UNITS)
+                if si and factor and is_kind and agree(slope.factor * factor, si):
                     return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
         spans = {
             j: float(np.ptp(self.moving[r['position']]))
@@ -210,7 +219,9 @@ class RecordedColumns:
                 told += f'; {unit} by its name'
             reasons[f'joints.{joint}.effort'] = told
         if 'temperature' in roles:
-            own['temperature'] = {'variable': self._variable(roles['temperature']), 'unit': 'degC'}
+            name = roles['temperature']
+            unit = self.words[name].unit or ('degC' if not self.words[name].strange else FILL_IN)
+            own['temperature'] = {'variable': self._variable(name), 'unit': unit}
 
     def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
         """Return the entry of a velocity by the factor between it and the slope of position."""
@@ -242,8 +253,9 @@ class RecordedColumns:
             if entry['unit'] == 'counts/s':
                 entry['counts_per_turn'] = FILL_IN
             return entry, f'{told}; its unit depends on that of position'
-        turns = {'rad', 'deg', 'turns'} & {unit}
-        units = ('rad/s', 'deg/s', 'rpm', 'turns/s') if turns else ('m/s', 'mm/s')
+        slides = unit in LINEAR_UNITS
+        units = [u for u in USUAL_VELOCITIES if slides == (u in LINEAR_UNITS)]
+        units = list(dict.fromkeys([written, *units])) if written else units
         fitting = [u for u in units if agree(slope.factor * si, UNITS['velocity'][u] or 0.0)]
         if fitting and written in ('', *fitting):
             entry['unit'] = fitting[0]

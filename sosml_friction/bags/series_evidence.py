@@ -18,6 +18,8 @@ from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
 _RATES = (10.0, 10_000.0)
+#: Units of time that a step tells: those whose decades are apart. Spreadsheets count days.
+_TOLD = ('s', 'ms', 'us', 'ns', 'd')
 #: Least cosine between the steps of one series and the integral of another that is its slope.
 SLOPE = 0.95
 #: Time over which steps are taken, in samples: longer than the noise of an encoder.
@@ -104,7 +106,8 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     if word.quantity != 'time' and counts_samples(series[chosen]):
         why += '; it counts up by 1: ms at 1 kHz, or a count of the samples'
         return Time(chosen, '', why)
-    for unit, ns in TIME_UNITS.items():
+    for unit in _TOLD:
+        ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
         if _RATES[0] <= rate < _RATES[1]:
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')

@@ -12,8 +12,8 @@ import numpy as np
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.guess import Guesser
-from sosml_friction.bags.header_words import HeaderWord
-from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
+from sosml_friction.bags.header_words import HeaderWord, known_unit, known_units
+from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -23,9 +23,10 @@ class Columns:
     """
     State what columns are, as on a command line.
 
-    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``rate``: samples per
-    second in its place; ``quantities``: by quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
-    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``rate``: samples
+    per second in its place; ``quantities``: by quantity such entries, one for each joint,
+    ``position`` among them; ``scales``: Nm or N at the joint per A, V or count, one or one for
+    each joint; ``counts_per_turn`` of a position.
     """
 
     quantities: Mapping[str, Sequence[str]]
@@ -54,7 +55,7 @@ class _StatedColumns(Guesser):
         name, _, unit = columns.time.partition(':')
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
-            time = time._replace(unit=_known(unit, TIME_UNITS, columns.time), reason='stated')
+            time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
         super().__init__(data, urdf_text, time, columns.rate)
 
     def guess(self) -> Guess:
@@ -133,7 +134,7 @@ class _StatedColumns(Guesser):
         word = self.words[whole]
         said = word.unit if word.quantity == quantity else ''
         if unit:
-            said = _known(unit, UNITS[quantity], entry)
+            said = _known(unit, quantity, entry)
             self.stated_units.add(whole)
         strange = '' if unit else word.strange
         self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
@@ -209,9 +210,10 @@ class _StatedColumns(Guesser):
             )
 
 
-def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
-    if unit not in units:
+def _known(unit: str, quantity: str, entry: str) -> str:
+    found = known_unit(unit, quantity)
+    if not found:
         raise ConfigurationError(
-            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
+            f'{entry} has the unknown unit {unit!r}: known are {known_units(quantity)}'
         )
-    return unit
+    return found

@@ -6,16 +6,19 @@ import codecs
 import csv
 import re
 from collections import Counter
-from itertools import islice
+from itertools import accumulate, islice
 from pathlib import Path
 from typing import NamedTuple
 
+from sosml_friction.bags.header_words import are_units, read_header
 from sosml_friction.exceptions import DataError
 
 #: Cells with the line each was read from, by name of the column.
 Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
+#: Lines that a header may have: a group of columns, names, units, a description.
+_HEADER = 4
 #: Rows that the form of a table is taken from: enough for a preamble, and read at once.
 _LOOK = 200
 
@@ -32,10 +35,10 @@ def read_text_table(path: Path) -> Columns:
     The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
     comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
     read as a point. What parts them may stand behind the last number of a row too. The header is
-    the line above the numbers, with ``#`` or ``%`` before it or without; units in a line of their
-    own below it are put into the names as ``name [unit]``. A column without a name is called by
-    its number, counted from 0. Lines above the header that do not have its number of cells are
-    passed over.
+    what stands above the numbers, with ``#`` or ``%`` before it or without: names, units in a line
+    of their own, which are put into the names as ``name [unit]``, a description. A column without
+    a name is called by its number, counted from 0. Lines above the header that do not have its
+    number of cells are passed over.
 
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
@@ -58,7 +61,7 @@ def read_text_table(path: Path) -> Columns:
     rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
-    above = [cells for _, cells in rows[max(0, first - 2) : first]]
+    above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
     if all(not row.cells[-1] for row in rows[first:]):
@@ -160,15 +163,29 @@ def _first_of_numbers(rows: list[_Row]) -> int:
 
 
 def _names(above: list[list[str]], width: int) -> list[str]:
-    """Return the names of the columns from the header and, if there is one, the line of units."""
+    """
+    Return the names of the columns from the lines above the numbers.
+
+    Of several lines one may have units; of the others that which says most of quantities has the
+    names, so that names, units and a description may come in any order. Names that are there
+    twice have those of their group before them, from the line above.
+    """
     if not above:
         return [str(k) for k in range(width)]
-    names = above[-1]
-    # Units have a name above each; else the line above is a preamble filled up with empty cells.
-    if len(above) == 2 and all(
-        n or not u or _IN_BRACKETS.fullmatch(u) for n, u in zip(*above, strict=True)
-    ):
-        names = above[0]
-        units = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[1]]
-        names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, units, strict=True)]
+    units = next((k for k in reversed(range(len(above))) if are_units(above[k])), None)
+    rest = [k for k in range(len(above)) if k != units]
+    if not rest:
+        units, rest = None, [len(above) - 1]
+    says = [sum(read_header(cell).quantity != '' for cell in above[k]) for k in rest]
+    own = rest[says.index(max(says))] if any(says) else rest[-1]
+    if units is None and own + 1 < len(above) and not says[rest.index(own + 1)]:
+        # What nobody knows, in the place of the units: it is told where the unit is needed.
+        units = own + 1
+    names = above[own]
+    if len(set(names)) < len(names) and own > 0:
+        groups = list(accumulate(above[own - 1], lambda before, cell: cell or before))
+        names = [f'{group} {name}'.strip() for group, name in zip(groups, names, strict=True)]
+    if units is not None:
+        bare = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[units]]
+        names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, bare, strict=True)]
     return [name or str(k) for k, name in enumerate(names)]

@@ -298,26 +298,31 @@ def test_what_is_left_open_is_refused_until_it_is_filled_in(tmp_path):
 
 def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
     t, q, _, tau = joint(4)
-    data = save(tmp_path, [t / 60.0, 10.0 * q, tau], ['t [min]', 'x [cm]', 'torque [lbf ft]'])
+    data = save(
+        tmp_path, [t / 60.0, 10.0 * q, tau], ['t [beats]', 'angle [grad]', 'torque [st ft]']
+    )
     guess = guess_mapping(data)
     assert guess.left_open == [
         'time.unit',
         'joints.joint.position.unit',
         'joints.joint.effort.unit',
     ]
-    assert '[cm] in its name is no unit' in guess.reasons['joints.joint.position']
-    position, effort = 'x [cm]', 'torque [lbf ft]'
+    assert '[grad] in its name is no unit' in guess.reasons['joints.joint.position']
+    position, effort = 'angle [grad]', 'torque [st ft]'
     for columns, sentence in (
-        (Columns({'position': [position], 'effort': [effort]}), '[min] in its name is no unit'),
         (
-            Columns({'position': [position], 'effort': [effort]}, time='t [min]:ms'),
-            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'; "
-            "in another unit --position 'x [cm]:counts' --counts-per-turn",
+            Columns({'position': [position], 'effort': [effort]}),
+            '[beats] in its name is no unit that is known (s, ms,',
         ),
         (
-            Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [min]:ms'),
-            '[lbf ft] in its name is no unit that is known: if it is N, --effort '
-            "'torque [lbf ft]:N'; in another unit --effort 'torque [lbf ft]:counts' --kt",
+            Columns({'position': [position], 'effort': [effort]}, time='t [beats]:ms'),
+            "cm, um, in): say which, as --position 'angle [grad]:deg'; "
+            "in another unit --position 'angle [grad]:counts' --counts-per-turn",
+        ),
+        (
+            Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [beats]:ms'),
+            'kgf, lbf): if it is N, --effort '
+            "'torque [st ft]:N'; in another unit --effort 'torque [st ft]:counts' --kt",
         ),
     ):
         with pytest.raises(SosmlFrictionError, match=re.escape(sentence)):
@@ -422,7 +427,12 @@ def test_noise_is_no_robot(tmp_path):
         ('vel[deg/sec]', 'velocity', 'deg/s', '', False),
         ('Timestamp [µs]', 'time', 'us', '', False),
         ('Iq (Arms)', 'effort', 'A', '', False),
-        ('torque [lbf ft]', 'effort', '', '', False),
+        ('torque [lbf ft]', 'effort', 'lbf.ft', '', False),
+        ('torque [oz-in]', 'effort', 'ozf.in', '', False),
+        ('torque (kg·cm)', 'effort', 'kgf.cm', '', False),
+        ('torque [st ft]', 'effort', '', '', False),
+        ('position [rev]', 'position', 'turns', '', False),
+        ('position_in', 'position', '', 'in', False),
         ('current (measured)', 'effort', 'A', '', False),
         ('elbow_eff', 'effort', '', 'elbow', False),
         ('Soll Winkel [deg]', 'position', 'deg', '', True),
@@ -487,6 +497,14 @@ def test_dates_are_times(tmp_path):
         content = guess_mapping(DataFile(path)).content
         assert content['time'] == {'variable': 'date', 'unit': 's'}
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
+
+
+@pytest.mark.parametrize(('name', 'unit'), [('temp', 'degC'), ('T [K]', 'K'), ('temp [K]', 'K')])
+def test_a_temperature_has_the_unit_of_its_name(tmp_path, name, unit):
+    t, q, v, tau = joint(9)
+    data = save(tmp_path, [t, q, v, tau, 300.0 + t], ['t', 'q', 'dq', 'tau', name])
+    content = guess_mapping(data).content
+    assert content['joints']['joint']['temperature'] == {'variable': name, 'unit': unit}
 
 
 def test_times_of_a_day_are_times_and_dates_that_may_be_two_are_named(tmp_path):

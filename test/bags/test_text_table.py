@@ -58,6 +58,34 @@ def test_a_line_of_units_goes_into_the_names(tmp_path):
     assert values.tolist() == [[0, 1.5, 2], [1, 2.5, 3]]
 
 
+@pytest.mark.parametrize(
+    'lines',
+    [
+        ['t,q,tau', 's,deg,oz-in', 'clock,encoder of the arm,motor'],
+        ['t,q,tau', 'clock,encoder of the arm,motor', '(s),(deg),(oz-in)'],
+        ['clock,encoder of the arm,motor', 't,q,tau', 's,deg,oz-in'],
+        ['s,deg,oz-in', 't,q,tau'],
+        ['Robot 7,v1.2,cell', 't [s],q [deg],tau [oz-in]'],
+    ],
+)
+def test_names_units_and_a_description_come_in_any_order(tmp_path, lines):
+    (tmp_path / 'x.csv').write_text('\n'.join([*lines, '0,1,2', '1,2,3']))
+    assert values_of(tmp_path / 'x.csv')[0] == ['t [s]', 'q [deg]', 'tau [oz-in]']
+
+
+def test_a_line_of_units_that_nobody_knows_is_kept(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,tau\ns,grad,st ft\n0,1,2\n1,2,3\n')
+    assert values_of(tmp_path / 'x.csv')[0] == ['t [s]', 'q [grad]', 'tau [st ft]']
+
+
+def test_names_that_are_there_twice_have_their_group(tmp_path):
+    lines = ['time,elbow,,wrist,', 's,deg,Nm,deg,Nm', ',q,tau,q,tau', '0,1,2,3,4', '1,2,3,4,5']
+    (tmp_path / 'x.csv').write_text('\n'.join([lines[0], lines[2], lines[1], *lines[3:]]))
+    assert values_of(tmp_path / 'x.csv')[0] == [
+        'time [s]', 'elbow q [deg]', 'elbow tau [Nm]', 'wrist q [deg]', 'wrist tau [Nm]',
+    ]  # fmt: skip
+
+
 def test_a_preamble_filled_up_with_empty_cells_is_no_header(tmp_path):
     rows = ['Lab 3;;', 'Operator: XY;;', 't [s];q [deg];i [A]', '0;1,5;2', '1;2,5;3', '']
     (tmp_path / 'x.csv').write_text('\n'.join(rows))
