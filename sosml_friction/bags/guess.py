@@ -11,7 +11,7 @@ import numpy as np
 
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.mapping import UNITS
+from sosml_friction.bags.mapping import NO_POSITION, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.bags.recorded_columns import (
     SAME,
@@ -62,6 +62,9 @@ class Guesser(RecordedColumns):
             self._by_numbers()
         if not self.roles:
             others = ''.join(f'; {sentence}' for sentence in self._of_other_length())
+            speeds = [n for n, w in self.words.items() if w.quantity == 'velocity']
+            if speeds:
+                others += f'; {NO_POSITION.format(speeds[0])}'
             raise DataError(
                 f'{self.data.path} holds nothing that looks like the position of a joint{others}: '
                 'write the mapping yourself (docs/import.md)'

@@ -98,6 +98,13 @@ ANGULAR_UNITS = frozenset(
     for unit, factor in UNITS[quantity].items()
     if factor is not None and unit not in LINEAR_UNITS
 )
+#: What to do where a joint has a velocity alone. It is not integrated unasked: a sum drifts with
+#: the bias of a velocity, and where it begins is not known, on which gravity depends.
+NO_POSITION = (
+    '{} does not say where the joint is, on which gravity and the checks of units rest: log the '
+    'position too, or where there is no gravity (--axis, --free) put the sum of velocity times '
+    'step into the table as its position'
+)
 #: What a proposed mapping has in the places that the data leave open.
 FILL_IN = 'FILL_IN'
 
@@ -396,7 +403,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
         where = f'joints.{joint}'
         quantities = read.table(value, where, (*UNITS, _CONTROLLER, _INJECTED))
         if 'position' not in quantities:
-            raise read.error(where, 'has no position: a joint needs at least that')
+            raise read.error(where, f'has no position: {NO_POSITION.format("its velocity")}')
         joints[joint] = {
             quantity: read.signal(quantities[quantity], f'{where}.{quantity}', quantity)
             for quantity in UNITS

@@ -266,8 +266,11 @@ def stated_mapping(
     :raises ConfigurationError: if they do not say what is needed.
     """
     from sosml_friction.bags.data_file import DataFile
+    from sosml_friction.bags.mapping import NO_POSITION
     from sosml_friction.bags.stated_columns import Columns, map_columns
 
+    if said['position'] is None and said['velocity'] is not None:
+        raise ConfigurationError(f'{table}: {NO_POSITION.format(said["velocity"])}')
     if said['position'] is None:
         raise ConfigurationError(
             f'{table} is a table, which does not say what is what: name its columns, as '

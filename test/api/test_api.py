@@ -245,6 +245,7 @@ def test_observers_say_what_the_friction_is(log, model):
     assert json.loads(json.dumps(document, allow_nan=False))['joints'] == ['slider']
     assert len(document['friction']['sosml']) == len(log)
     assert is_short(found)
+    assert list(sf.observe(log, model, observers='sosml').friction) == ['sosml']
     with pytest.raises(ConfigurationError, match="observer 'best' is unknown"):
         sf.observe(log, model, observers=['best'])
 
