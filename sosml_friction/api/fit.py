@@ -209,10 +209,11 @@ def fit(
         nominal = as_recorded(content, next(iter(recordings.values())))
         compared = compare_together(recordings, nominal, settings)
     analyses = {}
+    chosen = as_names(observers)
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
-                log, as_recorded(content, log), settings, bandwidth, as_names(observers), effort_hold,
+                log, as_recorded(content, log), settings, bandwidth, chosen, effort_hold,
                 source=sources[label], require=not several, compared=compared,
             )  # fmt: skip
         except DataError as error:

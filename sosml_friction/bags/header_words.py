@@ -171,6 +171,9 @@ def read_header(name: str) -> HeaderWord:
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else _plain_unit(bracket[1])
+    if found and len(found[-1]) == 1 and said in letters - set(_WRITTEN.get(quantity, ())):
+        # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
+        found, quantity = [], ''
     written = _written_unit(said, lower, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and said is not None:

@@ -432,6 +432,9 @@ def test_noise_is_no_robot(tmp_path):
         ('torque (kg·cm)', 'effort', 'kgf.cm', '', False),
         ('torque [st ft]', 'effort', '', '', False),
         ('position [rev]', 'position', 'turns', '', False),
+        ('T [K]', 'temperature', 'K', '', False),
+        ('q [A]', 'effort', 'A', '', False),
+        ('q [rpm]', 'velocity', 'rpm', '', False),
         ('position_in', 'position', '', 'in', False),
         ('current (measured)', 'effort', 'A', '', False),
         ('elbow_eff', 'effort', '', 'elbow', False),
@@ -497,6 +500,19 @@ def test_dates_are_times(tmp_path):
         content = guess_mapping(DataFile(path)).content
         assert content['time'] == {'variable': 'date', 'unit': 's'}
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
+
+
+def test_a_velocity_without_position_is_refused_with_what_to_do(tmp_path):
+    t, _, v, tau = joint(9)
+    data = save(tmp_path, [t, v, tau], ['t', 'velocity', 'torque'])
+    with pytest.raises(DataError, match='velocity does not say where the joint is, on which'):
+        guess_mapping(data)
+    content = {
+        'sample_rate': 500,
+        'joints': {'arm': {'velocity': {'variable': 'v', 'unit': 'rpm'}}},
+    }
+    with pytest.raises(ConfigurationError, match='has no position: its velocity does not say'):
+        parse_mapping(content, tmp_path / 'x.yaml')
 
 
 @pytest.mark.parametrize(('name', 'unit'), [('temp', 'degC'), ('T [K]', 'K'), ('temp [K]', 'K')])
