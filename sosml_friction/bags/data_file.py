@@ -7,13 +7,16 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sosml_friction.bags.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.date_text import read_dates
+from sosml_friction.bags.long_table import widened
 from sosml_friction.bags.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -21,8 +24,6 @@ TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
 SUFFIXES = (
     '.mat', '.npz', '.npy', '.parquet', '.json', '.jsonl', '.ndjson', *TEXT_SUFFIXES,
 )  # fmt: skip
-#: What loggers write for a value that is missing, beside an empty cell and nan.
-_MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
 #: Types of what stands in a MAT file of version 5: an array, a packed one, and all of an array.
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
@@ -68,13 +69,15 @@ class DataFile(Mapping[str, NDArray[Any]]):
         if suffix not in SUFFIXES:
             raise DataError(
                 f'{self.path} is not of a kind that can be imported: give one of '
-                f'{", ".join(SUFFIXES)}'
+                f'{", ".join(SUFFIXES)}; a table of text under another name is read as .csv'
             )
         try:
             self._variables = _READERS.get(suffix, read_text_table)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)
+        if {np.ndim(x) for x in self._variables.values() if not isinstance(x, list)} <= {1}:
+            self._variables = widened(self._variables) or self._variables
 
     def _name_parts(self, rows: Sequence[str] | None, columns: Sequence[str] | None) -> None:
         """Give the parts of a table without names those of the mapping."""
@@ -195,45 +198,32 @@ class DataFile(Mapping[str, NDArray[Any]]):
 
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
-        # Python reads 1_0 as 10, nobody else does.
         if not any('_' in cell for _, cell in cells):
             try:
                 return np.array([int(cell) for _, cell in cells], dtype=np.int64)
             except (ValueError, OverflowError):
                 pass
-        texts = ['' if cell.lower() in _MISSING else cell for _, cell in cells]
+        texts = ['' if is_missing(cell) else cell for _, cell in cells]
         try:
-            numbers = np.array([_number(text) for text in texts])
+            found = np.array([number(text) for text in texts])
         except ValueError:
+            with suppress(ValueError):
+                return np.array([numbers(text) for text in texts])
             try:
-                numbers = read_dates(texts)
+                found = read_dates(texts)
             except ValueError as error:
                 k, why = error.args
                 # A word among numbers is what is wrong, and not the first number.
-                k = k if why else max(k, next(i for i, x in enumerate(texts) if not _is_number(x)))
-                line, cell = cells[k]
+                odd = next(i for i, x in enumerate(texts) if x and not is_number(x))
+                line, cell = cells[k if why else max(k, odd)]
                 raise self._no_number(name, line, cell, why) from None
-        for k in np.flatnonzero(np.isinf(numbers))[:1]:
+        for k in np.flatnonzero(np.isinf(found))[:1]:
             line, cell = cells[k]
             raise DataError(
                 f'{self.path} line {line}, column {name!r}: {cell!r} is not a finite number '
                 '(leave a missing value empty)'
             )
-        return numbers
-
-
-def _number(text: str) -> float:
-    if '_' in text:
-        raise ValueError
-    return float(text or 'nan')
-
-
-def _is_number(text: str) -> bool:
-    try:
-        _number(text)
-    except ValueError:
-        return False
-    return True
+        return found
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:

@@ -36,7 +36,9 @@ def read_dates(cells: Sequence[str]) -> FloatArray:
     :raises ValueError: where a cell is neither; its arguments are the index of the cell and what
         is wrong with it, '' where it is no date at all.
     """
-    found = [_TEXT.fullmatch(cell) if cell else None for cell in cells]
+    # 02:30.5 has no hours.
+    whole = [f'0:{cell}' if re.fullmatch(r'\d{1,2}:\d\d[.,]\d+', cell) else cell for cell in cells]
+    found = [_TEXT.fullmatch(cell) if cell else None for cell in whole]
     for k, match in enumerate(found):
         if match is None and cells[k]:
             raise ValueError(k, '')

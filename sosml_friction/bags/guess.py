@@ -61,7 +61,8 @@ class Guesser(RecordedColumns):
         if not self._by_names():
             self._by_numbers()
         if not self.roles:
-            others = ''.join(f'; {sentence}' for sentence in self._of_other_length())
+            sentences = [*self._of_other_length(), *self._unread(*_QUANTITIES)[:1]]
+            others = ''.join(f'; {sentence}' for sentence in sentences)
             speeds = [n for n, w in self.words.items() if w.quantity == 'velocity']
             if speeds:
                 others += f'; {NO_POSITION.format(speeds[0])}'
@@ -106,9 +107,9 @@ class Guesser(RecordedColumns):
         names = self._joint_names(order)
         for quantity in _QUANTITIES:
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
-            # A torque needs no constant, a current a known one, and a voltage is no effort yet.
-            if quantity == 'effort':
-                own.sort(key=lambda n: _effort_rank(named[n].unit))
+            # What is called as the position is comes before what has its number alone. A torque
+            # needs no constant, a current a known one, and a voltage is no effort yet.
+            own.sort(key=lambda n: (named[n].joint not in names, _effort_rank(named[n].unit)))
             for name in own:
                 joint = self._joint_of_key(named[name].joint, names)
                 if joint is None:

@@ -19,10 +19,12 @@ _QUANTITIES = {
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
+#: Of what was commanded, and of what is no joint: neither is a measurement of a joint.
 _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
     'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
-    'limit', 'max', 'min',
+    'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
+    'action', 'actions', 'planned',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
@@ -121,7 +123,7 @@ class HeaderWord(NamedTuple):
 
     ``quantity``: ``time``, ``position``, ``velocity``, ``acceleration``, ``effort``,
     ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
-    the name, a number or a name or ''; ``is_wish``: what was commanded, not what was measured.
+    the name, a number or a name or ''; ``is_wish``: what was commanded or is no joint's.
     ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
     stands in the place of a unit and is none that is known, or ''.
     """
@@ -147,7 +149,7 @@ def read_header(name: str) -> HeaderWord:
     letters = {unit for units in _WRITTEN.values() for unit in units}
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
-        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name)),
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]', '', name)),
         key=lambda own: _plain_unit(own[1]) not in letters,
     )
     bracket = brackets[0] if brackets else None

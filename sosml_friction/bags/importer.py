@@ -22,6 +22,7 @@ from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
+    TIME_UNITS,
     ImportMapping,
     Series,
     Signal,
@@ -302,6 +303,9 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int, tell: Tell) -> Inde
         what = f'a sample rate of {rate:g} Hz'
     else:
         time = _series(data, plan.time)
+        if plan.ns_per_time_unit == TIME_UNITS['d']:
+            # Spreadsheets count days from 1900 or 1904, MATLAB from the year 0.
+            time = time - time[0]
         what = f'the time {plan.time.variable!r} of {data.path}'
         if not np.isfinite(time).all():
             k = int(np.flatnonzero(~np.isfinite(time))[0])

@@ -89,7 +89,11 @@ class RecordedColumns:
             self.t = self.t[new]
             self.series = {name: x[new] for name, x in self.series.items()}
         stamps = (self.time.name, self.time.nanoseconds)
-        others = {name: x for name, x in self.series.items() if name not in stamps}
+        others = {
+            name: x
+            for name, x in self.series.items()
+            if name not in stamps and not counts_samples(x)
+        }
         self.moving = evidence.moving(self.t, others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()

@@ -109,9 +109,14 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     for unit in _TOLD:
         ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
-        if _RATES[0] <= rate < _RATES[1]:
+        if _RATES[0] <= rate < _RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
+
+
+def _fits(values: NDArray[Any], ns: int) -> bool:
+    """Tell whether stamps in a unit can be those of a bag."""
+    return float(np.abs(values).max()) * ns < 2**62
 
 
 def counts_samples(values: NDArray[Any]) -> bool:

@@ -6,16 +6,26 @@ import codecs
 import csv
 import re
 from collections import Counter
-from itertools import accumulate, islice
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
+from sosml_friction.bags.cell_text import is_missing, is_number
 from sosml_friction.bags.header_words import are_units, read_header
 from sosml_friction.exceptions import DataError
 
 #: Cells with the line each was read from, by name of the column.
 Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
+#: Numbers with both marks, by that of the decimals: 1,234.5 and 1.234,5.
+_GROUPED = {
+    '.': re.compile(r'[+-]?\d{1,3}(,\d{3})+\.\d+'),
+    ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+,\d+'),
+}
+_THOUSANDS = {
+    '.': re.compile(r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?'),
+    ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?'),
+}
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -51,11 +61,8 @@ def read_text_table(path: Path) -> Columns:
         rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
-    if delimiter != ',' and _has_decimal_commas(rows[:_LOOK]):
-        rows = [
-            _Row(k, [c.replace(',', '.') if _DECIMAL_COMMA.fullmatch(c) else c for c in cells])
-            for k, cells in rows
-        ]
+    if delimiter != ',' or '"' in text:
+        rows = _with_points(rows, delimiter)
     first = _first_of_numbers(rows)
     comment = re.compile(r'\s*[#%]')
     rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
@@ -72,20 +79,23 @@ def read_text_table(path: Path) -> Columns:
         raise DataError(
             f'{path} has the header {", ".join(names)}: each column needs its own name'
         )
-    for line, cells in rows[first:]:
+    # What has words alone is a header again, or a remark.
+    table = [r for r in rows[first:] if any(is_number(c) or is_missing(c) for c in r.cells)]
+    table = table or rows[first:]
+    for line, cells in table:
         if len(cells) != width:
             raise DataError(
                 f'{path} line {line} has {len(cells)} cells where the '
                 f'{"header" if above else "first row"} has {width}: correct that line'
             )
-    return {
-        name: [(line, cells[i]) for line, cells in rows[first:]] for i, name in enumerate(names)
-    }
+    return {name: [(line, cells[i]) for line, cells in table] for i, name in enumerate(names)}
 
 
 def _text(path: Path) -> str:
     raw = path.read_bytes()
     is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if raw[1:4:2] == b'\0\0' and 0 not in raw[:4:2]:
+        return raw.decode('utf-16-le', errors='replace')
     # What is no text has bytes of 0.
     known = ('utf-16',) if is_wide else ('utf-8-sig',) if b'\0' in raw else ('utf-8-sig', 'cp1252')
     for encoding in known:
@@ -108,7 +118,7 @@ def _delimiter(lines: list[str]) -> str:
             best, most = candidate, same
     # "0,5 1,25": commas inside of numbers that white space parts.
     if best == ',' and all(
-        _DECIMAL_COMMA.fullmatch(cell) or _is_number(cell)
+        _DECIMAL_COMMA.fullmatch(cell) or is_number(cell)
         for line in lines[len(lines) // 2 :]
         for cell in line.split()
     ):
@@ -127,17 +137,31 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _has_decimal_commas(rows: list[_Row]) -> bool:
+def _with_points(rows: list[_Row], delimiter: str) -> list[_Row]:
+    """Return the rows with decimals behind a point, and without marks between thousands."""
     cells = [cell for _, row in rows for cell in row]
-    points = sum('.' in cell and _is_number(cell) for cell in cells)
+    is_grouped = {mark: any(map(form.fullmatch, cells)) for mark, form in _GROUPED.items()}
+    if is_grouped['.'] and is_grouped[',']:
+        return rows
+    decimal = '.'
+    if is_grouped[','] or (delimiter != ',' and not is_grouped['.'] and _has_commas(rows[:_LOOK])):
+        decimal = ','
+    between = {'.': ',', ',': '.'}[decimal]
+    group = _THOUSANDS[decimal] if is_grouped[decimal] else None
+
+    def plain(cell: str) -> str:
+        if group is not None and group.fullmatch(cell):
+            cell = cell.replace(between, '')
+        return (
+            cell.replace(',', '.') if decimal == ',' and _DECIMAL_COMMA.fullmatch(cell) else cell
+        )
+
+    return [_Row(k, [plain(cell) for cell in row]) for k, row in rows]
+
+
+def _has_commas(rows: list[_Row]) -> bool:
+    cells = [cell for _, row in rows for cell in row]
+    points = sum('.' in cell and is_number(cell) for cell in cells)
     return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
 
 
@@ -148,16 +172,13 @@ def _first_of_numbers(rows: list[_Row]) -> int:
     It is the first that has as many cells, and as many numbers among them, as most rows have; a
     header has fewer numbers.
     """
-    seen = Counter(
-        (len(cells), sum(map(_is_number, cells))) for _, cells in islice(rows, 1, _LOOK)
-    )
+    seen = Counter((len(cells), sum(map(is_number, cells))) for _, cells in islice(rows, 1, _LOOK))
     if not seen:
-        return 0 if any(map(_is_number, rows[0].cells)) else 1
+        return 0 if any(map(is_number, rows[0].cells)) else 1
     width, numbers = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
     for k, (_, cells) in enumerate(rows):
-        # An empty cell is a number that is missing.
-        full = sum(_is_number(cell) or not cell for cell in cells)
-        if len(cells) == width and full >= numbers and any(map(_is_number, cells)):
+        full = sum(is_number(cell) or is_missing(cell) for cell in cells)
+        if len(cells) == width and full >= numbers and any(map(is_number, cells)):
             return k
     return 1
 
@@ -178,12 +199,15 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         units, rest = None, [len(above) - 1]
     says = [sum(read_header(cell).quantity != '' for cell in above[k]) for k in rest]
     own = rest[says.index(max(says))] if any(says) else rest[-1]
-    if units is None and own + 1 < len(above) and not says[rest.index(own + 1)]:
+    below = above[own + 1] if units is None and own + 1 < len(above) else ['0']
+    if not any(is_number(cell) or read_header(cell).quantity for cell in below):
         # What nobody knows, in the place of the units: it is told where the unit is needed.
         units = own + 1
     names = above[own]
     if len(set(names)) < len(names) and own > 0:
-        groups = list(accumulate(above[own - 1], lambda before, cell: cell or before))
+        groups = list(above[own - 1])
+        for k in range(1, width):
+            groups[k] = groups[k] or groups[k - 1]
         names = [f'{group} {name}'.strip() for group, name in zip(groups, names, strict=True)]
     if units is not None:
         bare = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[units]]

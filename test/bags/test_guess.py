@@ -438,6 +438,8 @@ def test_noise_is_no_robot(tmp_path):
         ('position_in', 'position', '', 'in', False),
         ('current (measured)', 'effort', 'A', '', False),
         ('elbow_eff', 'effort', '', 'elbow', False),
+        ('actual_TCP_force_0', 'effort', 'N', '0', True),
+        ('motor_state[1].q', 'position', '', '1', False),
         ('Soll Winkel [deg]', 'position', 'deg', '', True),
         ('Strom Istwert', 'effort', 'A', '', False),
     ],
@@ -500,6 +502,31 @@ def test_dates_are_times(tmp_path):
         content = guess_mapping(DataFile(path)).content
         assert content['time'] == {'variable': 'date', 'unit': 's'}
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
+
+
+def test_the_effort_of_a_joint_is_called_as_its_position(tmp_path):
+    t, q, _, tau = joint(9)
+    columns = {
+        't': t,
+        'frame_index': np.arange(len(t)),
+        'q_0': q,
+        'load_torque_0': tau,
+        'i_0': tau,
+    }
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    assert roles(guess) == {'joint_0': {'position': 'q_0', 'effort': 'i_0'}}
+
+
+@pytest.mark.parametrize(('start', 'unit'), [(46352.25, 'd'), (740312.25, 'd'), (1.3e17, '')])
+def test_days_of_a_spreadsheet_are_counted_from_the_first_sample(tmp_path, start, unit):
+    t, q, _, tau = joint(9)
+    stamps = start + (t / 86400.0 if unit else 1e7 * t)
+    guess = guess_mapping(save(tmp_path, [stamps, q, tau], ['t', 'q', 'tau']))
+    assert guess.content['time']['unit'] == (unit or FILL_IN)
+    if unit:
+        log = read_recording(tmp_path / 'x.csv', parse_mapping(guess.content, tmp_path / 'x'))
+        np.testing.assert_allclose(log.time, t, atol=1e-5)
+        assert log.t_ns[0] == 0
 
 
 def test_a_velocity_without_position_is_refused_with_what_to_do(tmp_path):

@@ -100,12 +100,53 @@ def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
     assert list(data.series()) == ['t', 'q']
 
 
-@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'cp1252'])
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'utf-16-le', 'cp1252'])
 def test_a_table_is_read_in_the_encodings_of_spreadsheets(tmp_path, encoding):
     (tmp_path / 'x.csv').write_text('t;Winkel [°]\n0;1,5\n1;2,5\n', encoding=encoding)
     found, values = values_of(tmp_path / 'x.csv')
     assert found == ['t', 'Winkel [°]']
     assert values.tolist() == [[0, 1.5], [1, 2.5]]
+
+
+@pytest.mark.parametrize(
+    ('text', 'delimiter'),
+    [
+        ('"0.5","12,345.5"|"1","1,234,567"|"1.5","-2"', ','),
+        ('0,5;12.345,5|1;1.234.567|1,5;-2', ';'),
+        ('0.5;12,345.5|1;1,234,567|1.5;-2', ';'),
+        ('0,5\t12345,5|1\t1234567|1,5\t-2', '\t'),
+        ('5.0D-01  1.23455D+04|1  1234567|1.5  -2', ' '),
+    ],
+)
+def test_marks_between_thousands_and_either_decimal_mark_are_read(tmp_path, text, delimiter):
+    (tmp_path / 'x.csv').write_text(f't{delimiter}q\n' + text.replace('|', '\n'))
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0.5, 12345.5], [1, 1234567], [1.5, -2]]
+
+
+@pytest.mark.parametrize('word', ['NA', '#N/A', '-', '#DIV/0!', '-nan(ind)', '1.#QNAN', '?', ''])
+@pytest.mark.parametrize('row', [0, 3])
+def test_a_missing_value_is_one_in_whatever_row(tmp_path, word, row):
+    rows = [f'{k},{word if k == row else k}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,q\n' + '\n'.join(rows))
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['t', 'q']
+    assert values[:, 0].tolist() == [0, 1, 2, 3, 4]
+    assert np.flatnonzero(np.isnan(values[:, 1])).tolist() == [row]
+
+
+@pytest.mark.parametrize('words', ['t,q', 's,rad', 'End of the file'])
+def test_a_header_that_comes_again_and_other_words_are_passed_over(tmp_path, words):
+    (tmp_path / 'x.csv').write_text(f't,q\n0,1\n1,2\n{words}\n2,3\n')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, 1], [1, 2], [2, 3]]
+
+
+@pytest.mark.parametrize('form', ['"[{}, {}]"', '"({}, {})"', '[{} {}]'])
+def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
+    rows = [f'{k},{form.format(2 * k, 0.5 * k)}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,q\n' + '\n'.join(rows))
+    found = DataFile(tmp_path / 'x.csv').series()
+    assert list(found) == ['t', 'q[0]', 'q[1]']
+    assert found['q[1]'].tolist() == [0, 0.5, 1, 1.5, 2]
 
 
 def test_what_is_no_text_is_refused(tmp_path):
