@@ -8,6 +8,8 @@ from typing import Any
 
 from sosml_friction.bags.cell_text import is_number, number
 
+#: Fewer turns than these may be chance in a table of few rows. Chosen, no measurement.
+_TURNS = 10
 #: What the column is called that has the joint of a row.
 _NAMES = frozenset((
     'joint', 'jointname', 'jointid', 'jointindex', 'name', 'motor', 'motorname', 'motorid', 'axis',
@@ -49,8 +51,11 @@ def _turn(cells: Sequence[str]) -> list[str]:
         return []
     count = cells.index(cells[0], 1)
     joints = list(cells[:count])
-    takes_turns = all(cell == joints[k % count] for k, cell in enumerate(cells))
-    return joints if count > 1 and len(set(joints)) == count and takes_turns else []
+    takes_turns = len(cells) >= _TURNS * count and all(
+        cell == joints[k % count] for k, cell in enumerate(cells)
+    )
+    is_word = all(not is_number(joint) or number(joint).is_integer() for joint in joints)
+    return joints if count > 1 and len(set(joints)) == count and takes_turns and is_word else []
 
 
 def _wide(variables: Mapping[str, Any], joints: Sequence[str]) -> dict[str, Any]:
