@@ -63,8 +63,10 @@ def copy_bag(source: Path, destination: Path) -> Path:
                 recorder.add_topic(topic, type_name)
                 recorder.write(topic, cdr, stamp)
         if not recorder.message_count:
+            has = ', '.join(f'{n} ({kind})' for f in other_files(source) for n, kind in _topics(f))
             raise BagError(
-                f'{source} holds no message of the types {", ".join(_TYPES)}: record joint_states'
+                f'{source} holds no message of type {JOINT_STATE}: it has {has or "no topic"}; '
+                'record joint_states'
             )
     return destination
 
@@ -91,7 +93,15 @@ def _messages(file: Path) -> Iterator[tuple[str, str, int, bytes]]:
         with closing(sqlite3.connect(f'{file.resolve().as_uri()}?mode=ro', uri=True)) as base:
             yield from base.execute(asked, ('cdr', *_TYPES))
     except sqlite3.Error as error:
-        raise BagError(f'{file} is no readable bag: {error}') from error
+        raise BagError(
+            f'{file} is no readable bag: {error}: sqlite3 with .recover may save what is whole'
+        ) from error
+
+
+def _topics(file: Path) -> list[tuple[str, str]]:
+    """Return name and type of the topics of a file."""
+    with closing(sqlite3.connect(f'{file.resolve().as_uri()}?mode=ro', uri=True)) as base:
+        return list(base.execute('SELECT name, type FROM topics'))
 
 
 def _read_ros1(source: Path) -> tuple[JointLog, str | None]:

@@ -107,6 +107,14 @@ class RecordedColumns:
         if self.rate is not None:
             content['sample_rate'] = self.rate
             reasons['sample_rate'] = 'stated'
+            if self.time.unit:
+                span = float(evidence.seconds(self.series, self.time)[-1])
+                rate = (self.count - 1) / span
+                if not agree(rate, self.rate):
+                    self._remark(
+                        f'{self.time.name} makes {rate:.4g} Hz of it, and the rate of '
+                        f'{self.rate:g} Hz that was stated was taken'
+                    )
         elif self.time.name:
             content['time'] = {'variable': self._variable(self.time.name)}
             content['time']['unit'] = self.time.unit or FILL_IN

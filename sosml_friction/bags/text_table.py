@@ -17,15 +17,8 @@ from sosml_friction.exceptions import DataError
 #: Cells with the line each was read from, by name of the column.
 Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
-#: Numbers with both marks, by that of the decimals: 1,234.5 and 1.234,5.
-_GROUPED = {
-    '.': re.compile(r'[+-]?\d{1,3}(,\d{3})+\.\d+'),
-    ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+,\d+'),
-}
-_THOUSANDS = {
-    '.': re.compile(r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?'),
-    ',': re.compile(r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?'),
-}
+#: Numbers with marks between thousands, by the mark of their decimals: 1,234.5 and 1.234,5.
+_THOUSANDS = {'.': r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?', ',': r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?'}
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -61,8 +54,8 @@ def read_text_table(path: Path) -> Columns:
         rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
-    if delimiter != ',' or '"' in text:
-        rows = _with_points(rows, delimiter)
+    if ',' in text and (delimiter != ',' or '"' in text):
+        rows = _with_points(rows, delimiter, text)
     first = _first_of_numbers(rows)
     comment = re.compile(r'\s*[#%]')
     rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
@@ -137,17 +130,20 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _with_points(rows: list[_Row], delimiter: str) -> list[_Row]:
+def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
     """Return the rows with decimals behind a point, and without marks between thousands."""
-    cells = [cell for _, row in rows for cell in row]
-    is_grouped = {mark: any(map(form.fullmatch, cells)) for mark, form in _GROUPED.items()}
-    if is_grouped['.'] and is_grouped[',']:
+    # A number with both marks says which is which; where commas part cells, it is in quotes.
+    before, behind = ('"', '"') if delimiter == ',' else (r'(?<![\d.,])', r'(?![\d.,])')
+    both = {'.': r'\d{1,3}(,\d{3})+\.\d+', ',': r'\d{1,3}(\.\d{3})+,\d+'}
+    grouped = [m for m, form in both.items() if re.search(f'{before}[+-]?{form}{behind}', text)]
+    if len(grouped) > 1:
         return rows
-    decimal = '.'
-    if is_grouped[','] or (delimiter != ',' and not is_grouped['.'] and _has_commas(rows[:_LOOK])):
-        decimal = ','
+    has_commas = delimiter != ',' and _has_commas(rows[:_LOOK])
+    decimal = grouped[0] if grouped else ',' if has_commas else '.'
+    if not grouped and decimal == '.':
+        return rows
     between = {'.': ',', ',': '.'}[decimal]
-    group = _THOUSANDS[decimal] if is_grouped[decimal] else None
+    group = re.compile(_THOUSANDS[decimal]) if grouped else None
 
     def plain(cell: str) -> str:
         if group is not None and group.fullmatch(cell):

@@ -129,6 +129,7 @@ def test_a_stated_rate_is_the_time_of_a_table(tmp_path, clock):
     assert guess.content['joints']['joint']['velocity'] == {'variable': 'dq', 'unit': 'rad/s'}
     assert roles(guess) == {'joint': {'position': 'q', 'velocity': 'dq', 'effort': 'tau'}}
     assert guess.sentences()[0] == 'sample_rate is 200 Hz: stated'
+    assert not any('makes' in remark for remark in guess.remarks)
     stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau']}, rate=200.0))
     log = read_recording(data.path, parse_mapping(stated.content, data.path))
     np.testing.assert_array_equal(np.diff(log.t_ns), 5_000_000)
@@ -142,6 +143,8 @@ def test_time_and_rate_are_one_too_many_and_none_is_too_few(tmp_path):
         map_columns(data, Columns(columns, time='t', rate=250.0))
     with pytest.raises(ConfigurationError, match='a rate of 0 Hz is none: give the samples per'):
         map_columns(data, Columns(columns, rate=0.0))
+    guess = guess_mapping(data, rate=100.0)
+    assert guess.remarks[0].startswith('t makes 250 Hz of it, and the rate of 100 Hz that was')
     without = save(tmp_path, [q, v, tau], ['q', 'dq', 'tau'])
     with pytest.raises(DataError, match='or how many samples a second has, as --rate 500'):
         map_columns(without, Columns(columns))
