@@ -75,6 +75,7 @@ _TABLE_OPTIONS: dict[str, Any] = {
         float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
     ],
 }
+_ROBOTS = ('pendulum', 'axis', 'free')
 _COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'rate', 'counts_per_turn', 'kt')
 
 
@@ -83,8 +84,9 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     Let a command that reads bags read tables too, and give it options that stand for a robot.
 
     Its ``bags``, or its ``bag``, and ``holdout`` may be tables: they are made bags of, in a place
-    that is removed when the command ends. Of its own options it needs ``model``, ``urdf`` and
-    ``armature``.
+    that is removed when the command ends. A command with ``model`` has ``urdf`` and ``armature``
+    too; one without needs no robot. One with ``recording`` is told there the path of its ``bag``
+    as it was given.
     """
     # Not typing.get_type_hints: on Python 3.10 a default of None hides the option from typer.
     own = dict(inspect.signature(command, eval_str=True).parameters)
@@ -93,13 +95,17 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     hints[name] = Annotated[
         kind, typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
     ]
-    for name in _TABLE_OPTIONS:
-        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
-    hints.update(_TABLE_OPTIONS)
+    is_told = own.pop('recording', None) is not None
+    for name, hint in _TABLE_OPTIONS.items():
+        if 'model' in own or name not in _ROBOTS:
+            own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+            hints[name] = hint
 
     @functools.wraps(command)
     def with_tables(**given: Any) -> None:
-        said = {name: given.pop(name) for name in _TABLE_OPTIONS}
+        said = {name: given.pop(name, None) for name in _TABLE_OPTIONS}
+        if is_told:
+            given['recording'] = given['bag']
         with tempfile.TemporaryDirectory(prefix='sosml_') as place:
             bags = _made_bags(given, said, Path(place))
             try:
@@ -115,7 +121,7 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
         for p in own.values()
     ]
     with_tables.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_tables.__annotations__ = hints
+    with_tables.__annotations__ = {p.name: hints[p.name] for p in parameters}
     return with_tables
 
 
@@ -146,7 +152,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         for sentence in simple.provenance.get('assumed', ()):
             remark(f'assumed: {sentence}')
     named = [given.get(name) for name in ('model', 'urdf', 'mjcf')]
-    no_robot = simple is None and all(name is None for name in named)
+    no_robot = 'model' in given and simple is None and all(name is None for name in named)
     if tables and no_robot and said['mapping'] is None:
         raise ConfigurationError(
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
@@ -154,7 +160,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         )
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
-        urdf = urdf_text(given['urdf'], given['model'], given.get('mjcf'))
+        urdf = urdf_text(given.get('urdf'), given.get('model'), given.get('mjcf'))
     for path in tables:
         _make_bag(path, bags[path], said, urdf)
     for name in places:
@@ -209,7 +215,7 @@ def urdf_text(
 
 
 def _simple_model(said: dict[str, Any], recording: Path) -> RobotModelFile | None:
-    chosen = [name for name in ('pendulum', 'axis', 'free') if said[name] is not None]
+    chosen = [name for name in _ROBOTS if said[name] is not None]
     if not chosen:
         return None
     if len(chosen) > 1:
