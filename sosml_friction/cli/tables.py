@@ -96,10 +96,7 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
         kind, typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
     ]
     is_told = own.pop('recording', None) is not None
-    for name, hint in _TABLE_OPTIONS.items():
-        if 'model' in own or name not in _ROBOTS:
-            own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
-            hints[name] = hint
+    _add_options(own, hints, [n for n in _TABLE_OPTIONS if 'model' in own or n not in _ROBOTS])
 
     @functools.wraps(command)
     def with_tables(**given: Any) -> None:
@@ -116,13 +113,48 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
                     text = text.replace(str(bag), str(table))
                 raise SosmlFrictionError(text) from error
 
+    return _as_typed(with_tables, own, hints)
+
+
+def takes_columns(command: Callable[..., None]) -> Callable[..., None]:
+    """
+    Give a command the options that say what the columns of a table are.
+
+    It gets them as ``said``, by name, the mapping among them.
+    """
+    own = dict(inspect.signature(command, eval_str=True).parameters)
+    del own['said']
+    hints = {name: parameter.annotation for name, parameter in own.items()}
+    names = [n for n in _TABLE_OPTIONS if n not in _ROBOTS]
+    _add_options(own, hints, names)
+
+    @functools.wraps(command)
+    def with_columns(**given: Any) -> None:
+        said = dict.fromkeys(_ROBOTS) | {name: given.pop(name) for name in names}
+        command(**given, said=said)
+
+    return _as_typed(with_columns, own, hints)
+
+
+def _add_options(
+    own: dict[str, inspect.Parameter], hints: dict[str, Any], names: list[str]
+) -> None:
+    for name in names:
+        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+        hints[name] = _TABLE_OPTIONS[name]
+
+
+def _as_typed(
+    command: Callable[..., None], own: dict[str, inspect.Parameter], hints: dict[str, Any]
+) -> Callable[..., None]:
+    """Return a command whose parameters typer sees as these."""
     parameters = [
         p.replace(annotation=hints[p.name], kind=inspect.Parameter.KEYWORD_ONLY)
         for p in own.values()
     ]
-    with_tables.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_tables.__annotations__ = {p.name: hints[p.name] for p in parameters}
-    return with_tables
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: hints[p.name] for p in parameters}
+    return command
 
 
 def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict[Path, Path]:
@@ -162,7 +194,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     if tables and simple is None:
         urdf = urdf_text(given.get('urdf'), given.get('model'), given.get('mjcf'))
     for path in tables:
-        _make_bag(path, bags[path], said, urdf)
+        make_bag(path, bags[path], said, urdf)
     for name in places:
         own = [bags.get(path, path) for path in _as_list(given[name])]
         given[name] = own if name == 'bags' else own[0]
@@ -249,17 +281,35 @@ def _only_joint(bag: Path) -> str:
     return names[0]
 
 
-def _make_bag(table: Path, bag: Path, said: dict[str, Any], urdf: str | None) -> None:
-    """Write a table as a bag, and say what was assumed on the way."""
+def make_bag(
+    table: Path,
+    bag: Path,
+    said: dict[str, Any],
+    urdf: str | None,
+    urdf_file: Path | None = None,
+) -> None:
+    """
+    Write a table as a bag, and say what was assumed on the way.
+
+    :param urdf: names and kinds of the joints; ``urdf_file``: goes into the bag.
+    :raises ConfigurationError: if a mapping and columns are stated, or neither.
+    """
     from sosml_friction.bags.importer import import_recording
     from sosml_friction.bags.mapping import parse_mapping, read_mapping
 
     if said['mapping'] is not None:
+        columns = [n for n in _COLUMNS if said[n] is not None and n != 'rate']
+        if columns:
+            raise ConfigurationError(
+                f'--map and --{columns[0].replace("_", "-")} both say what is in {table}: give one'
+            )
         import_recording(table, read_mapping(said['mapping'], said['rate']), bag, remark)
         return
     content, assumed = stated_mapping(table, said, urdf)
     for sentence in assumed:
         remark(f'{table.name}: {sentence}')
+    if urdf_file is not None:
+        content['urdf'] = str(urdf_file.absolute())
     import_recording(table, parse_mapping(content, table), bag, remark)
 
 
