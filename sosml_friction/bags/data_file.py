@@ -249,6 +249,9 @@ def _by_name(value: Any) -> Any:
     """Return the columns of records, or of an array of structs or fields; others as they are."""
     if isinstance(value, np.ndarray) and value.dtype.names:
         return {name: value[name] for name in value.dtype.names}
+    if isinstance(value, Mapping) and value and all(str(key).isdecimal() for key in value):
+        # A column by the numbers of its rows, as pandas writes it.
+        return list(value.values())
     is_list = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
     if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
         return _columns([_plain(record) for record in value])
@@ -427,7 +430,7 @@ def _read_json(path: Path) -> dict[str, Any]:
         try:
             content = json.loads(text)
         except json.JSONDecodeError:
-            content = [json.loads(line) for line in text.splitlines() if line.strip()]
+            content = [json.loads(line) for line in _whole_lines(text)]
     except (ValueError, RecursionError) as error:
         raise DataError(
             f'{path} is no readable JSON: {error}; a list of records, an object of lists, or a '
@@ -443,6 +446,13 @@ def _read_json(path: Path) -> dict[str, Any]:
             'a record in each line'
         )
     return _flatten(_columns([_plain(record) for record in content]))
+
+
+def _whole_lines(text: str) -> list[str]:
+    """Return the lines that hold something, without a last one that a logger did not end."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    is_cut = lines and not text.endswith('\n') and not lines[-1].rstrip().endswith('}')
+    return lines[:-1] if is_cut else lines
 
 
 def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:

@@ -18,11 +18,12 @@ _BESIDE = 2
 
 def repeated_rows(series: Iterable[NDArray[Any]]) -> BoolArray:
     """Return which samples (N,) repeat the one before them in every series, each (N,)."""
-    same = [
-        np.append(False, (x[1:] == x[:-1]) | ((x[1:] != x[1:]) & (x[:-1] != x[:-1])))
-        for x in series
-    ]
-    return np.logical_and.reduce(same)
+    found = []
+    for x in series:
+        # NaN is what it was, too.
+        same = (x[1:] == x[:-1]) | ((x[1:] != x[1:]) & (x[:-1] != x[:-1]))
+        found.append(np.append(False, same)[: len(x)])
+    return np.logical_and.reduce(found)
 
 
 def lost_samples(time: FloatArray) -> int:

@@ -19,6 +19,9 @@ Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
 #: Numbers with marks between thousands, by the mark of their decimals: 1,234.5 and 1.234,5.
 _THOUSANDS = {'.': r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?', ',': r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?'}
+_COMMENT = re.compile(r'\s*(?:[#%!]|//)')
+_BETWEEN = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'](?=\d{3}(?!\d))")
+_WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -45,8 +48,9 @@ def read_text_table(path: Path) -> Columns:
 
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
-    text = _text(path)
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    # Minus signs of typesetting, and blanks between thousands.
+    text = _BETWEEN.sub('', _text(path).replace('\u2212', '-'))
+    lines = [(k, line) for k, line in enumerate(_lines(text), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
@@ -57,8 +61,7 @@ def read_text_table(path: Path) -> Columns:
     if ',' in text and (delimiter != ',' or '"' in text):
         rows = _with_points(rows, delimiter, text)
     first = _first_of_numbers(rows)
-    comment = re.compile(r'\s*[#%]')
-    rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
+    rows = [row for k, row in enumerate(rows) if k < first or not _COMMENT.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
@@ -68,20 +71,27 @@ def read_text_table(path: Path) -> Columns:
         above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
     above = [cells for cells in above if len(cells) == width]
     names = _names(above, width)
-    if len(set(names)) != len(names):
-        raise DataError(
-            f'{path} has the header {", ".join(names)}: each column needs its own name'
-        )
     # What has words alone is a header again, or a remark.
     table = [r for r in rows[first:] if any(is_number(c) or is_missing(c) for c in r.cells)]
-    table = table or rows[first:]
+    table = table if 2 * len(table) > len(rows) - first else rows[first:]
+    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
+        # A logger that was cut off.
+        table.pop()
     for line, cells in table:
         if len(cells) != width:
             raise DataError(
                 f'{path} line {line} has {len(cells)} cells where the '
                 f'{"header" if above else "first row"} has {width}: correct that line'
             )
-    return {name: [(line, cells[i]) for line, cells in table] for i, name in enumerate(names)}
+    for i, name in enumerate(names):
+        # A column that is there twice is one, such as the time beside each signal.
+        k = names.index(name)
+        if k < i and any(row.cells[i] != row.cells[k] for row in table):
+            raise DataError(
+                f'{path} has the header {", ".join(names)}: each column needs its own name'
+            )
+    columns = {name: [(line, cells[i]) for line, cells in table] for i, name in enumerate(names)}
+    return dict(_without_unit(name, cells) for name, cells in columns.items())
 
 
 def _text(path: Path) -> str:
@@ -122,8 +132,29 @@ def _delimiter(lines: list[str]) -> str:
     return best
 
 
+def _lines(text: str) -> list[str]:
+    """Return the lines of a text; one of its first that ends within quotes goes on in the next."""
+    lines = text.splitlines()
+    for k in range(min(_LOOK, len(lines) - 1)):
+        if lines[k].count('"') % 2:
+            # The place of the line stays, so that the others keep their numbers.
+            lines[k], lines[k + 1] = '', f'{lines[k]} {lines[k + 1]}'
+    return lines
+
+
+def _without_unit(name: str, cells: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
+    """Return a column whose cells all have the same unit behind their numbers without it."""
+    found = _WITH_UNIT.fullmatch(cells[0][1]) if cells else None
+    if found is None or not are_units([found[2]]):
+        return name, cells
+    unit = found[2]
+    if not all(cell.endswith(unit) or is_missing(cell) for _, cell in cells):
+        return name, cells
+    return f'{name} [{unit}]', [(line, cell.removesuffix(unit).strip()) for line, cell in cells]
+
+
 def _cells(line: str, delimiter: str) -> list[str]:
-    bare = re.sub(r'^\s*[#%]+\s*', '', line)
+    bare = re.sub(rf'^(?:{_COMMENT.pattern})+\s*', '', line)
     if not delimiter:
         return bare.split()
     (cells,) = csv.reader([bare], delimiter=delimiter, skipinitialspace=True)
@@ -161,20 +192,27 @@ def _has_commas(rows: list[_Row]) -> bool:
     return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
 
 
+def _form(row: _Row) -> tuple[int, int, int]:
+    """Return how many cells a row has, how many numbers, and how many values are missing."""
+    cells = row.cells
+    return len(cells), sum(map(is_number, cells)), sum(map(is_missing, cells))
+
+
 def _first_of_numbers(rows: list[_Row]) -> int:
     """
     Return the index of the first row of the table itself.
 
-    It is the first that has as many cells, and as many numbers among them, as most rows have; a
-    header has fewer numbers.
+    It is the first that has numbers, and as many cells and no more words among them than most rows
+    have; a header has more words.
     """
-    seen = Counter((len(cells), sum(map(is_number, cells))) for _, cells in islice(rows, 1, _LOOK))
+    seen = Counter(map(_form, islice(rows, 1, _LOOK)))
     if not seen:
         return 0 if any(map(is_number, rows[0].cells)) else 1
-    width, numbers = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
-    for k, (_, cells) in enumerate(rows):
-        full = sum(is_number(cell) or is_missing(cell) for cell in cells)
-        if len(cells) == width and full >= numbers and any(map(is_number, cells)):
+    usual = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
+    for k, row in enumerate(rows):
+        width, numbers, missing = _form(row)
+        words = width - numbers - missing
+        if width == usual[0] and numbers and words <= width - usual[1] - usual[2]:
             return k
     return 1
 
@@ -207,5 +245,8 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         names = [f'{group} {name}'.strip() for group, name in zip(groups, names, strict=True)]
     if units is not None:
         bare = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[units]]
-        names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, bare, strict=True)]
+        names = [
+            f'{n} [{u}]' if n and not is_missing(u) else n
+            for n, u in zip(names, bare, strict=True)
+        ]
     return [name or str(k) for k, name in enumerate(names)]

@@ -106,8 +106,8 @@ def _import(
         )
     if urdf is not None and (is_other_bag(file) or set(stated) <= {'mapping', 'rate'}):
         raise ConfigurationError(
-            '--urdf is for --guess and for columns that are named: a mapping names its own as urdf, '
-            'and a bag holds one'
+            '--urdf is for --guess and for columns that are named: a mapping names its own as '
+            'urdf, and a bag holds one'
         )
     if not is_other_bag(file) and set(stated) <= {'rate'}:
         said['mapping'] = _shipped_mapping(file)

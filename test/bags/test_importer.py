@@ -363,6 +363,18 @@ def test_a_rate_beside_the_mapping_stands_for_time(source, mapping):
             read_mapping(mapping(changes), 50.0)
 
 
+def test_json_as_pandas_writes_it_and_cut_off_lines_are_read(tmp_path, mapping):
+    columns = {'t': T.tolist(), 'q': Q.tolist(), 'tau': TAU.tolist()}
+    numbered = {name: dict(enumerate(x)) for name, x in columns.items()}
+    (tmp_path / 'x.json').write_text(json.dumps(numbered))
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    lines = '\n'.join(map(json.dumps, rows)) + '\n{"t": 5.0, "q'
+    (tmp_path / 'x.jsonl').write_text(lines)
+    for name in ('x.json', 'x.jsonl'):
+        log = read_recording(tmp_path / name, read_mapping(mapping()))
+        np.testing.assert_array_equal(log.q[:, 0], Q)
+
+
 def test_an_injected_signal_goes_into_the_bag(tmp_path, source, mapping):
     plan = mapping({'joints/shoulder/injected': {'variable': 'p', 'unit': 'mNm'}})
     path = import_recording(source(p=np.arange(5)), plan, tmp_path / 'bag')

@@ -140,6 +140,42 @@ def test_a_header_that_comes_again_and_other_words_are_passed_over(tmp_path, wor
     assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, 1], [1, 2], [2, 3]]
 
 
+def test_units_behind_every_number_go_into_the_name(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,tau\n0 sec,1.5e0deg,1 x\n1 sec,NA,2 x\n2 sec,3deg,3 x\n')
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == ['t [sec]', 'q [deg]', 'tau']
+    np.testing.assert_array_equal(data['q'], [1.5, np.nan, 3.0])
+    assert list(data.series()) == ['t [sec]', 'q [deg]']
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '"t\n(s)","q\n(deg)"\n0,1\n1,2\n',
+        '! t (s),q (deg)\n0,1\n1,2\n',
+        'Date,2026\nX0,0\nt (s),q (deg)\n0,1\n1,2\n2,3\n',
+        't (s)|q (deg)|t (s)\n-|-|-\n0|1|0\n1|2|1\n',
+        't (s),q (deg)\n0,1\n1,2\n2',
+    ],
+)
+def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
+    (tmp_path / 'x.csv').write_text(text)
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['t (s)', 'q (deg)']
+    assert values[:2].tolist() == [[0, 1], [1, 2]]
+
+
+def test_one_name_for_two_columns_is_refused(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,q\n0,1,2\n1,2,3\n')
+    with pytest.raises(DataError, match='the header t, q, q: each column needs its own name'):
+        read_text_table(tmp_path / 'x.csv')
+
+
+def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
+    (tmp_path / 'x.csv').write_text("t;q\n0;\u22121\u202f234,5\n1;2'000,5\n", encoding='utf-8')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, -1234.5], [1, 2000.5]]
+
+
 @pytest.mark.parametrize('form', ['"[{}, {}]"', '"({}, {})"', '[{} {}]'])
 def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
     rows = [f'{k},{form.format(2 * k, 0.5 * k)}' for k in range(5)]
