@@ -336,9 +336,19 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     variables: dict[str, Any] = {}
 
     def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith('#'):
-            _check_size(path, sum(x.nbytes for x in variables.values()) + item.nbytes)
-            variables[name.replace('/', '.')] = np.asarray(item).T
+        if not isinstance(item, h5py.Dataset) or name.startswith('#'):
+            return
+        parts = [item]
+        if h5py.check_ref_dtype(item.dtype):
+            # A field of an array of structs, or a cell array.
+            parts = [item.file[reference] for reference in item[()].ravel() if reference]
+        size = sum(x.nbytes for x in (*variables.values(), *parts))
+        _check_size(path, size)
+        values = [np.asarray(part).T for part in parts]
+        if parts != [item] and len({x.size for x in values}) == 1:
+            values = [np.column_stack([x.ravel() for x in values])]
+        if len(values) == 1:
+            variables[name.replace('/', '.')] = values[0]
 
     try:
         with h5py.File(path, 'r') as content:
