@@ -73,6 +73,25 @@ def test_a_bag_in_sqlite_is_read_as_one_in_mcap(sqlite_bag, what, topic):
     assert bag_hash(source) == bag_hash(folder)
 
 
+def test_a_bag_of_ros_1_is_read(tmp_path):
+    rosbag1 = pytest.importorskip('rosbags.rosbag1')
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds, name = store.types, 'sensor_msgs/msg/JointState'
+    with rosbag1.Writer(tmp_path / 'x.bag') as writer:
+        states = writer.add_connection('/joint_states', name, typestore=store)
+        for k, q in enumerate(Q):
+            stamp = kinds['builtin_interfaces/msg/Time'](sec=5, nanosec=k * 10_000_000)
+            header = kinds['std_msgs/msg/Header'](seq=k, stamp=stamp, frame_id='')
+            message = kinds[name](header, ['a', 'b'], q, np.array([]), 2.0 * q)
+            writer.write(states, 2 + k, store.serialize_ros1(message, name))
+    log = Bag.open(tmp_path / 'x.bag').joint_log()
+    np.testing.assert_array_equal(log.q, Q)
+    np.testing.assert_array_equal(log.tau, 2.0 * Q)
+    assert np.isnan(log.v).all()
+
+
 def test_of_two_robots_the_namespace_chooses(sqlite_bag):
     folder = sqlite_bag(['/left/joint_states', '/right/joint_states'])
     with pytest.raises(BagError, match='choose one by its namespace'):
