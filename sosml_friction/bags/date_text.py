@@ -12,10 +12,12 @@ from sosml_friction.arrays import FloatArray
 
 _MONTHS = ['jan', 'feb', 'mar', 'apr', 'may', 'jun', 'jul', 'aug', 'sep', 'oct', 'nov', 'dec']
 _DAY = 86400.0
-#: What stands before the time of day; the year has four digits and is first or last.
+#: What stands before the time of day; the year is first or last, and has four digits, or two
+#: behind points: 26.11.26 is written where the day comes first.
 _DATE = (
     r'(?:(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})'
-    r'|(?P<first>\d{1,2})(?P<mark>[-/. ])(?P<second>\d{1,2}|[a-z]{3})(?P=mark)(?P<last>\d{4}))'
+    r'|(?P<first>\d{1,2})(?P<mark>[-/. ])(?P<second>\d{1,2}|[a-z]{3})(?P=mark)'
+    r'(?P<last>\d{4}|(?<=\.)\d\d))'
 )
 _CLOCK = (
     r'(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<sec>\d\d)(?:[.,:](?P<part>\d+))?)?'
@@ -36,8 +38,7 @@ def read_dates(cells: Sequence[str]) -> FloatArray:
     :raises ValueError: where a cell is neither; its arguments are the index of the cell and what
         is wrong with it, '' where it is no date at all.
     """
-    # 02:30.5 has no hours.
-    whole = [f'0:{cell}' if re.fullmatch(r'\d{1,2}:\d\d[.,]\d+', cell) else cell for cell in cells]
+    whole = [_in_full(cell) for cell in cells]
     found = [_TEXT.fullmatch(cell) if cell else None for cell in whole]
     for k, match in enumerate(found):
         if match is None and cells[k]:
@@ -58,6 +59,13 @@ def read_dates(cells: Sequence[str]) -> FloatArray:
         with np.errstate(invalid='ignore'):
             seconds += _DAY * np.append(0.0, np.cumsum(np.diff(seconds) < -0.5 * _DAY))
     return seconds
+
+
+def _in_full(cell: str) -> str:
+    """Return 02:30.5 with its hours, and 20261126T100000 with its marks."""
+    if re.fullmatch(r'\d{1,2}:\d\d[.,]\d+', cell):
+        return f'0:{cell}'
+    return re.sub(r'^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)', r'\1-\2-\3T\4:\5:\6', cell)
 
 
 def _is_day_first(found: Sequence[re.Match[str] | None]) -> bool:
@@ -92,7 +100,8 @@ def _seconds(match: re.Match[str], is_day_first: bool) -> float:
         one, other = match['first'], match['second'].lower()
         other = other if other.isdecimal() else str(_MONTHS.index(other) + 1)
         first, second = (int(other), int(one)) if is_day_first else (int(one), int(other))
-        day = (int(match['last']), first, second)
+        year = int(match['last'])
+        day = (year if year > 99 else 2000 + year, first, second)
     when = datetime(*day, hour, int(match['minute']), int(match['sec'] or 0), tzinfo=timezone.utc)
     zone = re.sub('[^0-9+-]', '', match['zone'] or '')
     if zone:

@@ -50,6 +50,37 @@ def read_text_table(path: Path) -> Columns:
     """
     # Minus signs of typesetting, and blanks between thousands.
     text = _BETWEEN.sub('', _text(path).replace('\u2212', '-'))
+    rows, first = _rows(path, text)
+    above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
+    # A line that is no row of the table is a preamble: the header has the cells of the numbers.
+    width = len(rows[first].cells) if first < len(rows) else len(above[-1])
+    if all(not row.cells[-1] for row in rows[first:]):
+        above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
+    above = [cells for cells in above if len(cells) == width]
+    names = _names(above, width)
+    table = _without_words(rows[first:])
+    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
+        # A logger that was cut off.
+        table.pop()
+    for line, cells in table:
+        if len(cells) != width:
+            raise DataError(
+                f'{path} line {line} has {len(cells)} cells where the '
+                f'{"header" if above else "first row"} has {width}: correct that line'
+            )
+    columns: Columns = {}
+    for i, name in enumerate(names):
+        column = [(line, cells[i]) for line, cells in table]
+        # A column that is there twice is one, such as the time beside each signal.
+        if columns.setdefault(name, column) != column:
+            raise DataError(
+                f'{path} has the header {", ".join(names)}: each column needs its own name'
+            )
+    return dict(_without_unit(name, column) for name, column in columns.items())
+
+
+def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
+    """Return the rows of a text without its comments, and the index of the first of the table."""
     lines = [(k, line) for k, line in enumerate(_lines(text), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
@@ -61,37 +92,22 @@ def read_text_table(path: Path) -> Columns:
     if ',' in text and (delimiter != ',' or '"' in text):
         rows = _with_points(rows, delimiter, text)
     first = _first_of_numbers(rows)
+    width = len(rows[first].cells) if first < len(rows) else 0
+    for k in range(first if not delimiter else 0):
+        # Names of several words, with more than one blank between two of them.
+        names = re.split(r'\s{2,}', lines[k][1].strip())
+        if len(rows[k].cells) != width == len(names):
+            rows[k] = _Row(rows[k].line, names)
     rows = [row for k, row in enumerate(rows) if k < first or not _COMMENT.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
-    above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
-    # A line that is no row of the table is a preamble: the header has the cells of the numbers.
-    width = len(rows[first].cells) if first < len(rows) else len(above[-1])
-    if all(not row.cells[-1] for row in rows[first:]):
-        above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
-    above = [cells for cells in above if len(cells) == width]
-    names = _names(above, width)
-    # What has words alone is a header again, or a remark.
-    table = [r for r in rows[first:] if any(is_number(c) or is_missing(c) for c in r.cells)]
-    table = table if 2 * len(table) > len(rows) - first else rows[first:]
-    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
-        # A logger that was cut off.
-        table.pop()
-    for line, cells in table:
-        if len(cells) != width:
-            raise DataError(
-                f'{path} line {line} has {len(cells)} cells where the '
-                f'{"header" if above else "first row"} has {width}: correct that line'
-            )
-    for i, name in enumerate(names):
-        # A column that is there twice is one, such as the time beside each signal.
-        k = names.index(name)
-        if k < i and any(row.cells[i] != row.cells[k] for row in table):
-            raise DataError(
-                f'{path} has the header {", ".join(names)}: each column needs its own name'
-            )
-    columns = {name: [(line, cells[i]) for line, cells in table] for i, name in enumerate(names)}
-    return dict(_without_unit(name, cells) for name, cells in columns.items())
+    return rows, first
+
+
+def _without_words(rows: list[_Row]) -> list[_Row]:
+    """Return the rows without those of words alone: a header that comes again, or a remark."""
+    table = [row for row in rows if any(is_number(c) or is_missing(c) for c in row.cells)]
+    return table if 2 * len(table) > len(rows) else list(rows)
 
 
 def _text(path: Path) -> str:

@@ -24,6 +24,8 @@ WHEN = 1795687200.125
         '11/26/2026, 10:00:00.125 AM',
         '26/11/2026 10:00:00:125',
         '26-Nov-2026 10:00:00.125',
+        '26.11.26 10:00:00.125',
+        '20261126T100000.125Z',
         '26 nov 2026 10:00:00.125 UTC',
     ],
 )
@@ -41,6 +43,10 @@ def test_one_date_of_the_file_tells_the_order_of_all():
     with pytest.raises(ValueError, match='may have the day first or the month') as caught:
         read_dates(['', '03/04/2026 10:00:00'])
     assert caught.value.args[0] == 1
+
+
+def test_minutes_and_seconds_need_no_hours():
+    np.testing.assert_allclose(read_dates(['59:59.5', '00:02.25']), [3599.5, 2.25])
 
 
 def test_time_of_day_goes_on_over_midnight():

@@ -156,6 +156,7 @@ def test_units_behind_every_number_go_into_the_name(tmp_path):
         'Date,2026\nX0,0\nt (s),q (deg)\n0,1\n1,2\n2,3\n',
         't (s)|q (deg)|t (s)\n-|-|-\n0|1|0\n1|2|1\n',
         't (s),q (deg)\n0,1\n1,2\n2',
+        't (s)  q (deg)\n0  1\n1  2\n',
     ],
 )
 def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
