@@ -35,6 +35,9 @@ _SLOPES = {
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
 USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
+#: Whole numbers above this are no measurement in A or V: its resolution would be too coarse for
+#: that. Chosen, no measurement.
+_COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
@@ -230,10 +233,22 @@ class RecordedColumns:
             else:
                 told += f'; {unit} by its name'
             reasons[f'joints.{joint}.effort'] = told
+            most = self._whole_numbers(effort)
+            if unit in ('A', 'V') and most > _COARSE:
+                self._remark(
+                    f'{effort} has whole numbers up to {most:g} and is taken as {unit}: if it is '
+                    f'm{unit} or counts, say so, as {effort}:m{unit}'
+                )
         if 'temperature' in roles:
             name = roles['temperature']
             unit = self.words[name].unit or ('degC' if not self.words[name].strange else FILL_IN)
             own['temperature'] = {'variable': self._variable(name), 'unit': unit}
+
+    def _whole_numbers(self, name: str) -> float:
+        """Return the largest size of a column of whole numbers, 0 where it has others."""
+        values = self.series[name][np.isfinite(self.series[name])]
+        is_whole = len(values) > 0 and bool((values == np.rint(values)).all())
+        return float(np.abs(values).max()) if is_whole else 0.0
 
     def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
         """Return the entry of a velocity by the factor between it and the slope of position."""

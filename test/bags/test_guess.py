@@ -520,6 +520,15 @@ def test_the_effort_of_a_joint_is_called_as_its_position(tmp_path):
     assert roles(guess) == {'joint_0': {'position': 'q_0', 'effort': 'i_0'}}
 
 
+@pytest.mark.parametrize(('per_ampere', 'told'), [(1000.0, True), (0.1, False)])
+def test_a_current_of_large_whole_numbers_is_told(tmp_path, per_ampere, told):
+    t, q, _, tau = joint(9)
+    data = save(tmp_path, [t, q, np.rint(per_ampere * tau)], ['t', 'q', 'current'])
+    columns = Columns({'position': ['q'], 'effort': ['current:A']}, scales=[1.8])
+    for guess in (guess_mapping(data), map_columns(data, columns)):
+        assert any('if it is mA or counts' in remark for remark in guess.remarks) == told
+
+
 @pytest.mark.parametrize(('start', 'unit'), [(46352.25, 'd'), (740312.25, 'd'), (1.3e17, '')])
 def test_days_of_a_spreadsheet_are_counted_from_the_first_sample(tmp_path, start, unit):
     t, q, _, tau = joint(9)
