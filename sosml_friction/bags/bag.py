@@ -580,7 +580,7 @@ class Bag:
 def _mcap_files(path: Path) -> list[Path]:
     """Return the MCAP files of a bag in the order they were recorded."""
     if not path.exists():
-        raise BagError(f'{path} does not exist: give a bag folder or a .mcap file')
+        raise BagError(f'{path} does not exist: give a bag folder or file')
     if path.is_file():
         return [path]
     try:

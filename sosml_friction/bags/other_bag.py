@@ -27,7 +27,8 @@ _TYPES = (JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY)
 def is_other_bag(path: Path) -> bool:
     """Tell whether a path is a bag in SQLite or of ROS 1, or a folder that holds one in SQLite."""
     if path.is_dir():
-        return any(file.suffix == '.db3' for file in path.iterdir())
+        kinds = {file.suffix for file in path.iterdir()}
+        return '.db3' in kinds and '.mcap' not in kinds
     return path.suffix in SUFFIXES and path.is_file()
 
 

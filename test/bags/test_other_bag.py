@@ -123,6 +123,13 @@ def test_messages_compressed_one_by_one_are_refused(sqlite_bag):
         Bag.open(folder)
 
 
+def test_a_folder_with_mcap_is_a_bag_of_mcap(tmp_path, sqlite_bag):
+    folder = copy_bag(sqlite_bag(), tmp_path / 'copy')
+    (folder / 'x.db3').write_bytes(b'')
+    assert not is_other_bag(folder)
+    np.testing.assert_array_equal(Bag.open(folder).joint_log().q, Q)
+
+
 def test_a_damaged_bag_is_one_sentence(sqlite_bag):
     folder = sqlite_bag()
     next(folder.glob('*.db3')).write_bytes(b'no database' * 50)
