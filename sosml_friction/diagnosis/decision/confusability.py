@@ -100,9 +100,12 @@ def confusability(
     effects, joints = [], []
     efforts: list[tuple[CandidateColumns, FloatArray]] = []
     for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):
+        if candidate.effect.stated is not None and candidate.effect.inner:
+            # In any other form it is looked at as well.
+            continue
         effects.append(candidate.effect.identifier)
         joints.append(joint_name(candidate.effect, candidate.joint, names))
-        finding = found.get((candidate.effect.identifier, candidate.joint))
+        finding = found.get(candidate.key)
         if finding is not None and finding.score.amplitude.any():
             its = finding.columns
             efforts.append((its, its.C[:, :, 0] @ finding.score.amplitude[:, None]))

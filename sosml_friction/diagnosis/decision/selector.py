@@ -13,7 +13,6 @@ from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gate
 from sosml_friction.diagnosis.decision.rivals import Rivals
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import settle, with_amplitudes
@@ -264,11 +263,11 @@ class Selector:
 
     def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
         """Return which of the accepted has an impossible amplitude, and why; or None."""
-        first, nominal = self.laboratory.signals[0], len(self.laboratory.nominal.bound)
+        nominal = len(self.laboratory.nominal.bound)
         for k, (finding, own) in enumerate(with_amplitudes(result.accepted, nominal)):
             amplitude, error = result.after.x[own], finding.score.error
-            fit = Fitted(first, finding.joint, finding.inner, amplitude, error)
-            if reason := finding.effect.implausible(fit):
+            place = finding.effect, finding.joint, finding.inner
+            if reason := self.scorer.objection(*place, amplitude, error):
                 return k, reason
         return None
 
@@ -282,8 +281,8 @@ def is_half_the_truth(result: Selection) -> bool:
 
 
 def _of_nominal_friction(effect: Term) -> bool:
-    """Tell whether a cause is a parameter of the nominal friction that is off."""
-    return effect.of_law and effect.parameter_error
+    """Tell whether a cause is Coulomb or viscous friction that is off."""
+    return effect.of_law and effect.parameter_error and effect.stated is None
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:
