@@ -62,7 +62,7 @@ def known_terms(model: RobotModelFile) -> list[KnownTerm]:
 
 
 def labels(entries: Sequence[EffectTerm]) -> list[str]:
-    """Return what each entry is called, ``shoulder spring``; of several alike the second has a 2."""
+    """Return what each entry is called, ``shoulder spring``; the second alike has a 2 besides."""
     result: list[str] = []
     seen: dict[tuple[str, str], int] = {}
     for entry in entries:
@@ -73,20 +73,19 @@ def labels(entries: Sequence[EffectTerm]) -> list[str]:
 
 def stated_terms(model: RobotModelFile) -> list[KnownTerm]:
     """
-    Return all terms that a model states with numbers that may be off, but for C, B and the bias.
+    Return the terms that a model states with numbers that may be off, but for C, B and the bias.
 
     Those of its laws, and those that it lists. The amplitude of a gear is no number of it.
     """
-    result = [
-        KnownTerm(term, i, *term.restore(parameters), tuple(f'{name} {a}' for a in term.amplitudes))
-        for i, (name, joint) in enumerate(model.joints.items())
-        if joint.friction is not None
-        for kind, parameters in joint.friction.by_term()
-        if kind not in CONSTANTS
-        for term in (TERMS[kind](),)
-    ]
-    result += [known for known in known_terms(model) if not isinstance(known.term, TransmissionTerm)]
-    return result
+    result = []
+    for i, (name, joint) in enumerate(model.joints.items()):
+        for kind, parameters in [] if joint.friction is None else joint.friction.by_term():
+            if kind not in CONSTANTS:
+                term = TERMS[kind]()
+                names = tuple(f'{name} {key}' for key in term.amplitudes)
+                result.append(KnownTerm(term, i, *term.restore(parameters), names))
+    listed = known_terms(model)
+    return result + [own for own in listed if not isinstance(own.term, TransmissionTerm)]
 
 
 def read_term(entry: EffectTerm, model: RobotModelFile) -> list[KnownTerm]:

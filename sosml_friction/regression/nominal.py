@@ -183,7 +183,9 @@ def make_nominal(
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
     stated = tuple(
-        each for each in signals.stated if each.known.term.of_robot or each.known.joint not in silent
+        each
+        for each in signals.stated
+        if each.known.term.of_robot or each.known.joint not in silent
     )
     for each in stated:
         names += each.known.names
@@ -191,7 +193,8 @@ def make_nominal(
     names.append(EFFORT_HOLD)
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent, stated)
+    priors = bounds / BOUND_SIGMAS
+    return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated)
 
 
 def _of_all_effort(scales: Scales, joint: int, name: str) -> float:

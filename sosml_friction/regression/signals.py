@@ -65,8 +65,8 @@ class Signals:
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
-    over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what bodies with the causes that were found need more than
-    the nominal's;
+    over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what
+    bodies with the causes that were found need more than the nominal's;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and

@@ -86,18 +86,14 @@ def _changes(diagnosis: Diagnosis) -> dict[str, Parameter]:
     return result
 
 
-def _changed(
-    entries: Sequence[EffectTerm], changes: Mapping[str, Parameter]
-) -> list[EffectTerm]:
+def _changed(entries: Sequence[EffectTerm], changes: Mapping[str, Parameter]) -> list[EffectTerm]:
     """Return the terms of a model with the numbers that they have been found to have."""
     result = []
     for entry, label in zip(entries, labels(entries), strict=True):
         parameters = dict(entry.parameters)
         for key, old in entry.parameters.items():
             if change := changes.get(f'{label} {key}'):
-                parameters[key] = Parameter(
-                    old.value + change.value, old.unit, change.std_error
-                )
+                parameters[key] = Parameter(old.value + change.value, old.unit, change.std_error)
         result.append(replace(entry, parameters=parameters))
     return result
 

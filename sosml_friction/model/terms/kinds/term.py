@@ -7,7 +7,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -108,7 +108,7 @@ class Term(ABC):
         """Return what tells it from other candidates of its joint."""
         return self.identifier if self.stated is None else self.stated_names[0]
 
-    def as_stated(self, amplitude: FloatArray, names: tuple[str, ...]) -> Self:
+    def as_stated(self, amplitude: FloatArray, names: tuple[str, ...]) -> Term:
         """
         Return the term as a model states it, in which a fit finds a change of its amplitudes.
 
