@@ -33,7 +33,7 @@ _AT_REST, _REST_SHARE = 2e-3, 0.02
 _CONSTANT = 0.9
 
 
-def _same(one: Finding, other: Finding) -> bool:
+def same_term(one: Finding, other: Finding) -> bool:
     """Tell whether two candidates are one term in one joint."""
     return (one.effect.identifier, one.joint) == (other.effect.identifier, other.joint)
 
@@ -64,7 +64,7 @@ class Rivals:
         laboratory = self._laboratory
         for other in self.top:
             # The same term in another form is no other cause.
-            if not other.objection or _same(other, finding):
+            if not other.objection or same_term(other, finding):
                 continue
             if other.score.gain <= _MASKED * finding.score.gain:
                 continue
@@ -97,7 +97,7 @@ class Rivals:
         rivals = [
             other
             for other in self.top
-            if not _same(other, best)
+            if not same_term(other, best)
             and (other.reduced not in ('', best.effect.identifier) or not other.objection)
             and as_much(other)
         ]

@@ -10,12 +10,13 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
-from sosml_friction.diagnosis.decision.rivals import Rivals
+from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import settle, with_amplitudes
+from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -122,6 +123,7 @@ class Selector:
                 continue
             rivals = Rivals(lab, result.system, top, found)
             best, result.masked = chosen(rivals, partial(self._judged, result, of_grid))
+            best = self._as_stated(result, best, rivals, of_grid)
             if best.failed:
                 result.rejected = best
                 break
@@ -166,6 +168,31 @@ class Selector:
         finding = replace(finding, floor=max(floor, self._misfit(finding)))
         known = any(other.key == finding.key for other in accepted)
         return replace(finding, failed=failed_gates(finding, known))
+
+    def _as_stated(
+        self,
+        result: Selection,
+        best: Finding,
+        rivals: Rivals,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+    ) -> Finding:
+        """
+        Return a term as the model states it, where a cause is the same but for its error.
+
+        Its inner parameters are those of the model then, as far as these data know them.
+        """
+        twins = [f for f in rivals.top if f.effect.stated is not None and same_term(f, best)]
+        if best.effect.stated is not None or best.failed:
+            return best
+        for twin in twins:
+            placed = [*(finding.placed for finding in result.accepted), best.placed]
+            errors = estimate(self.laboratory, placed).inner_errors[-1]
+            off = (abs(value - twin.inner[name]) for name, value in best.inner.items())
+            reach = (Z_95 * errors.get(name, 0.0) for name in best.inner)
+            if all(own <= most for own, most in zip(off, reach, strict=True)):
+                stated = self._judged(result, of_grid, rivals.with_rivals(twin))
+                return best if stated.failed else stated
+        return best
 
     def _wrong_friction(
         self,
