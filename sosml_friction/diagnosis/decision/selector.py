@@ -316,9 +316,15 @@ def impossible_energy(found: Sequence[Finding]) -> float:
     """
     Return the largest held-out energy that an impossible candidate removes.
 
-    It shows how wrong the model is in ways that are in no catalogue.
+    It shows how wrong the model is in ways that are in no catalogue. Not so another form of a term
+    that is possible as the model states it.
     """
-    energies = [f.score.energy for f in found if f.objection and f.delta_bic > BIC_CLOSE]
+    stated = [f for f in found if f.effect.stated is not None and not f.objection]
+    energies = [
+        f.score.energy
+        for f in found
+        if f.objection and f.delta_bic > BIC_CLOSE and not any(same_term(f, own) for own in stated)
+    ]
     return max(energies, default=0.0)
 
 
