@@ -98,11 +98,13 @@ class Scorer:
         Return why the amplitudes that a fit found are impossible, else ''.
 
         Of a term that the model states it found the change, and the whole is judged. It may be
-        nothing, so that it may be beyond by chance, and by its tolerance.
+        nothing, and beyond its range by chance or by its tolerance.
         """
         if effect.stated is not None:
             slack = self.laboratory.settings.tolerance * np.abs(effect.stated)
             slack = np.maximum(slack, BEYOND_CHANCE * error)
+            if (np.abs(effect.whole(found)) <= slack).all():
+                return ''
             found = found - np.clip(found, -slack, slack)
         return effect.implausible(self._fitted(effect, joint, inner, found, error))
 

@@ -123,6 +123,10 @@ class Term(ABC):
         """Return the amplitudes (k,) of which a fit found ``change``: with what the model has."""
         return change if self.stated is None else self.stated + change
 
+    def change(self, fit: Fitted) -> FloatArray:
+        """Return by how much the amplitudes (k,) differ from what the model has of them."""
+        return fit.amplitude if self.stated is None else fit.amplitude - self.stated
+
     def applies(self, signals: Recording, joint: int) -> bool:
         """Tell whether the term can act in this joint at all."""
         return True
