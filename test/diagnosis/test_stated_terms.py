@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 from known_robots import coulomb_viscous, recording, sines
@@ -21,11 +24,13 @@ from sosml_friction.model.known_terms import stated_terms
 from sosml_friction.model.model_folder import EffectTerm, FrictionParameters
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.simple_models import pendulum_model
+from sosml_friction.plain_document import to_plain
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import prepare
 from sosml_friction.regression.whitened import WhitenedRegression
 
+SCHEMA = Path(__file__).parents[2] / 'docs/schema/diagnosis.schema.json'
 MASS, LENGTH, INERTIA, ARMATURE = 1.2, 0.15, 0.01, 0.03
 COULOMB, VISCOUS = 0.25, 0.2
 STIFFNESS, REST, LOAD = 1.0, 0.3, 0.1
@@ -109,7 +114,10 @@ def test_terms_that_are_stated_threefold_are_named_with_their_sizes_and_written_
     is_within(sizes['offset'], -STIFFNESS * REST)
     is_within(causes['load_dependent_friction'].parameters['load_coefficient'], LOAD)
     assert causes['spring'].stated == pytest.approx({'stiffness': 3.0, 'offset': -0.9})
-    assert causes['spring'].to_dict()['stated'] == causes['spring'].stated
+    document = to_plain(causes['spring'].to_dict())
+    assert document['stated'] == causes['spring'].stated
+    schema = json.loads(SCHEMA.read_text())
+    jsonschema.validate(document, {'$defs': schema['$defs'], '$ref': '#/$defs/cause'})
     assert 'spring as stated is off (stiffness ' in found.sentence
     assert 'Nm/rad and not 3, ' in found.sentence
     extended = extended_model(model, found, {})

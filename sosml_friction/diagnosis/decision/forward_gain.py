@@ -15,7 +15,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.known_terms import known_terms, model_friction
+from sosml_friction.model.known_terms import CONSTANTS, known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import ChangedBody
@@ -37,8 +37,6 @@ HORIZON_S = 0.3
 #: Most windows of a block, and of another recording. Chosen, no measurement: the standard error
 #: falls with their root. They do not overlap: their errors would not be independent.
 _PER_BLOCK, _PER_RECORDING = 10, 140
-#: Deviations of the nominal that are amplitudes of a friction law.
-LAW_PARAMETERS = ('coulomb', 'viscous', 'bias')
 
 
 @dataclass(frozen=True)
@@ -147,7 +145,7 @@ class ForwardGain:
         for name, value in zip(nominal.names, x, strict=False):
             joint, _, what = name.partition(' ')
             i = robot.names.index(joint) if joint in robot.names else -1
-            if i >= 0 and what in LAW_PARAMETERS:
+            if i >= 0 and what in CONSTANTS:
                 friction.setdefault(what, np.zeros(robot.n))[i] += value
             elif i >= 0 and what.startswith('body '):
                 body.inertias[i, int(what.removeprefix('body '))] += value
