@@ -124,7 +124,8 @@ def diagnose(
     :param without: effects not to look for.
     :param keep_all: keep causes in the model that ``holdout`` contradicts.
     :param trust: by how much of itself, or inf, a nominal parameter may be off and be refitted
-        without being a cause: of masses, armature, friction, torque_constant; else 0.035.
+        without being a cause: of masses, armature, friction, terms (stated ones that are no
+        friction), torque_constant; else 0.035.
     :param mjcf: MuJoCo's model that is put to the test, instead of ``model``. Its friction is a
         guess (``trust`` of friction is inf), and the gain is measured in MuJoCo.
     :raises ConfigurationError: if an effect or a group of ``trust`` is unknown, a recording is

@@ -41,8 +41,9 @@ def diagnose(
         typer.Option(
             metavar='GROUP=SHARE,...',
             help='How far nominal parameters may be off and be refitted without being a cause, as '
-            'a share of themselves or inf: masses, armature, friction, torque_constant; default '
-            '0.035 each. A friction that is a guess: friction=inf.',
+            'a share of themselves or inf: masses, armature, friction, terms (springs and what '
+            'else the model states beside friction), torque_constant; default 0.035 each. A '
+            'friction that is a guess: friction=inf.',
         ),
     ] = None,
     keep_all: Annotated[

@@ -13,9 +13,9 @@ from sosml_friction.regression.whitened import WhitenedRegression
 #: Groups of nominal parameters. That of the torque constant is no column of the refit: a scale of
 #: all effort is a candidate, tolerated within its share.
 TORQUE_CONSTANT = 'torque_constant'
-GROUPS = ('masses', 'armature', 'friction', TORQUE_CONSTANT)
+GROUPS = ('masses', 'armature', 'friction', 'terms', TORQUE_CONSTANT)
 #: A bias is the sensor's and not friction: who guesses a friction says nothing of it.
-_FRICTION = ('coulomb', 'viscous', 'stribeck')
+_FRICTION = ('coulomb', 'viscous')
 
 
 def check_trust(trust: Mapping[str, float]) -> None:
@@ -41,7 +41,10 @@ def trusting(laboratory: WhitenedRegression) -> WhitenedRegression:
     """
     trust, tolerance = laboratory.settings.trust, laboratory.settings.tolerance
     nominal = laboratory.nominal
-    factor = np.array([trust.get(_group(name), tolerance) for name in nominal.names]) / tolerance
+    stated = [(each.known.term, each.known.names) for each in nominal.stated]
+    groups = {name: own.trusted_as for own, names in stated for name in names}
+    share = [trust.get(groups.get(name) or _group(name), tolerance) for name in nominal.names]
+    factor = np.array(share) / tolerance
     # What the model does not know has no tolerance, and one of nothing stays.
     changed = (factor != 1.0) & np.isfinite(nominal.bound) & (nominal.bound > 0.0)
     # The bound of a rotor that is fitted freely is none of the tolerance.

@@ -52,10 +52,13 @@ def describe(cause: Cause, names: Sequence[str] = ()) -> str:
         name = name.removesuffix(f'_{p.unit}')
         unit = '' if p.unit == '1' else f' {p.unit}'
         more = _of_harmonics(cause, name)
+        if name in cause.stated:
+            unit += f' and not {cause.stated[name]:.4g}'
         numbers.append(f'{words(name)} {size_text(p)}{more}{unit}')
     reasons = {p.reason for _, p in told if NOT_IDENTIFIABLE in p.flags and p.experiment}
     why = ''.join(f'; known together only, as {reason}' for reason in sorted(reasons))
-    return f'{where}: {words(cause.effect)} ({", ".join(numbers)}{why})'
+    off = ' as stated is off' if cause.stated else ''
+    return f'{where}: {words(cause.effect)}{off} ({", ".join(numbers)}{why})'
 
 
 def _of_harmonics(cause: Cause, name: str) -> str:

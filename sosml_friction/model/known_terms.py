@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The terms that a model lists beside its friction laws, with their numbers."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
@@ -19,16 +20,26 @@ from sosml_friction.model.terms.kinds.term import (
     Inner,
     Term,
 )
+from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
+
+#: Terms of a law whose numbers are nominal parameters wherever there is friction.
+CONSTANTS = ('coulomb', 'viscous', 'bias')
 
 
 @dataclass(frozen=True)
 class KnownTerm:
-    """Hold a term of known size; ``joint`` is 0 or ``ROBOT`` where it is of the whole robot."""
+    """
+    Hold a term of known size; ``joint`` is 0 or ``ROBOT`` where it is of the whole robot.
+
+    ``names``: what its amplitudes are called among the parameters of the model, such as
+    ``shoulder spring stiffness``, or ``shoulder stribeck`` where it is part of a law.
+    """
 
     term: Term
     joint: int
     inner: Inner
     amplitude: FloatArray
+    names: tuple[str, ...] = ()
 
     def simulated(self, robot: Robot) -> SimulatedTerm:
         """Return how it enters the simulation."""
@@ -43,11 +54,42 @@ def known_terms(model: RobotModelFile) -> list[KnownTerm]:
 
     :raises ConfigurationError: if one is unknown, lacks a parameter, or is in the wrong joint.
     """
-    return [found for entry in model.effects for found in read_term(entry, model)]
+    return [
+        replace(found, names=tuple(f'{label} {key}' for key in found.names))
+        for entry, label in zip(model.effects, labels(model.effects), strict=True)
+        for found in read_term(entry, model)
+    ]
+
+
+def labels(entries: Sequence[EffectTerm]) -> list[str]:
+    """Return what each entry is called, ``shoulder spring``; the second alike has a 2 besides."""
+    result: list[str] = []
+    seen: dict[tuple[str, str], int] = {}
+    for entry in entries:
+        number = seen[entry.joint, entry.effect] = seen.get((entry.joint, entry.effect), 0) + 1
+        result.append(f'{entry.joint} {entry.effect}{f" {number}" if number > 1 else ""}')
+    return result
+
+
+def stated_terms(model: RobotModelFile) -> list[KnownTerm]:
+    """
+    Return the terms that a model states with numbers that may be off, but for C, B and the bias.
+
+    Those of its laws, and those that it lists. The amplitude of a gear is no number of it.
+    """
+    result = []
+    for i, (name, joint) in enumerate(model.joints.items()):
+        for kind, parameters in [] if joint.friction is None else joint.friction.by_term():
+            if kind not in CONSTANTS:
+                term = TERMS[kind]()
+                names = tuple(f'{name} {key}' for key in term.amplitudes)
+                result.append(KnownTerm(term, i, *term.restore(parameters), names))
+    listed = known_terms(model)
+    return result + [own for own in listed if not isinstance(own.term, TransmissionTerm)]
 
 
 def read_term(entry: EffectTerm, model: RobotModelFile) -> list[KnownTerm]:
-    """Return the harmonics of one entry; errors as of :func:`known_terms`."""
+    """Return the harmonics of one entry, named as in it; errors as of :func:`known_terms`."""
     where = f'effect {entry.effect!r} of model {model.name}'
     # A fault of data or of one occasion: a folder may list it, and nothing comes of it.
     if entry.effect in DATA_CAUSES:
@@ -68,10 +110,14 @@ def read_term(entry: EffectTerm, model: RobotModelFile) -> list[KnownTerm]:
     result = []
     for number, own in enumerate(_harmonics(entry, term)):
         try:
-            result.append(KnownTerm(term, joint, *term.restore(own)))
+            inner, amplitude = term.restore(own)
         except ConfigurationError as error:
             text = str(error) if number == 0 else f'{error} (part {number + 1})'
             raise ConfigurationError(f'{where} {text}') from None
+        ending = f'_{number + 1}' if number else ''
+        keys = (name if name in own else term.reported_as[name] for name in term.amplitudes)
+        names = tuple(f'{key}{ending}' for key in keys)
+        result.append(KnownTerm(term, joint, inner, amplitude, names))
     return result
 
 

@@ -20,8 +20,8 @@ class Candidate:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Return effect and joint."""
-        return self.effect.identifier, self.joint
+        """Return effect and joint, and of a term that the model states that it is one."""
+        return self.effect.key, self.joint
 
 
 def make_candidates(
@@ -29,6 +29,9 @@ def make_candidates(
 ) -> tuple[Candidate, ...]:
     """
     Return every effect in every joint that it can act in, but for ``silent`` ones.
+
+    And each term that the model states, as it states it; one without inner parameters has no
+    other form.
 
     :raises ConfigurationError: if there is none.
     """
@@ -41,6 +44,16 @@ def make_candidates(
         if effect.everywhere is not None and n > 1:
             alike = effect.everywhere()
             result.append(Candidate(alike, ROBOT, tuple(alike.grid(signals, ROBOT))))
+    for known in (each.known for each in signals.stated):
+        # Who does not look for a cause of the catalogue does not want it named.
+        left_out = known.term.searched and known.term.identifier not in library
+        if left_out or (not known.term.of_robot and known.joint in silent):
+            continue
+        term = known.term.as_stated(known.amplitude, known.names)
+        own = Candidate(term, known.joint, (known.inner,))
+        name = known.term.identifier, known.joint
+        result = [c for c in result if c.effect.inner or (c.effect.identifier, c.joint) != name]
+        result.append(own)
     if not result:
         raise ConfigurationError(
             'no cause is left that could act in these joints: leave out fewer of them'

@@ -97,7 +97,7 @@ class Estimate:
                     laboratory.signals[0],
                     placed.joint,
                     placed.inner,
-                    self.fit.baseline.x[part],
+                    placed.term.whole(self.fit.baseline.x[part]),
                     self.errors[part],
                     self.inner_errors[k],
                 )

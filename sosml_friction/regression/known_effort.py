@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What a model has beyond its rigid body and the nominal columns of friction, as effort."""
+"""What a model states beyond its rigid body, Coulomb and viscous friction and bias."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,9 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.known_terms import KnownTerm, known_terms, model_friction
+from sosml_friction.model.known_terms import (
+    KnownTerm,
+    known_terms,
+    model_friction,
+    stated_terms,
+)
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.signals import Signals, nominal_friction
+from sosml_friction.regression.stated import Stated
 
 #: Step of a slope over load, as a share of its root mean square: friction by load is of its first
 #: or second power, and a difference to both sides is exact.
@@ -23,9 +29,11 @@ def with_known(signals: Sequence[Signals], model: RobotModelFile) -> list[Signal
 
     The columns of its terms times their amplitudes, seen as a diagnosis saw them that found
     them: beside the model without terms. And what its friction law has that the nominal columns
-    have not, asymmetries and another exponent. ``by_load`` is the slope of those that follow load.
+    have not, asymmetries and another exponent. ``by_load`` is the slope of those that follow load;
+    ``stated`` are all that have numbers which may be off.
     """
     terms = known_terms(model)
+    stated = tuple(Stated(known, _size(signals, known)) for known in stated_terms(model))
     friction = model_friction(model)
     result = []
     for s in signals:
@@ -33,9 +41,29 @@ def with_known(signals: Sequence[Signals], model: RobotModelFile) -> list[Signal
         for found in terms:
             known = known + found.term.columns(s, found.joint, found.inner) @ found.amplitude
         # What was computed for the columns may depend on the nominal effort.
-        more = replace(s, known=known, by_load=_slope(s, terms), cache={})
-        result.append(more if known.any() else s)
+        more = replace(s, known=known, by_load=_slope(s, terms), stated=stated, cache={})
+        result.append(more if stated or known.any() else s)
     return result
+
+
+def _size(signals: Sequence[Signals], known: KnownTerm) -> FloatArray:
+    """
+    Return what the amplitudes of a term are off in proportion to, (k,).
+
+    Each is off in proportion to itself, or to one that would need all of the term's effort, the
+    larger of both: the angle of a wave and where a spring rests are as uncertain as its size. Of
+    a term of nothing it is one that would need all of the joint's effort, as for C and B.
+    """
+    columns = [known.term.columns(s, known.joint, known.inner) for s in signals]
+    most = np.max([np.abs(C).max(axis=0) for C in columns], axis=0)
+    needed = np.max([np.abs(C @ known.amplitude).max(axis=0) for C in columns], axis=0)
+    if not known.amplitude.any():
+        needed = signals[0].scales.effort
+    own = np.divide(needed[:, None], most, out=np.zeros_like(most), where=most > 0.0)
+    # A term of the whole robot counts in the joint in which it needs least to do so.
+    own[most == 0.0] = np.inf
+    least = own.min(axis=0)
+    return np.maximum(np.abs(known.amplitude), np.where(np.isfinite(least), least, 0.0))
 
 
 def _slope(signals: Signals, terms: Sequence[KnownTerm]) -> FloatArray | float:

@@ -12,8 +12,8 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.effort_delay import effort_slope
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.scales import Scales
-from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.regression.signals import Signals, bump, sign_state
+from sosml_friction.regression.stated import Stated
 
 #: Bound of a tolerance in standard deviations of its prior: 99.7 % of a normal one are within.
 BOUND_SIGMAS = 3.0
@@ -50,6 +50,7 @@ class Nominal:
     ``rigid``: the base parameters, as indices into ten numbers per body and then the rotors;
     ``rigid_columns``: where they are among the deviations.
     ``silent``: joints that have no parameter of friction, as nothing is known of their effort.
+    ``stated``: the terms that the model states besides, of the joints that are not silent.
     """
 
     names: tuple[str, ...]
@@ -58,6 +59,7 @@ class Nominal:
     rigid: IndexArray
     rigid_columns: IndexArray
     silent: frozenset[int] = frozenset()
+    stated: tuple[Stated, ...] = ()
 
     def columns(self, signals: Signals) -> FloatArray:
         """Return (N, n, p): effort per unit of each deviation."""
@@ -79,6 +81,10 @@ class Nominal:
             for column in reversal_columns(signals, i).values():
                 result[:, i, k] = column
                 k += 1
+        for known in (each.known for each in self.stated):
+            own = slice(k, k + len(known.names))
+            result[:, :, own] = known.term.columns(signals, known.joint, known.inner)
+            k = own.stop
         result[:, :, k] = -effort_slope(signals)
         return result
 
@@ -86,11 +92,7 @@ class Nominal:
 def friction_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
     """Return the columns of a joint's nominal friction, by the name of their parameter."""
     s, v = signals.sign[:, joint], signals.v[:, joint]
-    columns = {'coulomb': s, 'viscous': v, 'bias': np.ones(len(s))}
-    if np.isfinite(signals.scales.stribeck[joint]):
-        vs = signals.scales.stribeck_velocity[joint]
-        columns['stribeck'] = s * fade(v, vs, 1.0)
-    return columns
+    return {'coulomb': s, 'viscous': v, 'bias': np.ones(len(s))}
 
 
 def reversal_columns(signals: Signals, joint: int) -> dict[str, FloatArray]:
@@ -137,7 +139,8 @@ def make_nominal(
     one that would need all of the measured effort, a bias by ``tolerance`` of Coulomb
     friction, each component of a first moment by ``tolerance`` of itself, at least of 0.3 of the
     whole vector, whose direction is known better than its length. Bodies whose inertias act
-    together are combined (base parameters), and so are their bounds.
+    together are combined (base parameters), and so are their bounds. Terms that the model states
+    besides have a deviation for each amplitude, by ``tolerance`` of their ``size``.
 
     :param signals: of any stretch; only the model's own numbers are used.
     :param silent: joints without rows.
@@ -179,10 +182,19 @@ def make_nominal(
             share = {'shape': _SHAPE, LATE: _HOLD * signals.band.step}.get(name, _SOONER)
             names.append(f'{joint} reversal {name}')
             bound.append(share * signals.scales.level(i))
+    stated = tuple(
+        each
+        for each in signals.stated
+        if each.known.term.of_robot or each.known.joint not in silent
+    )
+    for each in stated:
+        names += each.known.names
+        bound += (tolerance * each.size).tolist()
     names.append(EFFORT_HOLD)
     bound.append(_HOLD * signals.band.step)
     bounds = np.array(bound)
-    return Nominal(tuple(names), bounds, bounds / BOUND_SIGMAS, rigid, rigid_columns, silent)
+    priors = bounds / BOUND_SIGMAS
+    return Nominal(tuple(names), bounds, priors, rigid, rigid_columns, silent, stated)
 
 
 def _of_all_effort(scales: Scales, joint: int, name: str) -> float:

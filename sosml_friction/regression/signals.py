@@ -27,6 +27,7 @@ from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
 from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.stated import Stated
 from sosml_friction.regression.steady_acceleration import steady_acceleration
 
 #: Displacement over which the friction of a joint that turns around changes its sign: the larger
@@ -64,8 +65,8 @@ class Signals:
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
-    over the load; ``more_load`` (N, n): what bodies with the causes that were found need more than
-    the nominal's;
+    over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what
+    bodies with the causes that were found need more than the nominal's;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -88,6 +89,7 @@ class Signals:
     band: Band
     temperature: FloatArray | None = None
     known: FloatArray | float = 0.0
+    stated: tuple[Stated, ...] = ()
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0

@@ -16,7 +16,7 @@ from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.cli.main import main
 from sosml_friction.diagnosis.library import searched_terms
 from sosml_friction.model.model_folder import read_model
-from sosml_friction.model.terms.kinds.term import DATA_CAUSES
+from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 
 SCHEMA = Path(__file__).resolve().parents[2] / 'docs/schema/diagnosis.schema.json'
 
@@ -139,5 +139,9 @@ def test_a_recording_left_out_that_is_too_short_is_refused_before_anything_is_do
 
 
 def test_the_schema_knows_every_effect():
-    known = json.loads(SCHEMA.read_text())['$defs']['effect']['enum']
-    assert {*searched_terms(), *DATA_CAUSES} == set(known)
+    definitions = json.loads(SCHEMA.read_text())['$defs']
+    known = set(definitions['effect']['enum'])
+    assert {*searched_terms(), *DATA_CAUSES} == known
+    # A bias of friction is a constant of the law, and no term that may be off as stated.
+    stated = set(definitions['term']['anyOf'][1]['enum'])
+    assert {*TERMS.classes} - known - {'bias'} == stated

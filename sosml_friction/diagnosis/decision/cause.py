@@ -3,7 +3,7 @@
 """A cause as it is reported: effect, joint, parameters, evidence."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sosml_friction.arrays import FloatArray
@@ -22,6 +22,8 @@ class Cause:
     from it. ``terms``: inner parameters and amplitudes of each harmonic;
     none where the extended model does not have it. ``tolerated``: it is a nominal parameter that
     is off within its tolerance: it is refitted like all of them, and no cause of what is wrong.
+    ``stated``: of a term that the model states and that is off, what the model has, by parameter;
+    ``stated_names``: what these are called among the nominal parameters.
     ``gain``: what it removes by itself on data left out; None where the model does not show it.
     """
 
@@ -33,6 +35,16 @@ class Cause:
     terms: tuple[tuple[Inner, FloatArray], ...] = ()
     tolerated: bool = False
     gain: CauseGain | None = None
+    stated: Mapping[str, float] = field(default_factory=dict)
+    stated_names: tuple[str, ...] = ()
+
+    @property
+    def changes(self) -> dict[str, Parameter]:
+        """Return by how much each number of a stated term is off, by its nominal name."""
+        return {
+            name: replace(self.parameters[key], value=self.parameters[key].value - before)
+            for name, (key, before) in zip(self.stated_names, self.stated.items(), strict=True)
+        }
 
     @property
     def key(self) -> tuple[str, str]:
@@ -61,6 +73,7 @@ class Cause:
                 else {'value': p.value, 'std_error': None, 'unit': p.unit}
                 for name, p in self.parameters.items()
             },
+            **({'stated': dict(self.stated)} if self.stated else {}),
             'size_known': self.size_known,
             'evidence': dict(self.evidence),
             'rivals': list(self.rivals),

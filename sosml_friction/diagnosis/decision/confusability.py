@@ -99,10 +99,16 @@ def confusability(
     left = (y - np.einsum('tip,p->ti', system.Z, x, optimize=True)).T[:, None]
     effects, joints = [], []
     efforts: list[tuple[CandidateColumns, FloatArray]] = []
-    for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True):
+    # A stated term with inner parameters is a candidate in any other form, too: it is told once.
+    looked_at = [
+        (candidate, columns)
+        for candidate, columns in zip(laboratory.candidates, laboratory.columns, strict=True)
+        if candidate.effect.stated is None or not candidate.effect.inner
+    ]
+    for candidate, columns in looked_at:
         effects.append(candidate.effect.identifier)
         joints.append(joint_name(candidate.effect, candidate.joint, names))
-        finding = found.get((candidate.effect.identifier, candidate.joint))
+        finding = found.get(candidate.key)
         if finding is not None and finding.score.amplitude.any():
             its = finding.columns
             efforts.append((its, its.C[:, :, 0] @ finding.score.amplitude[:, None]))
@@ -112,7 +118,7 @@ def confusability(
         A = columns.A[:, g].sum(axis=0)
         size = np.sqrt(len(y) * len(columns.rows))
         efforts.append((columns, columns.C[:, :, g] @ (size * _directions(A))))
-    share, absorbed = _shares(laboratory, efforts, nuisance)
+    share, absorbed = _shares(laboratory, efforts, [columns for _, columns in looked_at], nuisance)
     return Confusability(tuple(effects), tuple(joints), share, absorbed)
 
 
@@ -145,6 +151,7 @@ class _Nuisance:
 def _shares(
     laboratory: WhitenedRegression,
     efforts: Sequence[tuple[CandidateColumns, FloatArray]],
+    others: Sequence[CandidateColumns],
     nuisance: _Nuisance,
 ) -> tuple[FloatArray, FloatArray]:
     """Return C (m, m) and what is absorbed (m,) of causes, each (columns, (rows, joints, r))."""
@@ -172,7 +179,7 @@ def _shares(
     share = np.zeros((len(efforts), len(efforts)))
     counts = np.diff(ends)
     seen = left > _ABSORBED * whole
-    for b, own in enumerate(laboratory.columns):
+    for b, own in enumerate(others):
         d = _cross(own, E)
         explained = np.zeros((d.shape[0], d.shape[2]))
         for members in masks.values():

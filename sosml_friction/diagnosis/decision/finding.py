@@ -43,8 +43,8 @@ class Finding:
 
     @property
     def key(self) -> tuple[str, int]:
-        """Return effect and joint."""
-        return self.effect.identifier, self.joint
+        """Return effect and joint, and of a term that the model states that it is one."""
+        return self.effect.key, self.joint
 
     @property
     def placed(self) -> Placed:

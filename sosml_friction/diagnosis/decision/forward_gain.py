@@ -5,7 +5,7 @@
 import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.known_terms import known_terms, model_friction
+from sosml_friction.model.known_terms import CONSTANTS, known_terms, model_friction
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.body_term import ChangedBody
@@ -25,7 +25,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.model.terms.presliding_hysteresis import PreslidingHysteresis
 from sosml_friction.regression.estimate import with_amplitudes
 from sosml_friction.regression.noise_model import ORDER
-from sosml_friction.regression.nominal import LATE, SOFTER, TURNS
+from sosml_friction.regression.nominal import EFFORT_HOLD, LATE, SOFTER, TURNS
 from sosml_friction.regression.signals import Signals, bump
 from sosml_friction.regression.whitened import WhitenedRegression
 from sosml_friction.simulation.forward_model import ForwardModel
@@ -37,8 +37,6 @@ HORIZON_S = 0.3
 #: Most windows of a block, and of another recording. Chosen, no measurement: the standard error
 #: falls with their root. They do not overlap: their errors would not be independent.
 _PER_BLOCK, _PER_RECORDING = 10, 140
-#: Deviations of the nominal that are amplitudes of a friction law.
-LAW_PARAMETERS = ('coulomb', 'viscous', 'bias', 'stribeck')
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class ForwardGain:
     ) -> None:
         self._laboratory = laboratory
         self._friction = model_friction(model)
-        self._terms = [found.simulated(laboratory.robot) for found in known_terms(model)]
+        self._known = known_terms(model)
         self._windows = _of_folds(laboratory) if others is None else _of_recording(others)
 
     def squares(
@@ -131,14 +129,23 @@ class ForwardGain:
     def _model(self, signals: Signals, findings: Sequence[Finding], x: FloatArray) -> ForwardModel:
         """Return the nominal with deviations and causes."""
         nominal, robot = self._laboratory.nominal, self._laboratory.robot
+        stated = {name for each in nominal.stated for name in each.known.names}
         friction: dict[str, FloatArray] = {}
         body = Body.unchanged(robot.n)
-        delay, terms = 0.0, [*self._terms]
+        off = self._off(findings, x)
+        delay = 0.0
+        terms: list[SimulatedTerm] = []
+        for known in self._known:
+            amplitude = known.amplitude + [off.pop(key, 0.0) for key in known.names]
+            terms.append(replace(known, amplitude=amplitude).simulated(robot))
+        for name, value in off.items():
+            joint, _, what = name.rpartition(' ')
+            friction.setdefault(what, np.zeros(robot.n))[robot.names.index(joint)] += value
         displacement = signals.scales.displacement
         for name, value in zip(nominal.names, x, strict=False):
             joint, _, what = name.partition(' ')
             i = robot.names.index(joint) if joint in robot.names else -1
-            if i >= 0 and what in LAW_PARAMETERS:
+            if i >= 0 and what in CONSTANTS:
                 friction.setdefault(what, np.zeros(robot.n))[i] += value
             elif i >= 0 and what.startswith('body '):
                 body.inertias[i, int(what.removeprefix('body '))] += value
@@ -151,15 +158,26 @@ class ForwardGain:
                     terms.append(
                         reversal_term(robot, i, turn, float(value), float(displacement[i]))
                     )
-            elif name == 'effort hold':
+            elif name == EFFORT_HOLD:
                 delay += float(value)
-            else:
+            elif name not in stated:
                 raise ValueError(f'the simulation does not know the parameter {name!r}')
 
         terms.append(ChangedBody([body], [1.0]))
         for finding, own in with_amplitudes(findings, len(nominal.names)):
-            terms.append(finding.effect.simulated(robot, finding.joint, finding.inner, x[own]))
+            if finding.effect.stated is None:
+                terms.append(finding.effect.simulated(robot, finding.joint, finding.inner, x[own]))
         return ForwardModel(robot, self._friction.changed(friction), displacement, terms, delay)
+
+    def _off(self, findings: Sequence[Finding], x: FloatArray) -> dict[str, float]:
+        """Return by how much each number of the stated terms is off, by its name."""
+        nominal = self._laboratory.nominal
+        names = [name for each in nominal.stated for name in each.known.names]
+        off = {name: float(x[nominal.names.index(name)]) for name in names}
+        for finding, own in with_amplitudes(findings, len(nominal.names)):
+            for name, change in zip(finding.effect.stated_names, x[own], strict=False):
+                off[name] += float(change)
+        return off
 
 
 def reversal_term(

@@ -14,6 +14,7 @@ from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.extended_model.cause_gain import CauseGain
 from sosml_friction.diagnosis.trust import scale_tolerance
 from sosml_friction.identification.term_parameters import term_parameters
+from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import Estimate, estimate
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -74,8 +75,17 @@ def _causes(
             term,
             alone and finding.effect.tolerated(fit, scale_tolerance(laboratory)),
             gains.get(finding.key),
+            _stated(finding.effect),
+            finding.effect.stated_names,
         )
     return causes
+
+
+def _stated(term: Term) -> dict[str, float]:
+    """Return what the model has of a term, by the names under which it is reported."""
+    values = () if term.stated is None else term.stated.tolist()
+    names = (term.reported_as.get(name, name) for name in term.amplitudes)
+    return dict(zip(names, values, strict=False))
 
 
 def estimated(laboratory: WhitenedRegression, selection: Selection) -> Estimate:

@@ -33,6 +33,11 @@ _AT_REST, _REST_SHARE = 2e-3, 0.02
 _CONSTANT = 0.9
 
 
+def same_term(one: Finding, other: Finding) -> bool:
+    """Tell whether two candidates are one term in one joint."""
+    return (one.effect.identifier, one.joint) == (other.effect.identifier, other.joint)
+
+
 class Rivals:
     """
     Compare the candidates of one round.
@@ -58,7 +63,8 @@ class Rivals:
         """Return the impossible candidate that explains the same as a finding, and more."""
         laboratory = self._laboratory
         for other in self.top:
-            if not other.objection:
+            # The same term in another form is no other cause.
+            if not other.objection or same_term(other, finding):
                 continue
             if other.score.gain <= _MASKED * finding.score.gain:
                 continue
@@ -91,7 +97,7 @@ class Rivals:
         rivals = [
             other
             for other in self.top
-            if other is not best
+            if not same_term(other, best)
             and (other.reduced not in ('', best.effect.identifier) or not other.objection)
             and as_much(other)
         ]

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
+from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
@@ -67,8 +69,8 @@ class Scorer:
 
         Of N rows and k parameters, the gain G has delta BIC = G - k ln N - 2 ln(grid points).
         """
-        fit = Fitted(self.laboratory.signals[0], joint, inner, s.amplitude, s.error)
-        objection = effect.implausible(fit) or self.refused.get((effect.identifier, joint), '')
+        objection = self.objection(effect, joint, inner, s.amplitude, s.error)
+        objection = objection or self.refused.get((effect.key, joint), '')
         rows = float(self.laboratory.known[columns.rows].sum())
         amplitudes = int((s.amplitude != 0.0).sum())
         k = max(amplitudes + len(effect.refined), 1)
@@ -83,10 +85,33 @@ class Scorer:
             asked = amplitudes * float(np.log(max(rows_far.sum(), 1)))
             s = far if objection or far.gain - asked < BIC_CLOSE else s
         bic = s.gain - price
+        fit = self._fitted(effect, joint, inner, s.amplitude, s.error)
         return Finding(
             effect, joint, inner, s, columns, float(bic), objection=objection,
             reduced=effect.reduces_to(fit),
         )  # fmt: skip
+
+    def objection(
+        self, effect: Term, joint: int, inner: Inner, found: FloatArray, error: FloatArray
+    ) -> str:
+        """
+        Return why the amplitudes that a fit found are impossible, else ''.
+
+        Of a term that the model states it found the change, and the whole is judged. It may be
+        nothing, and beyond its range by chance or by its tolerance.
+        """
+        if effect.stated is not None:
+            slack = self.laboratory.settings.tolerance * np.abs(effect.stated)
+            slack = np.maximum(slack, BEYOND_CHANCE * error)
+            if (np.abs(effect.whole(found)) <= slack).all():
+                return ''
+            found = found - np.clip(found, -slack, slack)
+        return effect.implausible(self._fitted(effect, joint, inner, found, error))
+
+    def _fitted(
+        self, effect: Term, joint: int, inner: Inner, found: FloatArray, error: FloatArray
+    ) -> Fitted:
+        return Fitted(self.laboratory.signals[0], joint, inner, effect.whole(found), error)
 
     def _without_reversals(
         self, beside: Fit, s: Score, columns: CandidateColumns, clear: bool

@@ -10,13 +10,13 @@ import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
-from sosml_friction.diagnosis.decision.rivals import Rivals
+from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.model.terms.kinds.fitted import Fitted
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import settle, with_amplitudes
+from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -123,6 +123,7 @@ class Selector:
                 continue
             rivals = Rivals(lab, result.system, top, found)
             best, masked = chosen(rivals, partial(self._judged, result, of_grid))
+            best = self._as_stated(result, best, rivals, of_grid)
             result = replace(result, masked=masked)
             if best.failed:
                 return replace(result, rejected=best)
@@ -166,6 +167,31 @@ class Selector:
         finding = replace(finding, floor=max(floor, self._misfit(finding)))
         known = any(other.key == finding.key for other in accepted)
         return replace(finding, failed=failed_gates(finding, known))
+
+    def _as_stated(
+        self,
+        result: Selection,
+        best: Finding,
+        rivals: Rivals,
+        of_grid: Mapping[tuple[str, int], CandidateColumns],
+    ) -> Finding:
+        """
+        Return a term as the model states it, where a cause is the same but for its error.
+
+        Its inner parameters are those of the model then, as far as these data know them.
+        """
+        twins = [f for f in rivals.top if f.effect.stated is not None and same_term(f, best)]
+        if best.effect.stated is not None or best.failed:
+            return best
+        for twin in twins:
+            placed = [*(finding.placed for finding in result.accepted), best.placed]
+            errors = estimate(self.laboratory, placed).inner_errors[-1]
+            off = (abs(value - twin.inner[name]) for name, value in best.inner.items())
+            reach = (Z_95 * errors.get(name, 0.0) for name in best.inner)
+            if all(own <= most for own, most in zip(off, reach, strict=True)):
+                stated = self._judged(result, of_grid, rivals.with_rivals(twin))
+                return best if stated.failed else stated
+        return best
 
     def _wrong_friction(
         self,
@@ -257,11 +283,11 @@ class Selector:
 
     def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
         """Return which of the accepted has an impossible amplitude, and why; or None."""
-        first, nominal = self.laboratory.signals[0], len(self.laboratory.nominal.bound)
+        nominal = len(self.laboratory.nominal.bound)
         for k, (finding, own) in enumerate(with_amplitudes(result.accepted, nominal)):
             amplitude, error = result.after.x[own], finding.score.error
-            fit = Fitted(first, finding.joint, finding.inner, amplitude, error)
-            if reason := finding.effect.implausible(fit):
+            place = finding.effect, finding.joint, finding.inner
+            if reason := self.scorer.objection(*place, amplitude, error):
                 return k, reason
         return None
 
@@ -279,17 +305,23 @@ def is_half_the_truth(result: Selection) -> bool:
 
 
 def _of_nominal_friction(effect: Term) -> bool:
-    """Tell whether a cause is a parameter of the nominal friction that is off."""
-    return effect.of_law and effect.parameter_error
+    """Tell whether a cause is Coulomb or viscous friction that is off."""
+    return effect.of_law and effect.parameter_error and effect.stated is None
 
 
 def impossible_energy(found: Sequence[Finding]) -> float:
     """
     Return the largest held-out energy that an impossible candidate removes.
 
-    It shows how wrong the model is in ways that are in no catalogue.
+    It shows how wrong the model is in ways that are in no catalogue. Not so another form of a term
+    that is possible as the model states it.
     """
-    energies = [f.score.energy for f in found if f.objection and f.delta_bic > BIC_CLOSE]
+    stated = [f for f in found if f.effect.stated is not None and not f.objection]
+    energies = [
+        f.score.energy
+        for f in found
+        if f.objection and f.delta_bic > BIC_CLOSE and not any(same_term(f, own) for own in stated)
+    ]
     return max(energies, default=0.0)
 
 

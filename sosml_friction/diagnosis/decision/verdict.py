@@ -43,10 +43,16 @@ def not_shown(cause: Cause) -> bool:
         return False
     sizes = {kind.reported_as.get(name, name) for name in kind.amplitudes}
     # Those of a harmonic have its number behind their names.
-    own = [p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes]
-    intervals = [p.interval for p in own if p.interval is not None]
-    known = bool(own) and len(intervals) == len(own)
-    return known and all(low <= 0.0 <= high for low, high in intervals)
+    own = {
+        name: p.interval
+        for name, p in cause.parameters.items()
+        if {name, _HARMONIC.sub('', name)} & sizes
+    }
+    # Of a term that the model states nothing is missing where it is as stated.
+    return bool(own) and all(
+        interval is not None and interval[0] <= cause.stated.get(name, 0.0) <= interval[1]
+        for name, interval in own.items()
+    )
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

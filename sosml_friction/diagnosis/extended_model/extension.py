@@ -5,17 +5,18 @@ The model with what was found: another rigid body, refitted friction, and other 
 
 What a cause is says where it lives. Gravity, inertia, payload, a tilted base and the refitted
 base parameters are the rigid body: ``robot.urdf`` and ``armature``. Coulomb and viscous friction
-are parameters of the joint's law. The rest are terms in ``effects``. Nothing is in two places.
+are parameters of the joint's law. The rest are terms in ``effects``. Nothing is in two places: a
+term that the model states has other numbers, where it is.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sosml_friction.diagnosis.diagnosis import Diagnosis
-from sosml_friction.model.known_terms import read_term
+from sosml_friction.model.known_terms import labels, read_term
 from sosml_friction.model.model_folder import (
     EffectTerm,
     FrictionParameters,
@@ -54,13 +55,14 @@ def extended_model(
     terms = [
         EffectTerm(cause.effect, cause.joint, cause.parameters)
         for cause in diagnosis.terms
-        if cause.in_model
+        if cause.in_model and not cause.stated
     ]
+    changes = _changes(diagnosis)
     result, terms, rigid = _with_rigid_body(model, diagnosis, terms)
-    result, terms = _with_friction(result, diagnosis, terms)
+    result, terms = _with_friction(result, diagnosis, terms, changes)
     return replace(
         result,
-        effects=(*model.effects, *terms),
+        effects=(*_changed(model.effects, changes), *terms),
         provenance={
             **provenance,
             'causes': [to_plain(cause.to_dict()) for cause in diagnosis.causes],
@@ -69,6 +71,31 @@ def extended_model(
             'refit': to_plain(diagnosis.refit),
         },
     )
+
+
+def _changes(diagnosis: Diagnosis) -> dict[str, Parameter]:
+    """
+    Return by how much each nominal parameter is off, by name: refit and causes together.
+
+    With its standard error where a cause has one, else NaN.
+    """
+    result = {name: Parameter(value, '') for name, value in diagnosis.refit.items()}
+    for cause in diagnosis.terms:
+        for name, change in cause.changes.items() if cause.in_model else ():
+            result[name] = replace(change, value=result[name].value + change.value)
+    return result
+
+
+def _changed(entries: Sequence[EffectTerm], changes: Mapping[str, Parameter]) -> list[EffectTerm]:
+    """Return the terms of a model with the numbers that they have been found to have."""
+    result = []
+    for entry, label in zip(entries, labels(entries), strict=True):
+        parameters = dict(entry.parameters)
+        for key, old in entry.parameters.items():
+            if change := changes.get(f'{label} {key}'):
+                parameters[key] = Parameter(old.value + change.value, old.unit, change.std_error)
+        result.append(replace(entry, parameters=parameters))
+    return result
 
 
 def _with_rigid_body(
@@ -102,7 +129,10 @@ def _with_rigid_body(
 
 
 def _with_friction(
-    model: RobotModelFile, diagnosis: Diagnosis, terms: list[EffectTerm]
+    model: RobotModelFile,
+    diagnosis: Diagnosis,
+    terms: list[EffectTerm],
+    changes: Mapping[str, Parameter],
 ) -> tuple[RobotModelFile, list[EffectTerm]]:
     """Return the model with refitted friction, and the terms that are not in it."""
     joints, left = {}, list(terms)
@@ -112,8 +142,8 @@ def _with_friction(
             continue
         parameters = {}
         for key, old in joint.friction.parameters.items():
-            value = old.value + diagnosis.refit.get(f'{name} {key}', 0.0)
-            error = float('nan')
+            change = changes.get(f'{name} {key}', Parameter(0.0, ''))
+            value, error = old.value + change.value, change.std_error
             term = next((t for t in left if (t.effect, t.joint) == (key, name)), None)
             if term is not None and _is_of_law(key) and value + _change(term) >= 0.0:
                 left.remove(term)

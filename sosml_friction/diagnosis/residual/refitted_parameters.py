@@ -38,9 +38,14 @@ def refitted_parameters(diagnosis: Diagnosis) -> list[RefittedParameter]:
         return []
     scales, names = laboratory.signals[0].scales, diagnosis.names
     result = []
+    stated = {
+        name: float(value)
+        for each in laboratory.nominal.stated
+        for name, value in zip(each.known.names, each.known.amplitude, strict=True)
+    }
     for name, bound in zip(laboratory.nominal.names, laboratory.nominal.bound, strict=True):
         joint, _, what = name.rpartition(' ')
-        old = np.nan
+        old = stated.get(name, np.nan)
         if joint in names and hasattr(scales, what):
             old = float(getattr(scales, what)[names.index(joint)])
         if joint in names and what == 'armature':

@@ -39,6 +39,7 @@ class Cogging(EffortTerm):
     inner: ClassVar[Mapping[str, str]] = {'frequency': 'rad/{length}'}
     refined: ClassVar[tuple[str, ...]] = ('frequency',)
     axis: ClassVar[str] = 'position'
+    trusted_as: ClassVar[str] = 'terms'
     repeats: ClassVar[bool] = True
     held_by: ClassVar[tuple[str, ...]] = ('mjcf',)
 

@@ -54,7 +54,7 @@ class EffortDelay(Term):
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
-        if abs(fit.amplitude[0]) < 0.75 * fit.signals.band.step:
+        if abs(self.change(fit)[0]) < 0.75 * fit.signals.band.step:
             return 'a delay within a sampling interval is where in it a sample is taken'
         if abs(fit.amplitude[0]) > 0.05:
             return 'a delay of over 50 ms would be seen'

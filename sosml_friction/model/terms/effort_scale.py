@@ -35,7 +35,7 @@ class EffortScale(MeasurementTerm):
 
     def tolerated(self, fit: Fitted, tolerance: float) -> bool:
         """Tell whether a torque constant that is off by its tolerance may have such an error."""
-        return bool(abs(fit.amplitude[0]) < tolerance)
+        return bool(abs(self.change(fit)[0]) < tolerance)
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -31,6 +31,7 @@ class Spring(EffortTerm):
     }
     held_by: ClassVar[tuple[str, ...]] = ('mjcf', 'sdf')
     axis: ClassVar[str] = 'position'
+    trusted_as: ClassVar[str] = 'terms'
     free_axis: ClassVar[str] = 'position'
     worn: ClassVar[bool] = True
 
@@ -45,7 +46,7 @@ class Spring(EffortTerm):
         """Return why such an amplitude is impossible, else ''."""
         if fit.amplitude[0] <= 0.0:
             return 'a spring has a positive stiffness'
-        if self.reduces_to(fit):
+        if self.stated is None and self.reduces_to(fit):
             return 'no stiffness is seen: what is left of a spring is a constant'
         return ''
 

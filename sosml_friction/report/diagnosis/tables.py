@@ -29,6 +29,7 @@ def causes(diagnosis: Diagnosis) -> str:
         if cause.effect in FAULTS:
             continue
         what = f'{where(cause.joint)}: {words(cause.effect)}'
+        what += ' as stated is off' if cause.stated else ''
         what += ' (within the tolerance)' if cause.tolerated else ''
         rivals = ', '.join(map(words, cause.rivals))
         held = 'yes' if cause.in_model else 'no'
@@ -36,7 +37,9 @@ def causes(diagnosis: Diagnosis) -> str:
             rows.append((what, SIZE_UNKNOWN, '', '', rivals, held))
             continue
         for k, (name, p) in enumerate(cause.parameters.items()):
-            row = (words(name), number_text(name, p), '' if p.unit == '1' else p.unit)
+            label = words(name)
+            label += f' (stated: {cause.stated[name]:.4g})' if name in cause.stated else ''
+            row = (label, number_text(name, p), '' if p.unit == '1' else p.unit)
             rows.append(('', *row, '', '') if k else (what, *row, rivals, held))
     columns = {'cause': '', 'parameter': '', 'value ± 95 %': 'n', 'unit': 'w', 'or as well': '',
                'in the extended model': ''}  # fmt: skip

@@ -19,6 +19,7 @@ class BodyTerm(Term):
     """State a change of the rigid body, linear in the amplitudes."""
 
     axis = 'body'
+    trusted_as = 'masses'
 
     @abstractmethod
     def changes(self, robot: Robot, joint: int, inner: Inner) -> tuple[Body, ...]:

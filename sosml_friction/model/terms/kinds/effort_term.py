@@ -5,6 +5,7 @@
 from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
+from typing import ClassVar
 
 import numpy as np
 
@@ -23,6 +24,8 @@ WARMEST = 50.0
 
 class EffortTerm(Term):
     """State an effort that the actuator spends in one joint, positive where friction is."""
+
+    trusted_as: ClassVar[str] = 'friction'
 
     @abstractmethod
     def effort(

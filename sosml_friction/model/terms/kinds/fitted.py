@@ -14,9 +14,9 @@ class Fitted:
     """
     Hold the amplitudes of a term in one joint beside the data that they were fitted to.
 
-    ``inner``: its inner parameters; ``amplitude`` (k,) and its standard errors ``error`` (k,), in
-    the order of ``Term.amplitudes``; ``inner_error``: those of inner parameters that were fitted;
-    NaN where unknown.
+    ``inner``: its inner parameters; ``amplitude`` (k,), with what the model states of it, and its
+    standard errors ``error`` (k,), in the order of ``Term.amplitudes``; ``inner_error``: those of
+    inner parameters that were fitted; NaN where unknown.
     """
 
     signals: Recording

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any, ClassVar
 
 import numpy as np
@@ -58,6 +59,11 @@ class Term(ABC):
     ``unspoken``: parameters that a sentence leaves out; ``at_reversals``: what shows it may be
     beside reversals alone; ``reversals_alone``: it acts nowhere else.
 
+    ``trusted_as``: the group of what it states, as of ``--trust``.
+
+    ``stated``: of a term that the model has already, its amplitudes there, and ``stated_names``
+    what they are called among the nominal parameters; see :meth:`as_stated`.
+
     What a model file needs to know: ``of_law``: it is a function of velocity alone, and part of
     a joint's friction law; ``left_out``: why observers do not undo it, '' if they do or need not;
     ``held_by``: the export targets, of those that do not hold everything, that can hold it.
@@ -85,6 +91,9 @@ class Term(ABC):
     unspoken: ClassVar[tuple[str, ...]] = ()
     at_reversals: ClassVar[bool] = False
     reversals_alone: ClassVar[bool] = False
+    trusted_as: ClassVar[str] = 'terms'
+    stated: FloatArray | None = None
+    stated_names: tuple[str, ...] = ()
     of_law: ClassVar[bool] = False
     left_out: ClassVar[str] = ''
     held_by: ClassVar[tuple[str, ...]] = ()
@@ -93,6 +102,30 @@ class Term(ABC):
         super().__init_subclass__(**kwargs)
         if registered:
             TERMS.add(cls)
+
+    @property
+    def key(self) -> str:
+        """Return what tells it from other candidates of its joint."""
+        return self.identifier if self.stated is None else self.stated_names[0]
+
+    def as_stated(self, amplitude: FloatArray, names: tuple[str, ...]) -> Term:
+        """
+        Return the term as a model states it, in which a fit finds a change of its amplitudes.
+
+        It is a nominal parameter then, and its inner parameters stay.
+        """
+        result = copy(self)
+        vars(result).update(stated=amplitude, stated_names=names)
+        vars(result).update(refined=(), parameter_error=True)
+        return result
+
+    def whole(self, change: FloatArray) -> FloatArray:
+        """Return the amplitudes (k,) of which a fit found ``change``: with what the model has."""
+        return change if self.stated is None else self.stated + change
+
+    def change(self, fit: Fitted) -> FloatArray:
+        """Return by how much the amplitudes (k,) differ from what the model has of them."""
+        return fit.amplitude if self.stated is None else fit.amplitude - self.stated
 
     def applies(self, signals: Recording, joint: int) -> bool:
         """Tell whether the term can act in this joint at all."""
