@@ -16,6 +16,9 @@ from sosml_friction.cli.main import main
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.share import share_directory
 
+#: The mass is what the effort was made with: a comparison of bodies is half the time of a fit.
+KNOWN_MASS = ('--body-tolerance', '0')
+
 
 @pytest.fixture(scope='session')
 def slider_fit(slider_bag, tmp_path_factory):
@@ -93,7 +96,7 @@ def test_fit_refits_and_prints_inertia_and_adds_the_weak_form(sosml, slider_bag,
 def test_fit_with_a_truth_shows_it(sosml, slider_bag, slider_fit, tmp_path):
     truth = tmp_path / 'truth'
     shutil.copytree(slider_fit[0], truth)
-    code, out, _ = sosml('fit', slider_bag, '--truth', truth)
+    code, out, _ = sosml('fit', slider_bag, '--truth', truth, *KNOWN_MASS)
     assert code == 0
     assert 'truth' in out
 
@@ -182,13 +185,13 @@ def test_ctrl_c_ends_with_130_and_nothing_half_written(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(fit_run if stage == 'analyse_bag' else results, stage, interrupt)
-    code, out, err = sosml('fit', slider_bag)
+    code, out, err = sosml('fit', slider_bag, *KNOWN_MASS)
     assert (code, out, err.strip()) == (130, '', 'sosml: interrupted')
     assert list(tmp_path.iterdir()) == []
 
 
 def test_fit_runs_the_observers_that_are_named(sosml, encoder_bag):
-    _, out, _ = sosml('fit', encoder_bag, '--observers', 'kalman,smoother', '--json')
+    _, out, _ = sosml('fit', encoder_bag, '--observers', 'kalman,smoother', '--json', *KNOWN_MASS)
     fits = checked(out, 'fit')['joints']['slider']
     assert set(fits) == {'kalman', 'smoother', 'weak_form'}
     for fit in fits.values():
@@ -204,7 +207,7 @@ def test_the_observer_that_makes_the_model_is_the_one_that_is_shown(sosml, encod
         ('kalman,sosml', 'sosml'),
     ):
         arguments = ('--observers', names, '--method', 'samples', '--out', 'chosen', '--json')
-        _, out, err = sosml('fit', encoder_bag, *arguments)
+        _, out, err = sosml('fit', encoder_bag, *arguments, *KNOWN_MASS)
         fits = checked(out, 'fit')
         assert fits['model'] == {'slider': chosen}
         value = fits['joints']['slider'][chosen]['parameters']['coulomb']['value']
@@ -232,10 +235,10 @@ def test_the_hold_of_the_effort_can_be_stated_where_the_bag_does_not(sosml, tmp_
     residual = {}
     for hold in ('start', 'end'):
         options = ('--effort-hold', hold, '--observers', 'kalman', '--method', 'samples', '--json')
-        _, out, _ = sosml('fit', bag, *options)
+        _, out, _ = sosml('fit', bag, *options, *KNOWN_MASS)
         residual[hold] = checked(out, 'fit')['joints']['slider']['kalman']['residual_std']
     assert residual['end'] < 0.7 * residual['start']
-    assert 'start' in sosml('fit', bag)[1]
+    assert 'start' in sosml('fit', bag, *KNOWN_MASS)[1]
     assert 'effort' in sosml('tune', bag, '--effort-hold', 'never')[2]
 
 

@@ -74,7 +74,7 @@ def fit(monkeypatch, tmp_path, capsys):
     def run(log, *options, model=EMPS):
         bag = record(log, tmp_path / 'bag', model)
         given = options or ('--model', str(model))
-        code = cli.main(['fit', str(bag), '--out', 'result', *given])
+        code = cli.main(['fit', str(bag), '--out', 'result', '--body-tolerance', '0', *given])
         captured = capsys.readouterr()
         return code, captured.out, captured.err
 
