@@ -21,6 +21,10 @@ from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.settings import DiagnosisSettings
 
+#: What repeats over position is noise beside bodies, and its hundreds of lines are a quarter of
+#: the time of a comparison, and of an hour most of its memory.
+WITHOUT = ('cogging',)
+
 
 @dataclass(frozen=True)
 class BodyComparison:
@@ -64,8 +68,17 @@ class BodyComparison:
             return cls()
         bare = replace(model, effects=())
         settings = DiagnosisSettings(end_stops=True)
+
+        def fit_with(
+            model: RobotModelFile,
+            terms: Sequence[str],
+            tolerance: float | None,
+            settled: bool = True,
+        ) -> TermFit:
+            return fit_terms(logs, model, terms, settings, step, tolerance, settled, WITHOUT)
+
         try:
-            fit = fit_terms(logs, bare, FRICTION, settings, step, tolerance, settled=False)
+            fit = fit_with(bare, FRICTION, tolerance, settled=False)
         except DataError as error:
             if unknown:
                 raise DataError(
@@ -81,14 +94,14 @@ class BodyComparison:
             return cls(rotors, _timing(fit, logs), doubt)
         shown = [term.label for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
         step('fitting beside the friction that the data show')
-        again = fit_terms(logs, bare, (*NOMINAL, *shown), settings, step, fit.body.tolerance)
+        again = fit_with(bare, (*NOMINAL, *shown), fit.body.tolerance)
         fit = replace(again, body=fit.body)
         body = BodyRefit.of(fit, model)
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            last = fit_terms(logs, fitted, (*NOMINAL, *shown), settings, step, fit.body.tolerance)
+            last = fit_with(fitted, (*NOMINAL, *shown), fit.body.tolerance)
             body = body.with_friction_of(last)
         return cls(body, _timing(fit, logs))
 

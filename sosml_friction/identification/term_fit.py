@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The values of a given list of terms, by the regression that a diagnosis searches with."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -230,6 +230,7 @@ def fit_terms(
     step: Callable[[str], None] = lambda text: None,
     body_tolerance: float | None = None,
     settled: bool = True,
+    without: Collection[str] = (),
 ) -> TermFit:
     """
     Estimate the values of terms, with one covariance of all that is fitted.
@@ -244,7 +245,7 @@ def fit_terms(
     :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
         None for what the data say (:func:`~sosml_friction.regression.body_width.choose_width`).
     :param settled: whether inner parameters are searched beside one another once more.
-
+    :param without: terms whose part of the effort is left in the noise.
     :param logs: recordings; their joints include the model's.
     :param terms: as for :func:`parse_terms`.
     :raises ConfigurationError: if a term is unknown or can act in none of its joints.
@@ -261,7 +262,9 @@ def fit_terms(
     nominal = _without(with_sign_widths(model, logs, robot, fitted_laws), wanted)
     signals = with_known(prepare(logs, nominal, robot, settings), nominal)
     listed = {term for own in wanted.values() for term in own}
-    laboratory = WhitenedRegression.make(signals, _library(wanted), settings, step, listed)
+    laboratory = WhitenedRegression.make(
+        signals, _library(wanted, without), settings, step, listed
+    )
     keys, left = _keys(laboratory, wanted, signals[0])
     step('fitting the terms')
     laboratory, body = _with_body(laboratory, keys, body_tolerance, step)
@@ -394,9 +397,13 @@ def _less(friction: FrictionParameters, terms: Sequence[str]) -> FrictionParamet
     return FrictionParameters(law.identifier, friction.smoothing_velocity, own)
 
 
-def _library(wanted: Mapping[str, Sequence[str]]) -> dict[str, Term]:
-    """Return the terms that a diagnosis looks for, and those that are asked for."""
-    searched = {name: kind() for name, kind in TERMS.classes.items() if kind.searched}
+def _library(wanted: Mapping[str, Sequence[str]], without: Collection[str]) -> dict[str, Term]:
+    """Return the terms that a diagnosis looks for, but for some, and those that are asked for."""
+    searched = {
+        name: kind()
+        for name, kind in TERMS.classes.items()
+        if kind.searched and name not in without
+    }
     more = {term for terms in wanted.values() for term in terms if term not in NOMINAL}
     return {**searched, **{name: TERMS[name]() for name in sorted(more)}}
 
