@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What friction is unsure by where the bodies of a model are only known within a tolerance."""
+"""What the bodies of a model are off by, within their tolerance, where the model keeps them."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from sosml_friction.regression.whitened import WhitenedRegression
 @dataclass(frozen=True)
 class BodyDoubt:
     """
-    Hold what a recording leaves open of bodies that are used as the model has them.
+    Hold what a recording says of bodies that the model keeps: what they are off by.
 
-    ``rigid`` (p,): which numbers, ten of each body and then the rotors; ``roots`` (p, p + 1): R
-    with R R' = b b' + P, b and P mean and covariance of what they are off by, given the recording.
+    ``rigid`` (p,): which numbers, ten of each body and then the rotors; ``mean`` (p,) of what they
+    are off by, given the recording; ``roots`` (p, p): R with R R' its covariance.
     """
 
     rigid: IndexArray
+    mean: FloatArray
     roots: FloatArray
 
     @classmethod
@@ -46,13 +47,18 @@ class BodyDoubt:
         size = np.sqrt(np.diag(P))
         values, vectors = np.linalg.eigh(P / size / size[:, None])
         spread = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
-        return cls(nominal.rigid[known], np.column_stack([mean[own], spread]))
+        return cls(nominal.rigid[known], mean[own], spread)
 
     def efforts(self, robot: Robot, q: FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-        """Return what each column of ``roots`` adds to the friction of a motion, (N, n, p + 1)."""
+        """
+        Return what bodies that are off add to the friction of a motion, (N, n, 1 + p).
+
+        First the mean, then each column of ``roots``.
+        """
+        off = np.column_stack([self.mean, self.roots])
         bodies, count = self.rigid < 10 * robot.n, 10 * robot.n
         Y = robot.torque_regressors(q, v, a)[:, :, self.rigid[bodies]]
-        result = -Y @ self.roots[bodies]
-        for joint, root in zip(self.rigid[~bodies] - count, self.roots[~bodies], strict=True):
+        result = -Y @ off[bodies]
+        for joint, root in zip(self.rigid[~bodies] - count, off[~bodies], strict=True):
             result[:, joint] -= a[:, joint, None] * root
         return np.asarray(result)

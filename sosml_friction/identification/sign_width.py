@@ -24,8 +24,9 @@ def with_sign_widths(
     """
     Return the model with v0 of each sign that it does not state, as the weak form finds it.
 
-    Other terms of a law that is fitted would make up for it at slow motion. Of several recordings
-    it is the median of those that show that the sign is no jump; where none does, it stays one.
+    Other terms of a law that is fitted would make up for it at slow motion, and do so before it is
+    sure: beside a jump, a Stribeck term took the exponent 2 and half of its size. Of several
+    recordings it is the median of those in which a smooth sign fits better than a jump.
 
     :param logs: recordings; their joints are the robot's.
     :param joints: whose law is fitted.
@@ -42,7 +43,7 @@ def with_sign_widths(
             try:
                 rows = form.rows(i)
                 top = float(np.quantile(np.abs(rows.mean_v[rows.keep]), 0.99))
-                width = rows.smoothing()
+                width = rows.likeliest_smoothing()
                 if width < _WIDEST * top:
                     found[i].append(width)
             except DataError:

@@ -128,7 +128,7 @@ class WeakForm:
         :class:`~sosml_friction.observers.momentum_sampler.MomentumSampler`.
     :param maximum_gap_s: a longer step between samples is a hole.
     :param timing: when effort acts, instead of ``effort_hold``.
-    :param doubt: what the bodies may be off by, for the errors.
+    :param doubt: what the bodies are off by, and how surely.
     """
 
     def __init__(
@@ -281,7 +281,7 @@ class WeakForm:
         tau_f = np.full(len(self.time), np.nan)
         for piece in pieces:
             inside = piece.covers(self.time)
-            tau_f[inside] = np.interp(self.time[inside], piece.middle, piece.friction(i))
+            tau_f[inside] = np.interp(self.time[inside], piece.middle, self._friction(piece, i))
         fit = rows.fit(self.robot.effort_units[i])
         inertia = self._inertia(fit.extra[0]) if fit.extra else None
         return WeakFit(fit, inertia, middle, means, self._support, tau_f)
@@ -306,7 +306,7 @@ class WeakForm:
                 'position, which the weak form needs: record without gaps'
             )
         v = np.concatenate([piece.v[:, i] for piece in pieces])
-        y = np.concatenate([piece.friction(i) for piece in pieces])
+        y = np.concatenate([self._friction(piece, i) for piece in pieces])
         lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
         late = np.concatenate([piece.late_effort(i) for piece in pieces])
         middle = np.concatenate([piece.middle for piece in pieces])
@@ -320,7 +320,7 @@ class WeakForm:
 
         doubt = None
         if self._doubt is not None:
-            doubt = np.concatenate([self._unsure_bodies(piece) for piece in pieces])[:, i]
+            doubt = np.concatenate([self._bodies(piece) for piece in pieces])[:, i, 1:]
         extra = None
         if self.settings.refit_inertia:
             extra = np.concatenate([piece.inertial(i) for piece in pieces])[:, None]
@@ -387,14 +387,19 @@ class WeakForm:
         keep = before.keep & found.keep
         return replace(found, keep=keep, unsmoothed=replace(before, keep=keep))
 
-    def _unsure_bodies(self, piece: _Piece) -> FloatArray:
-        """Return what the bodies may be off by in the means of a piece, (K, n, U)."""
-        if piece.doubt is None:
+    def _friction(self, piece: _Piece, i: int) -> FloatArray:
+        """Return the means of tau_f beside the bodies that the motion shows, (K,)."""
+        tau_f = piece.friction(i)
+        return tau_f if self._doubt is None else tau_f + self._bodies(piece)[:, i, 0]
+
+    def _bodies(self, piece: _Piece) -> FloatArray:
+        """Return what bodies that are off add to the means of a piece, (K, n, 1 + U)."""
+        if piece.bodies is None:
             assert self._doubt is not None
             q, v = (piece.tests @ x[piece.rows] for x in (self._log.q, self._log.v))
             a = np.gradient(v, piece.middle, axis=0) if len(v) > 1 else np.zeros_like(v)
-            piece.doubt = self._doubt.efforts(self.robot, q, v, a)
-        return piece.doubt
+            piece.bodies = self._doubt.efforts(self.robot, q, v, a)
+        return piece.bodies
 
     def _inertia(self, factor: Parameter) -> Parameter:
         if self.robot.n > 1:
@@ -429,7 +434,7 @@ class _Piece:
         self.rows, self.before = rows, np.append(rows[0], rows[:-1])
         self.v = 0.5 * (log.v[self.before] + log.v[rows])
         self._forcing, self._lost, self._late = samples.forcing, lost_effort, late_effort
-        self.doubt: FloatArray | None = None
+        self.bodies: FloatArray | None = None
         begin = float(end[0] - samples.h[0])
         step = support / _PIECES
         fits = np.floor((float(end[-1]) - begin - support) / step + 1e-9)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.compiled import compiled
 
 
@@ -25,16 +25,40 @@ def dahl_step(z: FloatArray, dx: FloatArray, displacement: FloatArray | float) -
     return np.asarray(target + (z - target) * np.exp(-np.abs(dx) / displacement))
 
 
-@compiled
 def dahl_path(x: FloatArray, displacement: float) -> FloatArray:
     """
     Return z (N,), between -1 and 1, along a path x (N,) from z = 0.
 
     After a reversal it approaches the new sign over a few ``displacement``, at rest it stays, and
-    how fast the path is run through does not matter.
+    how fast the path is run through does not matter. A path that turns around between samples is
+    followed to where it does: turned around at a sample, z would be half an interval late.
 
     :param displacement: over which z approaches the sign of motion, positive [rad or m].
     """
+    turning, after = _turning_points(x)
+    longer = np.insert(x, after + 1, turning)
+    own = np.arange(len(x)) + np.searchsorted(after + 1, np.arange(len(x)), side='right')
+    return np.asarray(_path(longer, displacement)[own])
+
+
+def _turning_points(x: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """
+    Return where a path turns around, and after which sample each is.
+
+    By the parabola through three samples, of which the middle one is furthest: exact while the
+    acceleration stays.
+    """
+    rise, fall = np.diff(x)[:-1], np.diff(x)[1:]
+    k = np.flatnonzero(rise * fall < 0.0)
+    rise, fall = rise[k], fall[k]
+    turning = x[k + 1] + (rise + fall) ** 2 / (8.0 * (rise - fall))
+    # After the middle sample if the way to it is the longer one.
+    return turning, np.where(np.abs(rise) > np.abs(fall), k + 1, k)
+
+
+@compiled
+def _path(x: FloatArray, displacement: float) -> FloatArray:
+    """Return z (N,) along a path that turns around at samples."""
     z = np.zeros(len(x))
     now = 0.0
     for k in range(1, len(x)):

@@ -86,6 +86,20 @@ def test_samples_between_efforts_that_come_more_slowly_are_left_out(good, robot)
     assert 'without_effort' in {finding.check for finding in checks.findings}
 
 
+def test_samples_that_repeat_an_effort_are_left_out(good, robot):
+    """The elbow's comes at a fifth of the rate, the shoulder's at a third."""
+    k = np.arange(len(good))
+    tau = np.column_stack([good.tau[k - k % 3, 0], good.tau[k - k % 5, 1]])
+    log, checks = check_data(replace(good, tau=tau), robot)
+    assert checks.period_s == pytest.approx(5 * PERIOD)
+    np.testing.assert_array_equal(log.q, good.q[5::5])
+    np.testing.assert_array_equal(log.tau[:, 1], good.tau[5::5, 1])
+    between = np.interp(good.time[5::5], good.time[::3], good.tau[::3, 0])
+    assert log.tau[1:-1, 0] == pytest.approx(between[1:-1])
+    (said,) = (f.sentence for f in checks.findings if f.check == 'held_effort')
+    assert f'of {robot.names[1]} at {0.2 / PERIOD:.3g} Hz' in said
+
+
 @pytest.mark.parametrize(('joint', 'i'), [('shoulder', 0), ('elbow', 1)])
 def test_the_friction_level_is_that_at_the_median_speed(good, robot, joint, i):
     """C + B |v|: the median over the windows taken differs by up to 0.15 rad/s from that here."""

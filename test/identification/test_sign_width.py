@@ -8,14 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_robots import rigid_effort, sines, slider_model
+from known_robots import recording, rigid_effort, sines, slider_model
 
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.diagnosis.diagnosis import diagnose
 from sosml_friction.identification.sign_width import with_sign_widths
 from sosml_friction.identification.term_fit import fit_terms
+from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND
+from sosml_friction.model.simple_models import pendulum_model
 from sosml_friction.model.smooth_sign import softened
 
 STEP = 4e-3
@@ -47,6 +49,24 @@ def test_the_width_of_the_sign_is_found(log):
     found = with_sign_widths(model, [log], model.make_robot(), ['slider']).joints['slider']
     assert found.sign_width == pytest.approx(WIDTH, rel=0.1)
     assert found.friction.smoothing_velocity == found.sign_width
+
+
+def test_a_width_beside_a_knee_is_taken_before_it_is_shown():
+    """A slow pendulum, Stribeck friction beside a sign of 5 mrad/s, an encoder of 19 bits."""
+    t = 4e-3 * np.arange(10000)
+    q, v, a = sines(t, ((0.8, 0.25, 0.0), (0.1, 1.1, 0.5), (0.3, 0.7, 1.0)))
+    rng = np.random.default_rng(30)
+    model = pendulum_model(1.2, 0.3, 0.0, 0.02, 'joint')
+    friction = np.tanh(v / 5e-3) * (0.25 + 0.25 * np.exp(-np.abs(v) / 0.05)) + 0.15 * v
+    tau = rigid_effort(model, *(x[:, None] for x in (q, v, a)))[:, 0] + friction
+    tau += 0.02 * rng.standard_normal(len(t))
+    count = 2.0 * np.pi / 2**19
+    q = count * np.rint(q / count + 0.5 * rng.standard_normal(len(t)))
+    log = recording(('joint',), t, q, tau)
+    robot = model.make_robot()
+    assert WeakForm(log, robot).rows(0).smoothing() == 0.0
+    found = with_sign_widths(model, [log], robot, ['joint']).joints['joint']
+    assert found.sign_width == pytest.approx(5e-3, rel=0.3)
 
 
 def test_a_width_that_the_model_states_stays(log):

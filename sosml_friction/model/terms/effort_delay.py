@@ -13,19 +13,15 @@ from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.model.terms.kinds.term import Inner, Term
 
-#: The slope of rigid effort is taken at this share of the band: above are noise and no motion.
-_SMOOTHER = 0.5
-
 
 def effort_slope(signals: Recording) -> FloatArray:
     """
     Return the slope of the nominal effort in time, (N, n) [Nm/s or N/s].
 
-    Rigid effort is smoothed first: the noise of position, differentiated three times, would
-    attenuate what is fitted to it.
+    Over the whole band: smoothed to half of it, an effort that changed faster came out as late as
+    twice its delay.
     """
-    smooth = signals.band.smooth(signals.rigid, _SMOOTHER)
-    return first_derivative(smooth + signals.friction, signals.band.step)
+    return first_derivative(signals.rigid + signals.friction, signals.band.step)
 
 
 class EffortDelay(Term):
