@@ -42,7 +42,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
 from sosml_friction.nodes.fresh_start import tell_start
-from sosml_friction.nodes.joint_states_topic import JointStatesTopic, PublishersOfJointStates
+from sosml_friction.nodes.joint_states_topic import JointStatesTopic
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.observer_health import ObserverHealth, Said
 from sosml_friction.nodes.observer_parameters import configuration_of, parameters
@@ -92,7 +92,7 @@ class ObserverNode(ProgramNode):
             self._correct(self._stated.model)
         self._refuse_observers()
         self._watch: WatchedEstimator | None = None
-        self._topic: PublishersOfJointStates | None = None
+        self._topic: JointStatesTopic | None = None
         self._health = ObserverHealth(())
         self._columns: dict[tuple[str, ...], IndexArray | None] = {}
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
