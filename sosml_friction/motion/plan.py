@@ -11,7 +11,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError, TrajectoryError
-from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import per_joint
 from sosml_friction.motion.trajectories import COMMON, TrajectoryKind, build_trajectory, find_kind
@@ -24,6 +24,7 @@ from sosml_friction.motion.trajectory_loads import (
 )
 from sosml_friction.motion.trajectory_option import TrajectoryOption, Value
 from sosml_friction.share import share_directory
+from sosml_friction.text_file import read_text
 from sosml_friction.yaml_text import read_yaml
 
 #: Step of the samples that are checked, drawn and written [s].
@@ -119,7 +120,7 @@ def plan_trajectory(
     """
     kind = find_kind(name)
     folder = share_directory() / 'config' / 'exoskeleton' if model is None else model
-    robot = _make_robot(read_model(folder), urdf)
+    robot = read_model(folder).make_robot(None if urdf is None else read_text(urdf, 'URDF'))
     options = {o.name: o for o in (*kind.options, *COMMON, *_ROBOT_OPTIONS)}
     values = {key: option.default for key, option in options.items()}
     values |= _from_parameters(folder, kind, options)
@@ -141,13 +142,6 @@ def plan_trajectory(
     uses = tuple(limit_uses(loads, robot, margin, limit))
     own |= {'centre': tuple(centre.values()), 'start': tuple(start.values())}
     return PlannedTrajectory(kind, own, robot, trajectory, loads, margin, limit, uses)
-
-
-def _make_robot(nominal: RobotModelFile, urdf: Path | None) -> Robot:
-    try:
-        return nominal.make_robot(None if urdf is None else urdf.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'the URDF {urdf} cannot be read: give a URDF file') from error
 
 
 def _from_parameters(
