@@ -80,12 +80,9 @@ class EmulatedRmdX(EmulatedActuator):
         self,
         mount: RmdXConfiguration,
         options: RmdXOptions,
-        torque_constant: float,
         seed: np.random.SeedSequence,
     ) -> None:
-        super().__init__(
-            mount, options, torque_constant, seed, current_limit=options.rmd_current_limit
-        )
+        super().__init__(mount, options, seed, current_limit=options.rmd_current_limit)
         self._id = mount.can_id
         self._options = options
         self._timeout_ns = round(options.comm_timeout * 1e9)

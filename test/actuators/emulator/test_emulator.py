@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -297,10 +298,9 @@ def test_hardware_may_differ_from_what_the_driver_believes():
     configuration = default_configuration()
     emulator = ExoskeletonEmulator(
         read_model(share_directory() / 'config' / 'emulated_exoskeleton'),
-        configuration.joints,
+        (replace(configuration.joints[0], torque_constant=1.0), configuration.joints[1]),
         hanging_position(2),
         options=QUIET,
-        torque_constants={'shoulder': 1.0},
     )
     for k in range(20):
         ask(emulator, rmd_x.SetCurrent(1.0), k * MS)
