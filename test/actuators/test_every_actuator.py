@@ -130,7 +130,7 @@ def test_a_parameter_of_another_type_is_an_error_that_names_what_exists(driver_n
 
 def test_two_types_cannot_have_one_name(outside):
     own = {'configuration_type': outside.BenchConfiguration}
-    with pytest.raises(TypeError, match='driver bench_drive of Other exists: BenchActuator'):
+    with pytest.raises(ConfigurationError, match="two drivers of the name 'bench_drive'"):
         type('Other', (outside.BenchActuator,), own)
     assert Actuator.kind('bench_drive') is outside.BenchActuator
 
