@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timezone
 from typing import Any, NamedTuple
@@ -15,6 +13,7 @@ import numpy as np
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.number_text import format_number, plus_minus
 from sosml_friction.identification.several.drift import Drift, drift_of
+from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.table import Column
 
 FORMAT = 'sosml_friction/fleet/1'
@@ -140,11 +139,7 @@ def drifts(rows: Iterable[FleetRow]) -> dict[tuple[str, str, str, str], Drift]:
 
 def rows_csv(rows: Sequence[FleetRow]) -> str:
     """Return the rows as CSV with a header."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(COLUMNS)
-    writer.writerows(row.cells() for row in rows)
-    return text.getvalue()
+    return csv_text(COLUMNS, (row.cells() for row in rows))
 
 
 #: Columns of the terminal's table.
