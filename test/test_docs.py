@@ -18,6 +18,7 @@ from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.model.terms_table import terms_document
+from validation.constants import constants, constants_document
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob('*.md'), *(ROOT / 'docs').glob('*.md')])
@@ -36,6 +37,15 @@ SYMBOLS = {
 def test_the_page_of_terms_is_what_the_terms_say():
     """Run ``python -m sosml_friction.model.terms_table > docs/terms.md`` if it fails."""
     assert (ROOT / 'docs' / 'terms.md').read_text() == terms_document()
+
+
+def test_the_page_of_constants_is_what_the_sources_say():
+    """Run ``python -m validation.constants > docs/constants.md`` if it fails."""
+    assert (ROOT / 'docs' / 'constants.md').read_text() == constants_document()
+
+
+def test_every_constant_of_the_diagnosis_says_what_it_is():
+    assert [number.label for number in constants() if not number.comment] == []
 
 
 def test_every_term_and_every_parameter_is_in_the_table():

@@ -15,25 +15,19 @@ stopped goes on. Numbers inside compiled functions are not reached: none is chos
 from __future__ import annotations
 
 import argparse
-import ast
-import importlib
 import json
-import pkgutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-import sosml_friction.diagnosis
-import sosml_friction.regression
 from sosml_friction.regression.settings import DiagnosisSettings
 from validation.axis_campaign import trial
+from validation.constants import Number, constants
 
 FACTORS = (0.5, 2.0)
-#: What a comment says of a number without an origin.
-_SAID = 'chosen, no measurement'
 #: Settings that are a way of looking at data, and no threshold.
 _NO_NUMBER = ('seed', 'trust')
 #: The answers: kind, effect and number of a trial.
@@ -57,31 +51,9 @@ GOOD = {
 }
 
 
-@dataclass(frozen=True)
-class Number:
-    """Hold where a number stands, ``module`` and ``name``, and its value."""
-
-    module: str
-    name: str
-    value: Any
-
-    @property
-    def label(self) -> str:
-        """Return what names its file."""
-        return f'{self.module.removeprefix("sosml_friction.")}.{self.name}'
-
-
 def chosen_numbers() -> list[Number]:
     """Return the constants whose comment says that no measurement chose them, and settings."""
-    found = []
-    for package in (sosml_friction.diagnosis, sosml_friction.regression):
-        for entry in pkgutil.walk_packages(package.__path__, package.__name__ + '.'):
-            module = importlib.import_module(entry.name)
-            source = Path(str(module.__file__)).read_text()
-            found += [
-                Number(entry.name, name, getattr(module, name))
-                for name in _said_to_be_chosen(source)
-            ]
+    found = [number for number in constants() if number.is_chosen]
     settings = DiagnosisSettings()
     found += [
         Number(DiagnosisSettings.__module__, each.name, value)
@@ -91,23 +63,6 @@ def chosen_numbers() -> list[Number]:
         and not isinstance(value, bool)
     ]
     return [number for number in found if scaled(number.value, 2.0) is not None]
-
-
-def _said_to_be_chosen(source: str) -> Iterator[str]:
-    """Yield the names that are assigned below a comment which says so."""
-    lines = source.splitlines()
-    for statement in ast.parse(source).body:
-        if not isinstance(statement, ast.Assign):
-            continue
-        first = statement.lineno - 1
-        above = first
-        while above and lines[above - 1].startswith('#'):
-            above -= 1
-        comment = ' '.join(line.removeprefix('#:').strip() for line in lines[above:first])
-        if _SAID in comment.lower():
-            for target in statement.targets:
-                names = target.elts if isinstance(target, ast.Tuple) else [target]
-                yield from (name.id for name in names if isinstance(name, ast.Name))
 
 
 def scaled(value: Any, factor: float) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 
 from sosml_friction.api.logs import labelled
 from sosml_friction.api.model import Model, one_model
+from sosml_friction.api.names import as_names
 from sosml_friction.api.result import Result, interval_of
 from sosml_friction.api.simulate import Simulation, simulate
 from sosml_friction.bags.joint_log import JointLog
@@ -108,7 +109,7 @@ def diagnose(
     model: Model | None = None,
     holdout: JointLog | None = None,
     *,
-    without: Sequence[str] = (),
+    without: str | Sequence[str] = (),
     keep_all: bool = False,
     trust: Mapping[str, float] | None = None,
     mjcf: str | Path | None = None,
@@ -136,5 +137,7 @@ def diagnose(
     nominal = as_recorded(one_model(model, mjcf), recordings[0][1])
     told = dict(trust or {})
     settings = DiagnosisSettings(trust=told if mjcf is None else trust_of_a_simulation(told))
-    found = diagnose_logs(recordings, nominal, other, without, settings, keep_all=keep_all)
+    found = diagnose_logs(
+        recordings, nominal, other, as_names(without) or (), settings, keep_all=keep_all
+    )
     return Diagnosis(found if mjcf is None else with_simulator(found, Path(mjcf)))

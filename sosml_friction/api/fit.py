@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from sosml_friction.api.logs import labelled, velocity_of
 from sosml_friction.api.model import Model, one_model
+from sosml_friction.api.names import as_names
 from sosml_friction.api.result import Result, interval_of, table_text
 from sosml_friction.api.term_fit import Terms, fit_terms_of
 from sosml_friction.arrays import FloatArray
@@ -156,13 +157,13 @@ def fit(
     law: str = 'auto',
     symmetric: bool = True,
     alpha: float = 1.0,
-    observers: Sequence[str] | None = None,
+    observers: str | Sequence[str] | None = None,
     bandwidth: float | None = None,
     effort_hold: Mapping[str, str] | str | None = None,
     refit_inertia: bool = False,
     roles: Mapping[str, str] | None = None,
     own_bias: bool | None = None,
-    terms: Sequence[str] | None = None,
+    terms: str | Sequence[str] | None = None,
     mjcf: str | Path | None = None,
 ) -> Fit | Terms:
     """
@@ -191,7 +192,7 @@ def fit(
     """
     content = one_model(model, mjcf, free_rotors=True)
     if terms is not None:
-        return fit_terms_of(logs, content, terms)
+        return fit_terms_of(logs, content, as_names(terms) or ())
     form = LawForm(law, symmetric, alpha)
     settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
     recordings = labelled(logs)
@@ -208,10 +209,11 @@ def fit(
         nominal = as_recorded(content, next(iter(recordings.values())))
         compared = compare_together(recordings, nominal, settings)
     analyses = {}
+    chosen = as_names(observers)
     for label, log in recordings.items():
         try:
             analyses[label] = analyse_log(
-                log, as_recorded(content, log), settings, bandwidth, observers, effort_hold,
+                log, as_recorded(content, log), settings, bandwidth, chosen, effort_hold,
                 source=sources[label], require=not several, compared=compared,
             )  # fmt: skip
         except DataError as error:

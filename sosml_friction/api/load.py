@@ -13,15 +13,19 @@ from sosml_friction.exceptions import ConfigurationError, DataError
 
 
 def load(
-    source: str | Path, mapping: str | Path | None = None, namespace: str | None = None
+    source: str | Path,
+    mapping: str | Path | None = None,
+    namespace: str | None = None,
+    rate: float | None = None,
 ) -> JointLog:
     """
     Read a recording.
 
-    :param source: a bag (folder or .mcap file), or a table (.csv, .mat, .npz, .npy).
+    :param source: a bag (folder or file), or a table of any kind that sosml import reads.
     :param mapping: of a table, the YAML file that says which variable is what, in which unit; see
         :mod:`sosml_friction.bags.mapping`.
     :param namespace: which robot, where a bag holds several.
+    :param rate: samples per second [Hz], where the mapping of a table has no time.
     :return: the measured motion in SI units: ``t_ns`` (N,), ``q``, ``v``, ``tau`` (N, n), NaN
         where a quantity was not measured.
     :raises ConfigurationError: if a table comes without a mapping, a bag with one, or the mapping
@@ -40,5 +44,5 @@ def load(
             else f'{source} is a bag, which says itself what it holds: leave the mapping out'
         )
     if mapping is not None:
-        return read_recording(source, read_mapping(mapping))
+        return read_recording(source, read_mapping(mapping, rate))
     return Bag.open(source, namespace).joint_log()

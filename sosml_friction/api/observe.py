@@ -10,6 +10,7 @@ import numpy as np
 
 from sosml_friction.api.logs import velocity_of
 from sosml_friction.api.model import Model
+from sosml_friction.api.names import as_names
 from sosml_friction.api.result import Result
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
@@ -80,7 +81,7 @@ class Observation(Result):
 def observe(
     log: JointLog,
     model: Model,
-    observers: Sequence[str] | None = None,
+    observers: str | Sequence[str] | None = None,
     bandwidth: float | None = None,
     effort_hold: Mapping[str, str] | str | None = None,
 ) -> Observation:
@@ -90,7 +91,7 @@ def observe(
     What the model knows of the effort's measurement (scale, bias, ...) is undone first.
 
     :param log: the motion; its joints include the model's.
-    :param observers: which; first_order and sosml if None.
+    :param observers: which, one or several; first_order and sosml if None.
     :param bandwidth: [rad/s] of all observers; None for gains from the noise, friction and motion
         measured in the log where ``observers`` are named, and the usual bandwidth otherwise.
     :param effort_hold: by joint, where in an interval its effort holds: ``start`` (a command,
@@ -103,6 +104,6 @@ def observe(
     log.require_effort()
     log = replace(log, tau=EffortCorrection(model.content).torque(log.tau))
     holds = effort_holds(robot.names, effort_hold or {}, None)
-    configuration = configuration_for(log, robot, bandwidth, holds, observers)
+    configuration = configuration_for(log, robot, bandwidth, holds, as_names(observers))
     friction = configuration.make_estimator(robot).batch(log)
     return Observation(log, friction, robot.effort_units, configuration)

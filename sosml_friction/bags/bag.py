@@ -1,10 +1,13 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Read a recorded bag: whole, cut off, or recorded by ``ros2 bag record -s mcap``."""
+"""Read a recorded bag: whole, cut off, or recorded by ``ros2 bag record``."""
 
 from __future__ import annotations
 
 import re
+import shutil
+import tempfile
+import weakref
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,20 +18,19 @@ import numpy as np
 from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.chunk_data import Region
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
 from sosml_friction.bags.joint_states import JointStates, read_joint_states
-from sosml_friction.bags.mcap_scan import McapScan, Region, open_store, scan
+from sosml_friction.bags.mcap_scan import McapScan, scan
+from sosml_friction.bags.message_store import open_store
+from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.yaml_text import parse_yaml, read_yaml
-
-JOINT_STATE = 'sensor_msgs/msg/JointState'
-TEMPERATURE = 'sensor_msgs/msg/Temperature'
-STRING = 'std_msgs/msg/String'
-TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
 
 _ROSBAG2 = 'rosbag2_bagfile_information'
 
@@ -138,11 +140,24 @@ class Bag:
         """
         Open a bag folder, with or without metadata.yaml, or a single .mcap file.
 
+        A bag in SQLite (.db3) or of ROS 1 (.bag) is read by way of a copy in MCAP, which is
+        removed with the object; see :func:`sosml_friction.bags.other_bag.copy_bag`.
+
         :param beyond: whether what a checksum shows to be whole is read behind a damaged place
             too; there are holes in such a recording.
         :raises BagError: if ``path`` is missing, is not a bag, or holds no message.
         """
         path = Path(path)
+        if is_other_bag(path):
+            place = Path(tempfile.mkdtemp(prefix='sosml_'))
+            try:
+                bag = cls.open(copy_bag(path, place / path.stem), namespace)
+            except BaseException:
+                shutil.rmtree(place)
+                raise
+            weakref.finalize(bag, shutil.rmtree, place, ignore_errors=True)
+            bag.path = path
+            return bag
         files = _mcap_files(path)
         regions: list[Region] = []
         return cls(path, namespace, [scan(file, regions, beyond) for file in files])
@@ -528,13 +543,8 @@ class Bag:
 def _mcap_files(path: Path) -> list[Path]:
     """Return the MCAP files of a bag in the order they were recorded."""
     if not path.exists():
-        raise BagError(f'{path} does not exist: give a bag folder or a .mcap file')
+        raise BagError(f'{path} does not exist: give a bag folder or file')
     if path.is_file():
-        if path.suffix == '.db3':
-            raise BagError(
-                f'{path} is stored in SQLite: make it MCAP with sosml import, or record '
-                'with -s mcap'
-            )
         return [path]
     try:
         names = sorted(file.name for file in path.iterdir() if file.is_file())
@@ -547,17 +557,15 @@ def _mcap_files(path: Path) -> list[Path]:
             key=lambda name: [int(p) if p.isdigit() else p for p in re.split(r'(\d+)', name)]
         )
         return [path / name for name in files]
-    packed = [name for name in names if name.endswith('.mcap.zstd')]
+    packed = [name for name in names if name.endswith(('.mcap.zstd', '.db3.zstd'))]
     if packed:
         raise BagError(
             f'{path} holds compressed files only ({packed[0]}): unpack them with `zstd -d`, or '
             'record with --storage-preset-profile zstd_fast, which is read directly'
         )
-    if any(name.endswith('.db3') for name in names):
-        raise BagError(
-            f'{path} is stored in SQLite: make it MCAP with sosml import, or record with -s mcap'
-        )
-    raise BagError(f'{path} is no bag: the folder holds no .mcap file; give the folder of one bag')
+    raise BagError(
+        f'{path} is no bag: the folder holds no .mcap or .db3 file; give the folder of one bag'
+    )
 
 
 def _merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, _Topic]:

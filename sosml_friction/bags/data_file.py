@@ -7,14 +7,16 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from datetime import datetime, timezone
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.bags.cell_text import is_missing, is_number, number, numbers
+from sosml_friction.bags.date_text import read_dates
+from sosml_friction.bags.long_table import widened
 from sosml_friction.bags.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -22,8 +24,6 @@ TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
 SUFFIXES = (
     '.mat', '.npz', '.npy', '.parquet', '.json', '.jsonl', '.ndjson', *TEXT_SUFFIXES,
 )  # fmt: skip
-#: What loggers write for a value that is missing, beside an empty cell and nan.
-_MISSING = frozenset(('', 'na', 'n/a', 'none', 'null', '-', '--'))
 #: Types of what stands in a MAT file of version 5: an array, a packed one, and all of an array.
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
@@ -69,13 +69,15 @@ class DataFile(Mapping[str, NDArray[Any]]):
         if suffix not in SUFFIXES:
             raise DataError(
                 f'{self.path} is not of a kind that can be imported: give one of '
-                f'{", ".join(SUFFIXES)}'
+                f'{", ".join(SUFFIXES)}; a table of text under another name is read as .csv'
             )
         try:
             self._variables = _READERS.get(suffix, read_text_table)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)
+        if {np.ndim(x) for x in self._variables.values() if not isinstance(x, list)} <= {1}:
+            self._variables = widened(self._variables) or self._variables
 
     def _name_parts(self, rows: Sequence[str] | None, columns: Sequence[str] | None) -> None:
         """Give the parts of a table without names those of the mapping."""
@@ -187,48 +189,41 @@ class DataFile(Mapping[str, NDArray[Any]]):
                 found[name] = float(values.reshape(()))
         return found
 
+    def _no_number(self, name: str, line: int, cell: str, why: str) -> DataError:
+        why = why or (
+            'is not a number, nor a date such as 2025-03-30T12:00:00.005 (write decimals with a '
+            'point, leave a missing value empty)'
+        )
+        return DataError(f'{self.path} line {line}, column {name!r}: {cell!r} {why}')
+
     def _numbers(self, name: str, cells: list[tuple[int, str]]) -> NDArray[Any]:
         """Return a CSV column as int64 where every cell is a whole number, else as float64."""
-        # Python reads 1_0 as 10, nobody else does.
         if not any('_' in cell for _, cell in cells):
             try:
                 return np.array([int(cell) for _, cell in cells], dtype=np.int64)
             except (ValueError, OverflowError):
                 pass
-        numbers: FloatArray = np.empty(len(cells))
-        for k, (line, cell) in enumerate(cells):
+        texts = ['' if is_missing(cell) else cell for _, cell in cells]
+        try:
+            found = np.array([number(text) for text in texts])
+        except ValueError:
+            with suppress(ValueError):
+                return np.array([numbers(text) for text in texts])
             try:
-                numbers[k] = np.nan if cell.lower() in _MISSING else _number(cell)
-            except ValueError:
-                raise DataError(
-                    f'{self.path} line {line}, column {name!r}: {cell!r} is not a number, nor a '
-                    'date such as 2025-03-30T12:00:00.005 (write decimals with a point, leave a '
-                    'missing value empty)'
-                ) from None
-        for k in np.flatnonzero(np.isinf(numbers))[:1]:
+                found = read_dates(texts)
+            except ValueError as error:
+                k, why = error.args
+                # A word among numbers is what is wrong, and not the first number.
+                odd = next(i for i, x in enumerate(texts) if x and not is_number(x))
+                line, cell = cells[k if why else max(k, odd)]
+                raise self._no_number(name, line, cell, why) from None
+        for k in np.flatnonzero(np.isinf(found))[:1]:
             line, cell = cells[k]
             raise DataError(
                 f'{self.path} line {line}, column {name!r}: {cell!r} is not a finite number '
                 '(leave a missing value empty)'
             )
-        return numbers
-
-
-def _number(cell: str) -> float:
-    """
-    Return a number, of a date and time (ISO 8601) the seconds since 1970, of a time its seconds.
-
-    :raises ValueError: if it is neither.
-    """
-    try:
-        if '_' in cell:
-            raise ValueError
-        return float(cell)
-    except ValueError:
-        date = '1970-01-01T' if re.match(r'\d\d:\d\d:\d\d', cell) else ''
-        when = datetime.fromisoformat(date + re.sub('[zZ]$', '+00:00', cell))
-        # One without a zone: only differences matter.
-        return (when if when.tzinfo else when.replace(tzinfo=timezone.utc)).timestamp()
+        return found
 
 
 def _flatten(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -254,6 +249,9 @@ def _by_name(value: Any) -> Any:
     """Return the columns of records, or of an array of structs or fields; others as they are."""
     if isinstance(value, np.ndarray) and value.dtype.names:
         return {name: value[name] for name in value.dtype.names}
+    if isinstance(value, Mapping) and value and all(str(key).isdecimal() for key in value):
+        # A column by the numbers of its rows, as pandas writes it.
+        return list(value.values())
     is_list = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
     if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
         return _columns([_plain(record) for record in value])
@@ -338,9 +336,19 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     variables: dict[str, Any] = {}
 
     def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith('#'):
-            _check_size(path, sum(x.nbytes for x in variables.values()) + item.nbytes)
-            variables[name.replace('/', '.')] = np.asarray(item).T
+        if not isinstance(item, h5py.Dataset) or name.startswith('#'):
+            return
+        parts = [item]
+        if h5py.check_ref_dtype(item.dtype):
+            # A field of an array of structs, or a cell array.
+            parts = [item.file[reference] for reference in item[()].ravel() if reference]
+        size = sum(x.nbytes for x in (*variables.values(), *parts))
+        _check_size(path, size)
+        values = [np.asarray(part).T for part in parts]
+        if parts != [item] and len({x.size for x in values}) == 1:
+            values = [np.column_stack([x.ravel() for x in values])]
+        if len(values) == 1:
+            variables[name.replace('/', '.')] = values[0]
 
     try:
         with h5py.File(path, 'r') as content:
@@ -432,7 +440,7 @@ def _read_json(path: Path) -> dict[str, Any]:
         try:
             content = json.loads(text)
         except json.JSONDecodeError:
-            content = [json.loads(line) for line in text.splitlines() if line.strip()]
+            content = [json.loads(line) for line in _whole_lines(text)]
     except (ValueError, RecursionError) as error:
         raise DataError(
             f'{path} is no readable JSON: {error}; a list of records, an object of lists, or a '
@@ -448,6 +456,13 @@ def _read_json(path: Path) -> dict[str, Any]:
             'a record in each line'
         )
     return _flatten(_columns([_plain(record) for record in content]))
+
+
+def _whole_lines(text: str) -> list[str]:
+    """Return the lines that hold something, without a last one that a logger did not end."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    is_cut = lines and not text.endswith('\n') and not lines[-1].rstrip().endswith('}')
+    return lines[:-1] if is_cut else lines
 
 
 def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:

@@ -11,9 +11,15 @@ import numpy as np
 
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.mapping import UNITS
+from sosml_friction.bags.mapping import NO_POSITION, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.bags.recorded_columns import SAME, RecordedColumns, agree
+from sosml_friction.bags.recorded_columns import (
+    SAME,
+    USUAL_POSITIONS,
+    USUAL_VELOCITIES,
+    RecordedColumns,
+    agree,
+)
 from sosml_friction.exceptions import DataError
 
 #: Cosine of a slope that is one in whatever units.
@@ -25,11 +31,13 @@ _EXPLAINED = 0.05
 _ROUGHER = 10.0
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
-_BEST_EFFORT = {unit: k for k, unit in enumerate(('Nm', 'N', 'mNm', 'kN', 'A', 'mA', 'V', 'mV'))}
+_CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
 
-def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
+def guess_mapping(
+    data: DataFile, urdf_text: str | None = None, rate: float | None = None
+) -> Guess:
     """
     Return the mapping that the names and the numbers of a file speak for.
 
@@ -38,9 +46,10 @@ def guess_mapping(data: DataFile, urdf_text: str | None = None) -> Guess:
     speed and acceleration of its joint. Words in the names come first where there are any.
 
     :param urdf_text: the robot's; names of the joints, and whether they turn or slide.
+    :param rate: samples per second [Hz], in the place of a column of time.
     :raises DataError: if the file holds no series that could be the position of a joint.
     """
-    return Guesser(data, urdf_text).guess()
+    return Guesser(data, urdf_text, rate=rate).guess()
 
 
 class Guesser(RecordedColumns):
@@ -48,11 +57,17 @@ class Guesser(RecordedColumns):
 
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
+        if not self.count:
+            raise DataError(f'{self.data.path} holds no samples: give a recording')
         self._put_time()
         if not self._by_names():
             self._by_numbers()
         if not self.roles:
-            others = ''.join(f'; {sentence}' for sentence in self._of_other_length())
+            sentences = [*self._of_other_length(), *self._unread(*_QUANTITIES)[:1]]
+            others = ''.join(f'; {sentence}' for sentence in sentences)
+            speeds = [n for n, w in self.words.items() if w.quantity == 'velocity']
+            if speeds:
+                others += f'; {NO_POSITION.format(speeds[0])}'
             raise DataError(
                 f'{self.data.path} holds nothing that looks like the position of a joint{others}: '
                 'write the mapping yourself (docs/import.md)'
@@ -94,9 +109,9 @@ class Guesser(RecordedColumns):
         names = self._joint_names(order)
         for quantity in _QUANTITIES:
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
-            # A torque needs no constant, a current a known one, and a voltage is no effort yet.
-            if quantity == 'effort':
-                own.sort(key=lambda n: _BEST_EFFORT.get(named[n].unit, len(_BEST_EFFORT)))
+            # What is called as the position is comes before what has its number alone. A torque
+            # needs no constant, a current a known one, and a voltage is no effort yet.
+            own.sort(key=lambda n: (named[n].joint not in names, _effort_rank(named[n].unit)))
             for name in own:
                 joint = self._joint_of_key(named[name].joint, names)
                 if joint is None:
@@ -412,10 +427,17 @@ class Guesser(RecordedColumns):
             self._remark(f'not used: {", ".join(rest)}')
 
 
+def _effort_rank(unit: str) -> int:
+    """Return the place of an effort by its unit among those of one joint."""
+    if UNITS['effort'].get(unit) is not None:
+        return 0
+    return 3 if not unit else 1 if unit in _CURRENTS else 2
+
+
 def _is_of_units(factor: float) -> bool:
     """Tell whether a slope per velocity is that of a position and a velocity in known units."""
     return any(
         place and speed and agree(factor * place, speed)
-        for place in UNITS['position'].values()
-        for speed in UNITS['velocity'].values()
+        for place in map(UNITS['position'].get, USUAL_POSITIONS)
+        for speed in map(UNITS['velocity'].get, USUAL_VELOCITIES)
     )

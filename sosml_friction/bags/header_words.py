@@ -3,6 +3,7 @@
 """What the name of a column says: quantity, unit, joint, and whether it was measured."""
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 #: Words for a quantity; short ones as in the equations of robots.
@@ -18,36 +19,90 @@ _QUANTITIES = {
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
+#: Of what was commanded, and of what is no joint: neither is a measurement of a joint.
 _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
     'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
-    'limit', 'max', 'min',
+    'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
+    'action', 'actions', 'planned',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
     'filtered', 'filt', 'control', 'ist', 'istwert',
 ))  # fmt: skip
-#: Unit by how it is written, by quantity; letters alone count in brackets or behind a word only.
+#: How units are written beside their own names, by quantity: in small letters, without points,
+#: dashes and blanks. Letters alone count in brackets or behind a word only.
 _UNITS = {
-    'time': {'s': 's', 'sec': 's', 'secs': 's', 'seconds': 's', 'ms': 'ms', 'msec': 'ms',
-             'milliseconds': 'ms', 'us': 'us', 'usec': 'us', 'microseconds': 'us', 'ns': 'ns',
-             'nsec': 'ns', 'nanosec': 'ns', 'nanoseconds': 'ns'},
-    'position': {'rad': 'rad', 'radian': 'rad', 'radians': 'rad', 'deg': 'deg', 'degree': 'deg',
-                 'degrees': 'deg', '°': 'deg', 'turn': 'turns', 'turns': 'turns', 'rev': 'turns',
-                 'revs': 'turns', 'm': 'm', 'mm': 'mm', 'counts': 'counts', 'count': 'counts',
-                 'ticks': 'counts', 'inc': 'counts', 'cts': 'counts'},
-    'velocity': {'rad/s': 'rad/s', 'rads': 'rad/s', 'radps': 'rad/s', 'deg/s': 'deg/s',
-                 'degs': 'deg/s', 'dps': 'deg/s', '°/s': 'deg/s', 'rpm': 'rpm', '1/min': 'rpm',
-                 'u/min': 'rpm', 'rev/min': 'rpm', 'r/min': 'rpm', 'min1': 'rpm',
-                 'turns/s': 'turns/s', 'rev/s': 'turns/s', 'rps': 'turns/s', 'm/s': 'm/s',
-                 'mps': 'm/s', 'mm/s': 'mm/s', 'counts/s': 'counts/s'},
-    'effort': {'nm': 'Nm', 'mnm': 'mNm', 'n': 'N', 'kn': 'kN', 'a': 'A', 'amps': 'A', 'arms': 'A',
-               'ma': 'mA', 'v': 'V', 'mv': 'mV', '%': 'percent', 'percent': 'percent',
-               'pct': 'percent', 'counts': 'counts', 'count': 'counts', 'cts': 'counts'},
-    'temperature': {'c': 'degC', 'degc': 'degC', '°c': 'degC', 'celsius': 'degC', 'k': 'K'},
-    'injected': {'nm': 'Nm', 'n': 'N', 'a': 'A', 'v': 'V'},
-}  # fmt: skip
+    'time': {
+        's': 's sec secs second seconds',
+        'ms': 'ms msec msecs millisec milliseconds',
+        'us': 'us usec usecs microsec microseconds',
+        'ns': 'ns nsec nsecs nanosec nanoseconds',
+        'min': 'min mins minutes',
+        'h': 'h hr hrs hours',
+        'd': 'd days',
+    },
+    'position': {
+        'rad': 'rad rads radian radians',
+        'deg': 'deg degs degree degrees °',
+        'turns': 'turn turns rev revs revolution revolutions',
+        'm': 'm meter meters metre metres',
+        'mm': 'mm',
+        'counts': 'counts count ticks tick inc incs cts lsb',
+        'mrad': 'mrad',
+        'gon': 'gon',
+        'arcmin': 'arcmin',
+        'arcsec': 'arcsec',
+        'cm': 'cm',
+        'um': 'um',
+        'in': 'in inch',
+    },
+    'velocity': {
+        'rad/s': 'rad/s rads radps rads1',
+        'deg/s': 'deg/s degs degps dps °/s',
+        'rpm': 'rpm 1/min u/min rev/min r/min min1 turns/min',
+        'turns/s': 'turns/s turn/s rev/s r/s rps',
+        'm/s': 'm/s mps ms1',
+        'mm/s': 'mm/s mmps',
+        'counts/s': 'counts/s count/s ticks/s inc/s cts/s',
+        'mrad/s': 'mrad/s',
+        'cm/s': 'cm/s',
+        'm/min': 'm/min',
+        'mm/min': 'mm/min',
+        'in/s': 'in/s',
+    },
+    'effort': {
+        'Nm': 'nm newtonmeter newtonmeters',
+        'mNm': 'mnm',
+        'N': 'n newton newtons',
+        'kN': 'kn',
+        'A': 'a amp amps ampere amperes arms',
+        'mA': 'ma',
+        'V': 'v volt volts',
+        'mV': 'mv',
+        'percent': '% percent pct',
+        'counts': 'counts count cts lsb',
+        'cNm': 'cnm ncm',
+        'kNm': 'knm',
+        'kgf.m': 'kgfm kgm',
+        'kgf.cm': 'kgfcm kgcm',
+        'gf.cm': 'gfcm gcm',
+        'lbf.ft': 'lbfft lbft ftlbf ftlb ftlbs',
+        'lbf.in': 'lbfin lbin inlbf inlb inlbs',
+        'ozf.in': 'ozfin ozin inozf inoz',
+        'mN': 'mn',
+        'kgf': 'kgf',
+        'lbf': 'lbf',
+    },
+    'temperature': {'degC': 'c degc °c celsius', 'K': 'k kelvin'},
+    'injected': {'Nm': 'nm', 'N': 'n', 'A': 'a', 'V': 'v'},
+}
+#: Unit by how it is written, by quantity.
+_WRITTEN = {
+    quantity: {word: unit for unit, words in units.items() for word in words.split()}
+    for quantity, units in _UNITS.items()
+}
 #: Names of two words that are one: currents of a motor's axes, and derivatives.
 _JOINED = (
     (re.compile(r'(?i)\b([iuv])[ _]q\b'), r'\1q'),
@@ -68,7 +123,7 @@ class HeaderWord(NamedTuple):
 
     ``quantity``: ``time``, ``position``, ``velocity``, ``acceleration``, ``effort``,
     ``temperature``, ``injected`` or ''; ``unit`` is the mapping's or ''; ``joint`` what is left of
-    the name, a number or a name or ''; ``is_wish``: what was commanded, not what was measured.
+    the name, a number or a name or ''; ``is_wish``: what was commanded or is no joint's.
     ``is_unit_written``: whether the unit stands there, or comes with the word; ``strange``: what
     stands in the place of a unit and is none that is known, or ''.
     """
@@ -83,15 +138,18 @@ class HeaderWord(NamedTuple):
     @property
     def objection(self) -> str:
         """Return the sentence on what stands in the place of a unit, '' where all is well."""
-        return f'[{self.strange}] in its name is no unit that is known' if self.strange else ''
+        if not self.strange:
+            return ''
+        known = f' ({known_units(self.quantity)})' if self.quantity in _UNITS else ''
+        return f'[{self.strange}] in its name is no unit that is known{known}'
 
 
 def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""
-    letters = {unit for units in _UNITS.values() for unit in units}
+    letters = {unit for units in _WRITTEN.values() for unit in units}
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
-        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]$', '', name)),
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]', '', name)),
         key=lambda own: _plain_unit(own[1]) not in letters,
     )
     bracket = brackets[0] if brackets else None
@@ -115,24 +173,27 @@ def read_header(name: str) -> HeaderWord:
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else _plain_unit(bracket[1])
+    if found and len(found[-1]) == 1 and said in letters - set(_WRITTEN.get(quantity, ())):
+        # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
+        found, quantity = [], ''
     written = _written_unit(said, lower, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and said is not None:
-        quantity = next((q for q, units in _UNITS.items() if said in units), '')
-        written = _UNITS.get(quantity, {}).get(said, '')
+        quantity = next((q for q, units in _WRITTEN.items() if said in units), '')
+        written = _WRITTEN.get(quantity, {}).get(said, '')
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
         plain = all(w.isdecimal() or w in _FILLERS for w in inside)
         strange = '' if plain else bracket[1]
-    known_units = {part for own in _UNITS.get(quantity, ()) for part in (own, *own.split('/'))}
+    of_units = {part for own in _WRITTEN.get(quantity, ()) for part in (own, *own.split('/'))}
     rest = [
         part
         for part, low in zip(parts, lower, strict=True)
         if low not in _WORDS
         and low not in _WISHES
         and low not in _FILLERS
-        and not (low in known_units and written)
+        and not (low in of_units and written)
     ]
     return HeaderWord(
         quantity,
@@ -144,15 +205,36 @@ def read_header(name: str) -> HeaderWord:
     )
 
 
+def known_unit(text: str, quantity: str) -> str:
+    """Return the unit of a quantity however it is written, '' if it is none that is known."""
+    units = _UNITS[quantity]
+    return text if text in units else _WRITTEN[quantity].get(_plain_unit(text), '')
+
+
+def known_units(quantity: str) -> str:
+    """Return the units of a quantity, for a sentence."""
+    return ', '.join(_UNITS[quantity])
+
+
+def are_units(cells: Sequence[str]) -> bool:
+    """Tell whether most cells of a line that are not empty are units, or in brackets."""
+    letters = {unit for units in _WRITTEN.values() for unit in units}
+    full = [cell for cell in cells if cell.strip('-')]
+    known = [
+        _plain_unit(c) in letters or re.fullmatch(r'[\[(].*[\])]', c) is not None for c in full
+    ]
+    return 2 * sum(known) > len(full)
+
+
 def _plain_unit(text: str) -> str:
     """Return a unit without what it may be written with: N·m and N-m are Nm, deg/sec is deg/s."""
-    bare = re.sub(r'[\s·⋅.*-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
+    bare = re.sub(r'[\s·⋅.*_-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
     return re.sub('/sec(ond)?$', '/s', bare)
 
 
 def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: list[str]) -> str:
     """Return the unit in brackets, or at the end of a name whose quantity is a whole word."""
-    units = _UNITS.get(quantity, {})
+    units = _WRITTEN.get(quantity, {})
     if bracket is not None:
         return units.get(bracket, '')
     if not found or len(lower) < 2:
@@ -162,6 +244,7 @@ def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: l
     if two in units:
         return units[two]
     last = lower[-1]
-    if last in units and (len(last) > 1 or len(found[-1]) > 2) and last not in _WORDS:
+    # "position_in" is what goes in.
+    if last in units and (len(last) > 1 or len(found[-1]) > 2) and last not in (*_WORDS, 'in'):
         return units[last]
     return ''

@@ -22,11 +22,13 @@ from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.mapping import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
+    TIME_UNITS,
     ImportMapping,
     Series,
     Signal,
     read_mapping,
 )
+from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
@@ -133,8 +135,9 @@ def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog
     kept = _kept(t_ns)
     if not kept.all():
         left_out = int(np.sum(~kept))
+        what = 'stamp' if (~kept & ~_repeats(data, t_ns)).any() else 'sample'
         tell(
-            f'{data.path}: {left_out} of {count} samples repeat the stamp before them and are '
+            f'{data.path}: {left_out} of {count} samples repeat the {what} before them and are '
             'left out'
         )
     arrays: dict[str, FloatArray] = {}
@@ -159,6 +162,12 @@ def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog
 def _kept(t_ns: IndexArray) -> BoolArray:
     """Return which samples (N,) do not repeat the stamp before them."""
     return np.append(True, np.diff(t_ns) != 0)
+
+
+def _repeats(data: DataFile, t_ns: IndexArray) -> BoolArray:
+    """Return which samples (N,) repeat all that the file has of the one before them."""
+    series = [x for x in data.series().values() if len(x) == len(t_ns)]
+    return repeated_rows([t_ns, *series])
 
 
 def _table(
@@ -295,6 +304,9 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int, tell: Tell) -> Inde
         what = f'a sample rate of {rate:g} Hz'
     else:
         time = _series(data, plan.time)
+        if plan.ns_per_time_unit == TIME_UNITS['d']:
+            # Spreadsheets count days from 1900 or 1904, MATLAB from the year 0.
+            time = time - time[0]
         what = f'the time {plan.time.variable!r} of {data.path}'
         if not np.isfinite(time).all():
             k = int(np.flatnonzero(~np.isfinite(time))[0])
@@ -311,6 +323,9 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int, tell: Tell) -> Inde
             t_ns = t_ns + _series(data, plan.nanoseconds).astype(np.int64)
     steps = np.diff(t_ns)
     repeated = steps == 0
+    if repeated.sum() > _REPEATED * len(steps):
+        # A logger that writes each sample twice has lost nothing.
+        repeated &= ~_repeats(data, t_ns)[1:]
     wrong = steps < 0 if repeated.sum() <= _REPEATED * len(steps) else steps <= 0
     if wrong.any():
         k = int(np.flatnonzero(wrong)[0]) + 1

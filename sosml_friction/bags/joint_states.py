@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_state_layout import FIELDS, JointStateLayout, stamps
-from sosml_friction.bags.mcap_scan import MessageStore
+from sosml_friction.bags.message_store import MessageStore
 from sosml_friction.exceptions import BagError
 
 #: Bytes of messages that are taken at once: they stay in a cache.

@@ -15,10 +15,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sosml_friction.bags.header_words import known_unit, known_units
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.yaml_text import read_yaml
 
-TIME_UNITS = {'s': 1_000_000_000, 'ms': 1_000_000, 'us': 1_000, 'ns': 1}
+TIME_UNITS = {
+    's': 1_000_000_000,
+    'ms': 1_000_000,
+    'us': 1_000,
+    'ns': 1,
+    'min': 60_000_000_000,
+    'h': 3_600_000_000_000,
+    'd': 86_400_000_000_000,
+}
+#: Of a kilogram and a pound at standard gravity [N], of an inch and a foot [m].
+_KGF, _LBF, _INCH, _FOOT = 9.80665, 4.4482216152605, 0.0254, 0.3048
 
 # Factor to SI, or None where the mapping must give it.
 UNITS: dict[str, dict[str, float | None]] = {
@@ -29,6 +40,13 @@ UNITS: dict[str, dict[str, float | None]] = {
         'm': 1.0,
         'mm': 1e-3,
         'counts': None,
+        'mrad': 1e-3,
+        'gon': math.pi / 200.0,
+        'arcmin': math.pi / 10_800.0,
+        'arcsec': math.pi / 648_000.0,
+        'cm': 1e-2,
+        'um': 1e-6,
+        'in': _INCH,
     },
     'velocity': {
         'rad/s': 1.0,
@@ -38,6 +56,11 @@ UNITS: dict[str, dict[str, float | None]] = {
         'm/s': 1.0,
         'mm/s': 1e-3,
         'counts/s': None,
+        'mrad/s': 1e-3,
+        'cm/s': 1e-2,
+        'm/min': 1.0 / 60.0,
+        'mm/min': 1e-3 / 60.0,
+        'in/s': _INCH,
     },
     'effort': {
         'Nm': 1.0,
@@ -50,12 +73,38 @@ UNITS: dict[str, dict[str, float | None]] = {
         'mV': None,
         'percent': None,
         'counts': None,
+        'cNm': 1e-2,
+        'kNm': 1e3,
+        'kgf.m': _KGF,
+        'kgf.cm': 1e-2 * _KGF,
+        'gf.cm': 1e-5 * _KGF,
+        'lbf.ft': _LBF * _FOOT,
+        'lbf.in': _LBF * _INCH,
+        'ozf.in': _LBF * _INCH / 16.0,
+        'mN': 1e-3,
+        'kgf': _KGF,
+        'lbf': _LBF,
     },
     'temperature': {'degC': 1.0, 'K': 1.0},
 }
 KELVIN_OFFSET = -273.15
-ANGULAR_UNITS = frozenset(('rad', 'deg', 'turns', 'rad/s', 'deg/s', 'rpm', 'turns/s', 'Nm', 'mNm'))
-LINEAR_UNITS = frozenset(('m', 'mm', 'm/s', 'mm/s', 'N', 'kN'))
+LINEAR_UNITS = frozenset((
+    'm', 'mm', 'cm', 'um', 'in', 'm/s', 'mm/s', 'cm/s', 'm/min', 'mm/min', 'in/s',
+    'N', 'kN', 'mN', 'kgf', 'lbf',
+))  # fmt: skip
+ANGULAR_UNITS = frozenset(
+    unit
+    for quantity in ('position', 'velocity', 'effort')
+    for unit, factor in UNITS[quantity].items()
+    if factor is not None and unit not in LINEAR_UNITS
+)
+#: What to do where a joint has a velocity alone. It is not integrated unasked: a sum drifts with
+#: the bias of a velocity, and where it begins is not known, on which gravity depends.
+NO_POSITION = (
+    '{} does not say where the joint is, on which gravity and the checks of units rest: log the '
+    'position too, or where there is no gravity (--axis, --free) put the sum of velocity times '
+    'step into the table as its position'
+)
 #: What a proposed mapping has in the places that the data leave open.
 FILL_IN = 'FILL_IN'
 
@@ -202,12 +251,13 @@ class _Reader:
                 place[key] = value[key]
         return Series(self.variable(value['variable'], f'{where}.variable'), **place)
 
-    def unit(self, value: dict[str, Any], where: str, known: Mapping[str, Any]) -> str:
+    def unit(self, value: dict[str, Any], where: str, quantity: str) -> str:
         unit = value.get('unit')
-        if not isinstance(unit, str) or unit not in known:
+        found = known_unit(unit, quantity) if isinstance(unit, str) else ''
+        if not found:
             said = 'has no unit' if unit is None else f'has the unknown unit {unit!r}'
-            raise self.error(where, f'{said}: known are {", ".join(known)}')
-        return unit
+            raise self.error(where, f'{said}: known are {known_units(quantity)}')
+        return found
 
     def signal(self, value: Any, where: str, quantity: str) -> Signal:
         """Return a checked signal of a joint."""
@@ -215,7 +265,7 @@ class _Reader:
         keys = _SIGNAL_KEYS + (_COUNT_KEYS if countable else ())
         keys += ('wrap',) if quantity == 'position' else ()
         value = self.table(value, where, keys)
-        unit = self.unit(value, where, UNITS[quantity])
+        unit = self.unit(value, where, quantity)
         factor = UNITS[quantity][unit]
         counts = [key for key in _COUNT_KEYS if key in value]
         if countable and factor is None:
@@ -286,16 +336,23 @@ class _Reader:
         return path
 
 
-def read_mapping(path: str | Path) -> ImportMapping:
+def read_mapping(path: str | Path, rate: float | None = None) -> ImportMapping:
     """
     Return the checked content of a mapping file.
 
+    :param rate: samples per second [Hz], where the file says neither time nor sample_rate.
     :raises ConfigurationError: if the file is missing, is no YAML, has an unknown key or unit, or
         lacks what it needs; the sentence names the key.
     """
     path = Path(path)
     needed = 'give a YAML file that says which variable is what'
     content = read_yaml(path, 'the mapping', needed)
+    if rate is not None and isinstance(content, dict):
+        for key in ('time', 'sample_rate'):
+            if content.get(key, FILL_IN) != FILL_IN:
+                raise ConfigurationError(f'{path} has {key} already: leave the rate out')
+        content = {key: x for key, x in content.items() if key != 'time'}
+        content['sample_rate'] = rate
     return parse_mapping(content, path)
 
 
@@ -320,7 +377,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
     if places:
         raise read.error(', '.join(places), f'is left open ({FILL_IN}): fill it in')
     if ('time' in content) == ('sample_rate' in content):
-        raise read.error('the mapping', 'needs either time or sample_rate')
+        raise read.error('the mapping', 'needs either time or sample_rate, or --rate beside it')
     if 'joints' not in content:
         raise read.error('the mapping', 'has no joints: name at least one')
     time: Series | None = None
@@ -332,7 +389,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
         time = read.series(value, 'time')
         if 'nanoseconds' in value:
             nanoseconds = Series(read.variable(value['nanoseconds'], 'time.nanoseconds'))
-        ns_per_time_unit = TIME_UNITS[read.unit(value, 'time', TIME_UNITS)]
+        ns_per_time_unit = TIME_UNITS[read.unit(value, 'time', 'time')]
     else:
         sample_rate = read.factor(content['sample_rate'], 'sample_rate')
         if not isinstance(sample_rate, str) and sample_rate < 0:
@@ -346,7 +403,7 @@ def parse_mapping(content: Any, path: Path) -> ImportMapping:
         where = f'joints.{joint}'
         quantities = read.table(value, where, (*UNITS, _CONTROLLER, _INJECTED))
         if 'position' not in quantities:
-            raise read.error(where, 'has no position: a joint needs at least that')
+            raise read.error(where, f'has no position: {NO_POSITION.format("its velocity")}')
         joints[joint] = {
             quantity: read.signal(quantities[quantity], f'{where}.{quantity}', quantity)
             for quantity in UNITS

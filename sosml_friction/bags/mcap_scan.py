@@ -18,8 +18,7 @@ import mmap
 import struct
 import zlib
 from array import array
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -31,9 +30,9 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, ChunkIndex, DataEnd, Footer, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
-from numpy.typing import NDArray
 
 from sosml_friction.arrays import IndexArray
+from sosml_friction.bags.chunk_data import DamagedError, Region, decompress
 from sosml_friction.exceptions import BagError
 
 _FRAME = struct.Struct('<BQ')
@@ -52,28 +51,7 @@ _HEAD = np.dtype(
     }
 )
 _NOTHING = np.empty(0, dtype=np.int64)
-#: Bytes that a chunk may decompress to (rosbag2 makes chunks of 768 kB; one is held in memory), or
-#: how many times its compressed size: joint states of seven joints that stand still, at 1 kHz and
-#: with stamps alone that change, pack to 1/29 with zstd and to 1/14 with lz4.
-LARGEST_CHUNK = 256 * 2**20
-LARGEST_RATIO = 50
 _COMPRESSIONS = (b'', b'zstd', b'lz4')
-
-
-@dataclass(frozen=True)
-class Region:
-    """
-    A stretch of a file that holds messages: all of it, or the data of one compressed chunk.
-
-    ``compression`` is '' (offsets of messages count from the file's first byte), 'zstd' or 'lz4'
-    (they count from the first decompressed byte, of which there are at most ``size``).
-    """
-
-    path: Path
-    start: int
-    stop: int
-    compression: str
-    size: int = 0
 
 
 @dataclass
@@ -128,11 +106,7 @@ class McapScan:
         return f'{package}/msg/{name}' if slash and '/' not in name else schema.name
 
 
-class _DamagedError(Exception):
-    """A record contradicts itself or what is before it; the text says how."""
-
-
-class _CutError(_DamagedError):
+class _CutError(DamagedError):
     """A chunk is cut off by the end of the file; what of it is there agrees with itself."""
 
 
@@ -194,7 +168,7 @@ class _Scanner:
         found = self.found
         try:
             self._follow()
-        except _DamagedError as error:
+        except DamagedError as error:
             reason = str(error)
             found.is_cut = True
             found.damage.append(f'after byte {found.read_to}' + (f': {reason}' if reason else ''))
@@ -238,30 +212,30 @@ class _Scanner:
             else:
                 self._take(data, opcode, start, stop, self.region)
             position = found.read_to = stop
-        raise _DamagedError
+        raise DamagedError
 
     def _chunk(self, start: int, stop: int) -> None:
         """Index the messages of a chunk, of one that is cut off those that are there."""
         if self.in_summary:
-            raise _DamagedError('a chunk stands in its summary')
+            raise DamagedError('a chunk stands in its summary')
         data, size = self.data, self.size
         header = _chunk_header(data, start, size)
         if header is None:
-            raise _DamagedError
+            raise DamagedError
         crc, name, declared, first, length = header
         if first + length > stop:
-            raise _DamagedError
+            raise DamagedError
         last = first + length
         whole = last <= size
         last = min(last, size)
         if name not in _COMPRESSIONS:
-            raise _DamagedError(
+            raise DamagedError(
                 f'it has chunks compressed with {name.decode("ascii", "replace")[:20]!r}: only '
                 'zstd, lz4 and none can be read'
             )
         if name == b'':
             if whole and crc and zlib.crc32(memoryview(data)[first:last]) != crc:
-                raise _DamagedError('the checksum of a chunk does not match')
+                raise DamagedError('the checksum of a chunk does not match')
             self.content = self._begin(first)
             listed = self._listed(stop, first) if whole else _NOTHING
             inner_whole = self._records(data, self.region, first, last, first + length, listed)
@@ -269,7 +243,7 @@ class _Scanner:
             chunk = Region(self.found.path, first, last, name.decode(), declared)
             content = decompress(chunk, data[first:last])
             if whole and (len(content) != declared or (crc and zlib.crc32(content) != crc)):
-                raise _DamagedError('the checksum of a chunk does not match')
+                raise DamagedError('the checksum of a chunk does not match')
             self.found.regions.append(chunk)
             self.content = self._begin(0)
             listed = self._listed(stop, 0) if whole else _NOTHING
@@ -279,7 +253,7 @@ class _Scanner:
         if not whole:
             raise _CutError
         if not inner_whole or stop > size:
-            raise _DamagedError
+            raise DamagedError
 
     def _begin(self, base: int) -> _Content:
         return _Content(base, {key: len(index) for key, index in self.found.messages.items()})
@@ -359,7 +333,7 @@ class _Scanner:
             start += _FRAME.size
             other = opcode in (Opcode.SCHEMA, Opcode.CHANNEL)
             if not (other or opcode == Opcode.MESSAGE) or start + length > end:
-                raise _DamagedError('a chunk holds what is no message')
+                raise DamagedError('a chunk holds what is no message')
             if start + length > stop:
                 return False
             self._take(data, opcode, start, start + length, region)
@@ -373,11 +347,11 @@ class _Scanner:
         found = self.found
         if opcode == Opcode.MESSAGE:
             if stop - start < _MESSAGE.size:
-                raise _DamagedError
+                raise DamagedError
             channel_id, _, log_time_ns, _ = _MESSAGE.unpack_from(data, start)
             index = found.messages.get(channel_id)
             if index is None:
-                raise _DamagedError('a message is of a channel that was not announced')
+                raise DamagedError('a message is of a channel that was not announced')
             index.region.append(region)
             index.offset.append(start + _MESSAGE.size)
             index.length.append(stop - start - _MESSAGE.size)
@@ -385,17 +359,17 @@ class _Scanner:
         elif opcode == Opcode.SCHEMA:
             schema = _parse(Schema.read, data[start:stop])
             if found.schemas.setdefault(schema.id, schema) != schema:
-                raise _DamagedError(f'two types have the number {schema.id}')
+                raise DamagedError(f'two types have the number {schema.id}')
         elif opcode == Opcode.CHANNEL:
             channel = _parse(Channel.read, data[start:stop])
             if found.channels.setdefault(channel.id, channel) != channel:
-                raise _DamagedError(f'two topics have the number {channel.id}')
+                raise DamagedError(f'two topics have the number {channel.id}')
             found.messages.setdefault(channel.id, MessageIndex())
         elif opcode == Opcode.METADATA:
             found.metadata.append(_parse(Metadata.read, data[start:stop]))
         elif opcode == 0:
             # No record has this opcode; a disk that lost power fills files with zeros.
-            raise _DamagedError
+            raise DamagedError
 
     def _is_message(self, content: _Content | None, start: int, stop: int) -> bool:
         """
@@ -485,10 +459,10 @@ class _Scanner:
         """Compare what the file says of itself with what was read of it."""
         found, data = self.found, self.data
         if not self.in_summary or stop - start != _FOOTER_BYTES:
-            raise _DamagedError
+            raise DamagedError
         footer = _parse(Footer.read, data[start:stop])
         if data[stop : stop + len(MAGIC)] != MAGIC:
-            raise _DamagedError
+            raise DamagedError
         found.read_to = stop
         extra = self.size - stop - len(MAGIC)
         if extra:
@@ -557,7 +531,7 @@ class _Scanner:
             return True
         try:
             self._chunk_or_nothing(start, stop)
-        except _DamagedError:
+        except DamagedError:
             return False
         self._took(position, stop)
         return True
@@ -581,7 +555,7 @@ class _Scanner:
             self._chunk(start, stop)
         except _CutError:
             raise
-        except _DamagedError:
+        except DamagedError:
             for key, index in self.found.messages.items():
                 for column in (index.region, index.offset, index.length, index.log_time_ns):
                     del column[kept.get(key, 0) :]
@@ -608,7 +582,7 @@ class _Scanner:
                 if start + length <= stop:
                     self._summary(opcode, start, start + length)
                 start += length
-        except _DamagedError:
+        except DamagedError:
             return
 
 
@@ -632,109 +606,4 @@ def _parse(read: Callable[[ReadDataStream], Any], body: bytes) -> Any:
     try:
         return read(ReadDataStream(BytesIO(body)))
     except (McapError, struct.error, ValueError, OverflowError, MemoryError) as error:
-        raise _DamagedError from error
-
-
-def decompress(region: Region, data: bytes) -> bytes:
-    """
-    Return what a chunk's data decompress to, as far as they go when they are cut off.
-
-    No more is made than the chunk says that it holds, and no more than ``LARGEST_CHUNK`` or
-    ``LARGEST_RATIO`` times its data.
-    """
-    most = max(LARGEST_CHUNK, LARGEST_RATIO * len(data))
-    more = min(region.size, most) + 1
-    failure: type[Exception]
-    if region.compression == 'zstd':
-        import zstandard
-
-        failure = zstandard.ZstdError
-    else:
-        failure = RuntimeError
-    try:
-        if region.compression == 'zstd':
-            content = zstandard.ZstdDecompressor().stream_reader(data).read(more)
-        else:
-            import lz4.frame
-
-            content = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=more)
-    except (failure, MemoryError) as error:
-        raise _DamagedError('a chunk cannot be decompressed') from error
-    if len(content) > region.size:
-        raise _DamagedError(f'a chunk holds more than the {region.size} bytes it says')
-    if len(content) > most:
-        raise _DamagedError(
-            f'a chunk of {len(data)} bytes holds more than the {most} that can be read of it: '
-            'record with smaller chunks'
-        )
-    return bytes(content)
-
-
-class MessageStore:
-    """Fetch messages by their place; holds the open files and one decompressed chunk."""
-
-    def __init__(self, regions: list[Region]) -> None:
-        self._regions = regions
-        self._files: dict[Path, mmap.mmap] = {}
-        self._content: tuple[int, bytes] = (-1, b'')
-
-    def fetch(self, region: int, offset: int, length: int) -> bytes:
-        """
-        Return the bytes of one message.
-
-        :raises BagError: if the file is no longer what it was when it was scanned.
-        """
-        place = self._regions[region]
-        try:
-            if place.compression == '':
-                message = self._file(place.path)[offset : offset + length]
-            else:
-                if self._content[0] != region:
-                    data = self._file(place.path)[place.start : place.stop]
-                    self._content = (region, decompress(place, data))
-                message = self._content[1][offset : offset + length]
-        except (OSError, ValueError, _DamagedError):
-            message = b''
-        if len(message) != length:
-            raise BagError(f'{place.path} has changed since it was opened: open the bag again')
-        return message
-
-    def fetch_all(self, region: int, offset: IndexArray, length: int) -> NDArray[np.uint8]:
-        """
-        Return the bytes of K messages of one region and one length, (K, length), a copy.
-
-        :raises BagError: as :meth:`fetch`.
-        """
-        # What is fetched first finds out whether the region can be read, and the last what is
-        # there of it.
-        last = int(offset.max())
-        self.fetch(region, last, length)
-        if not length:
-            return np.empty((len(offset), 0), dtype=np.uint8)
-        place = self._regions[region]
-        content = self._content[1] if place.compression else self._file(place.path)
-        # A message for every byte, of which those wanted are copied.
-        messages = np.ndarray((last + 1, length), np.uint8, content, 0, (1, 1))
-        return messages[offset]
-
-    def _file(self, path: Path) -> mmap.mmap:
-        if path not in self._files:
-            with path.open('rb') as stream:
-                self._files[path] = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
-        return self._files[path]
-
-    def close(self) -> None:
-        """Close the files."""
-        for data in self._files.values():
-            data.close()
-        self._files.clear()
-
-
-@contextmanager
-def open_store(regions: list[Region]) -> Iterator[MessageStore]:
-    """Open a store for the length of a ``with`` block."""
-    store = MessageStore(regions)
-    try:
-        yield store
-    finally:
-        store.close()
+        raise DamagedError from error

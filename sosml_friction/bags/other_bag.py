@@ -1,54 +1,121 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Bags that are not MCAP: rosbag2 in SQLite, and ROS 1, by the library rosbags."""
+"""Bags that are not MCAP: rosbag2 in SQLite, and ROS 1, which the library rosbags reads."""
 
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
-from sosml_friction.bags.bag import JOINT_STATE, STRING
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.exceptions import BagError
+from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
+from sosml_friction.bags.recorder import BagRecorder
+from sosml_friction.exceptions import BagError, ConfigurationError
+from sosml_friction.yaml_text import read_yaml
 
-_SUFFIXES = ('.db3', '.bag')
+SUFFIXES = ('.db3', '.bag')
 _QUANTITIES = ('position', 'velocity', 'effort')
+#: What is taken over: no other type is read of any bag.
+_TYPES = (JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY)
 
 
 def is_other_bag(path: Path) -> bool:
-    """Tell whether a path is a bag in SQLite or of ROS 1, or a folder that holds one."""
+    """Tell whether a path is a bag in SQLite or of ROS 1, or a folder that holds one in SQLite."""
     if path.is_dir():
-        return any(file.suffix == '.db3' for file in path.iterdir())
-    return path.suffix in _SUFFIXES
+        kinds = {file.suffix for file in path.iterdir()}
+        return '.db3' in kinds and '.mcap' not in kinds
+    return path.suffix in SUFFIXES and path.is_file()
+
+
+def other_files(path: Path) -> list[Path]:
+    """Return the files of a bag of :func:`is_other_bag`, in the order of their names."""
+    return sorted(path.glob('*.db3')) if path.is_dir() else [path]
 
 
 def copy_bag(source: Path, destination: Path) -> Path:
     """
-    Write the joint_states and robot_description of another bag as the bag ``destination``.
+    Write another bag as the bag ``destination``.
 
-    If no topic is joint_states, the only one of that type is taken.
+    Of rosbag2 these are the messages of all types that are read of bags, byte for byte, and the
+    tags; of ROS 1 the motion and the robot_description, and if no topic is joint_states, the only
+    one of that type is taken.
 
-    :raises BagError: if rosbags is not installed, the bag cannot be read or has no such topic.
+    :raises BagError: if the bag cannot be read or has no such topic, or is of ROS 1 and rosbags
+        is not installed.
     """
-    log, description = _read(source)
-    return write_joint_log(log, destination, description)
+    if source.suffix == '.bag':
+        log, description = _read_ros1(source)
+        return write_joint_log(log, destination, description)
+    information = _information(source)
+    if str(information.get('compression_mode') or '').lower() == 'message':
+        raise BagError(
+            f'{source} was recorded with --compression-mode message, which is not read: record '
+            'without it'
+        )
+    tags = information.get('custom_data')
+    with BagRecorder(destination, tags if isinstance(tags, dict) else None) as recorder:
+        for file in other_files(source):
+            for topic, type_name, stamp, cdr in _messages(file):
+                recorder.add_topic(topic, type_name)
+                recorder.write(topic, cdr, stamp)
+        if not recorder.message_count:
+            has = ', '.join(f'{n} ({kind})' for f in other_files(source) for n, kind in _topics(f))
+            raise BagError(
+                f'{source} holds no message of type {JOINT_STATE}: it has {has or "no topic"}; '
+                'record joint_states'
+            )
+    return destination
 
 
-def _read(source: Path) -> tuple[JointLog, str | None]:
+def _information(source: Path) -> dict[str, Any]:
+    """Return what metadata.yaml beside the files says, {} where there is none."""
+    path = (source if source.is_dir() else source.parent) / 'metadata.yaml'
+    try:
+        found = read_yaml(path)['rosbag2_bagfile_information'] if path.is_file() else {}
+    # The messages do not depend on it.
+    except (ConfigurationError, KeyError, TypeError):
+        found = {}
+    return found if isinstance(found, dict) else {}
+
+
+def _messages(file: Path) -> Iterator[tuple[str, str, int, bytes]]:
+    """Yield topic, type, time of reception [ns] and CDR bytes of the messages of a file."""
+    asked = (
+        'SELECT name, type, timestamp, data FROM messages JOIN topics '
+        'ON topics.id = messages.topic_id WHERE serialization_format = ? '
+        f'AND type IN ({", ".join("?" * len(_TYPES))}) ORDER BY timestamp'
+    )
+    try:
+        with closing(sqlite3.connect(f'{file.resolve().as_uri()}?mode=ro', uri=True)) as base:
+            yield from base.execute(asked, ('cdr', *_TYPES))
+    except sqlite3.Error as error:
+        raise BagError(
+            f'{file} is no readable bag: {error}: sqlite3 with .recover may save what is whole'
+        ) from error
+
+
+def _topics(file: Path) -> list[tuple[str, str]]:
+    """Return name and type of the topics of a file."""
+    with closing(sqlite3.connect(f'{file.resolve().as_uri()}?mode=ro', uri=True)) as base:
+        return list(base.execute('SELECT name, type FROM topics'))
+
+
+def _read_ros1(source: Path) -> tuple[JointLog, str | None]:
     try:
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise BagError(
-            f'{source} is no MCAP bag, and rosbags, which reads it, is not installed: pip install '
-            'rosbags, or use `ros2 bag convert` to make it MCAP'
+            f'{source} is a bag of ROS 1, and rosbags, which reads it, is not installed: pip '
+            'install rosbags'
         ) from None
-    # A file of rosbag2 belongs to the folder with its metadata.
-    path = source.parent if source.suffix == '.db3' else source
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        with AnyReader([source], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
             states = [c for c in reader.connections if c.msgtype == JOINT_STATE]
             topics = sorted({c.topic for c in states})
             named = [topic for topic in topics if topic.endswith('joint_states')] or topics

@@ -37,9 +37,11 @@ class Guess:
             entry: Any = self.content
             for part in key.split('.', 2):
                 entry = entry[part]
-            unit = '' if entry == FILL_IN else f' [{entry.get("unit", FILL_IN)}]'
-            name = '' if entry == FILL_IN else f' is {entry["variable"]}'
-            told.append(f'{key.removeprefix("joints.")}{name}{unit}: {why}')
+            if isinstance(entry, dict):
+                said = f' is {entry["variable"]} [{entry.get("unit", FILL_IN)}]'
+            else:
+                said = '' if entry == FILL_IN else f' is {entry:g} Hz'
+            told.append(f'{key.removeprefix("joints.")}{said}: {why}')
         return told
 
     def to_yaml(self, title: str) -> str:

@@ -15,7 +15,8 @@ from sosml_friction.bags.header_words import HeaderWord, read_header
 from sosml_friction.bags.importer import recognised_wrap
 from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.exceptions import DataError
+from sosml_friction.bags.series_evidence import counts_samples
+from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 
 #: Two figures of one quantity agree if they are this close: units are further apart.
@@ -26,6 +27,17 @@ _RAD_SPAN = (0.5, 4.0 * math.pi)
 _UNIT_OF_WRAP = {
     2.0 * math.pi: 'rad', math.pi: 'rad', 25.0: 'rad', 360.0: 'deg', 180.0: 'deg', 1.0: 'turns',
 }  # fmt: skip
+#: Unit of velocity that goes with one of position, where nothing tells another.
+_SLOPES = {
+    'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s', 'mrad': 'mrad/s',
+    'cm': 'cm/s', 'in': 'in/s',
+}  # fmt: skip
+#: Units that the numbers alone may tell; of others the name or the user says that it is them.
+USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
+USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
+#: Whole numbers above this are no measurement in A or V: its resolution would be too coarse for
+#: that. Chosen, no measurement.
+_COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
@@ -39,8 +51,17 @@ class RecordedColumns:
     """
 
     def __init__(
-        self, data: DataFile, urdf_text: str | None, time: evidence.Time | None = None
+        self,
+        data: DataFile,
+        urdf_text: str | None,
+        time: evidence.Time | None = None,
+        rate: float | None = None,
     ) -> None:
+        if rate is not None and not 0.0 < rate < 1e9:
+            raise ConfigurationError(
+                f'a rate of {rate:g} Hz is none: give the samples per second, as --rate 500'
+            )
+        self.rate = rate
         self.data = data
         self.series = data.series()
         self.result = Guess()
@@ -56,16 +77,26 @@ class RecordedColumns:
             if joint.is_single and joint.mimic is None
         }
         self.time = evidence.find_time(self.series) if time is None else time
+        own = self.time.name
+        if rate is not None and not (
+            own and (read_header(own).quantity == 'time' or counts_samples(self.series[own]))
+        ):
+            # A shaft that turns one way grows all the time too.
+            self.time = evidence.Time('', '', '')
         self.count = max((len(x) for x in self.series.values()), default=0)
-        self.t: FloatArray = np.arange(float(self.count))
-        if self.time.name and self.time.unit:
+        self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
+        if self.time.name and self.time.unit and rate is None:
             self.t = evidence.seconds(self.series, self.time)
             # What repeats a stamp has no slope, and is left out when the file is read.
             new = np.diff(self.t, prepend=-np.inf) != 0.0
             self.t = self.t[new]
             self.series = {name: x[new] for name, x in self.series.items()}
         stamps = (self.time.name, self.time.nanoseconds)
-        others = {name: x for name, x in self.series.items() if name not in stamps}
+        others = {
+            name: x
+            for name, x in self.series.items()
+            if name not in stamps and not counts_samples(x)
+        }
         self.moving = evidence.moving(self.t, others)
         self.slopes = evidence.slopes(self.t, self.moving) if (np.diff(self.t) > 0).any() else []
         self.stated_units: set[str] = set()
@@ -76,7 +107,18 @@ class RecordedColumns:
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons
-        if self.time.name:
+        if self.rate is not None:
+            content['sample_rate'] = self.rate
+            reasons['sample_rate'] = 'stated'
+            if self.time.unit:
+                span = float(evidence.seconds(self.series, self.time)[-1])
+                rate = (self.count - 1) / span
+                if not agree(rate, self.rate):
+                    self._remark(
+                        f'{self.time.name} makes {rate:.4g} Hz of it, and the rate of '
+                        f'{self.rate:g} Hz that was stated was taken'
+                    )
+        elif self.time.name:
             content['time'] = {'variable': self._variable(self.time.name)}
             content['time']['unit'] = self.time.unit or FILL_IN
             reasons['time'] = self.time.reason
@@ -85,7 +127,7 @@ class RecordedColumns:
         else:
             content['sample_rate'] = FILL_IN
             why = self._unread_time() or self.time.reason
-            reasons['sample_rate'] = f'{why}: give the samples per second'
+            reasons['sample_rate'] = f'{why}: give the samples per second, or --rate HZ'
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
@@ -124,8 +166,11 @@ class RecordedColumns:
         slope = self._slope(name, velocity)
         if slope is not None and velocity and self.words[velocity].is_unit_written:
             si = UNITS['velocity'].get(self.words[velocity].unit)
-            for unit, factor in UNITS['position'].items():
-                if si and factor and agree(slope.factor * factor, si):
+            slides = self.words[velocity].unit in LINEAR_UNITS
+            for unit in USUAL_POSITIONS:
+                factor = UNITS['position'][unit]
+                is_kind = slides == (unit in LINEAR_UNITS)
+                if si and factor and is_kind and agree(slope.factor * factor, si):
                     return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
         spans = {
             j: float(np.ptp(self.moving[r['position']]))
@@ -188,8 +233,22 @@ class RecordedColumns:
             else:
                 told += f'; {unit} by its name'
             reasons[f'joints.{joint}.effort'] = told
+            most = self._whole_numbers(effort)
+            if unit in ('A', 'V') and most > _COARSE:
+                self._remark(
+                    f'{effort} has whole numbers up to {most:g} and is taken as {unit}: if it is '
+                    f'm{unit} or counts, say so, as {effort}:m{unit}'
+                )
         if 'temperature' in roles:
-            own['temperature'] = {'variable': self._variable(roles['temperature']), 'unit': 'degC'}
+            name = roles['temperature']
+            unit = self.words[name].unit or ('degC' if not self.words[name].strange else FILL_IN)
+            own['temperature'] = {'variable': self._variable(name), 'unit': unit}
+
+    def _whole_numbers(self, name: str) -> float:
+        """Return the largest size of a column of whole numbers, 0 where it has others."""
+        values = self.series[name][np.isfinite(self.series[name])]
+        is_whole = len(values) > 0 and bool((values == np.rint(values)).all())
+        return float(np.abs(values).max()) if is_whole else 0.0
 
     def _velocity(self, position: str, velocity: str, unit: str) -> tuple[dict[str, Any], str]:
         """Return the entry of a velocity by the factor between it and the slope of position."""
@@ -198,8 +257,7 @@ class RecordedColumns:
         written = self.words[velocity].unit
         si = UNITS['position'].get(unit)
         if slope is None:
-            kind = {'rad': 'rad/s', 'deg': 'deg/s', 'turns': 'turns/s', 'm': 'm/s', 'mm': 'mm/s'}
-            entry['unit'] = written or kind.get(unit, FILL_IN)
+            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
             why = self.why.get(velocity, 'its place says so')
             others = [s.position for s in self.slopes if s.velocity == velocity and s.cosine > 0.0]
             if others:
@@ -214,13 +272,17 @@ class RecordedColumns:
             rests = 'the joint rests, so that nothing but the unit of position tells its own'
             return entry, f'{why}; {rests}'
         told = f'slope of {position}, cosine {slope.cosine:.4f}, by a factor of {slope.factor:.4g}'
+        if not self.time.unit and self.rate is None:
+            entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
+            return entry, f'slope of {position}, cosine {slope.cosine:.4f}, in an unknown time'
         if si is None:
             entry['unit'] = written or FILL_IN
             if entry['unit'] == 'counts/s':
                 entry['counts_per_turn'] = FILL_IN
             return entry, f'{told}; its unit depends on that of position'
-        turns = {'rad', 'deg', 'turns'} & {unit}
-        units = ('rad/s', 'deg/s', 'rpm', 'turns/s') if turns else ('m/s', 'mm/s')
+        slides = unit in LINEAR_UNITS
+        units = [u for u in USUAL_VELOCITIES if slides == (u in LINEAR_UNITS)]
+        units = list(dict.fromkeys([written, *units])) if written else units
         fitting = [u for u in units if agree(slope.factor * si, UNITS['velocity'][u] or 0.0)]
         if fitting and written in ('', *fitting):
             entry['unit'] = fitting[0]

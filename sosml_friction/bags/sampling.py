@@ -1,15 +1,29 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""How evenly a recording was sampled: lost samples told from stamps that are off."""
+"""How evenly a recording was sampled: lost samples told from stamps that are off, and repeats."""
+
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray
 
 #: A step of fewer periods than this holds no other sample.
 _LONG = 1.5
 #: Steps to either side in which a stamp that came late is made up for.
 _BESIDE = 2
+
+
+def repeated_rows(series: Iterable[NDArray[Any]]) -> BoolArray:
+    """Return which samples (N,) repeat the one before them in every series, each (N,)."""
+    found = []
+    for x in series:
+        # NaN is what it was, too.
+        same = (x[1:] == x[:-1]) | ((x[1:] != x[1:]) & (x[:-1] != x[:-1]))
+        found.append(np.append(False, same)[: len(x)])
+    return np.logical_and.reduce(found)
 
 
 def lost_samples(time: FloatArray) -> int:

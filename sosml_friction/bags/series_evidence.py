@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.header_words import read_header
 from sosml_friction.bags.mapping import TIME_UNITS
+from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
 _RATES = (10.0, 10_000.0)
+#: Units of time that a step tells: those whose decades are apart. Spreadsheets count days.
+_TOLD = ('s', 'ms', 'us', 'ns', 'd')
 #: Least cosine between the steps of one series and the integral of another that is its slope.
 SLOPE = 0.95
 #: Time over which steps are taken, in samples: longer than the noise of an encoder.
@@ -58,6 +61,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
 
     :param stated: the one that is known to be time.
     """
+    # What logs each sample twice has a time all the same.
+    fresh = ~repeated_rows(series.values()) if series else slice(None)
+    series = {name: values[fresh] for name, values in series.items()}
     parts = _seconds_and_nanoseconds(series, stated)
     if parts is not None:
         return parts
@@ -86,7 +92,7 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         chosen, why = next(iter(rising)), 'the only column that grows all the time'
     else:
         # A count of the samples is more even than any clock.
-        clocks = [name for name in rising if not _counts_samples(series[name])]
+        clocks = [name for name in rising if not counts_samples(series[name])]
         among = by_name or clocks or list(rising)
         chosen = min(among, key=lambda name: rising[name])
         others = ', '.join(name for name in among if name != chosen)
@@ -97,17 +103,24 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
         return Time(chosen, word.unit, f'{why}; its name has the unit')
     if word.strange:
         return Time(chosen, '', f'{why}; {word.objection}')
-    if word.quantity != 'time' and _counts_samples(series[chosen]):
-        why += '; it counts up by 1: ms at 1 kHz, or a count that needs a sample_rate instead'
+    if word.quantity != 'time' and counts_samples(series[chosen]):
+        why += '; it counts up by 1: ms at 1 kHz, or a count of the samples'
         return Time(chosen, '', why)
-    for unit, ns in TIME_UNITS.items():
+    for unit in _TOLD:
+        ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
-        if _RATES[0] <= rate < _RATES[1]:
+        if _RATES[0] <= rate < _RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
 
 
-def _counts_samples(values: NDArray[Any]) -> bool:
+def _fits(values: NDArray[Any], ns: int) -> bool:
+    """Tell whether stamps in a unit can be those of a bag."""
+    return float(np.abs(values).max()) * ns < 2**62
+
+
+def counts_samples(values: NDArray[Any]) -> bool:
+    """Tell whether a series grows by 1 from sample to sample."""
     return bool((np.diff(values) == 1).all())
 
 

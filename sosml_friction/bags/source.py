@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.other_bag import SUFFIXES, other_files
 from sosml_friction.exceptions import ConfigurationError
 
 
@@ -26,9 +27,9 @@ class Source(NamedTuple):
 
 
 def bag_name(bag: str | Path) -> str:
-    """Return the name of a bag, which is a folder or an .mcap file."""
+    """Return the name of a bag, which is a folder or a file."""
     path = Path(bag).resolve()
-    return path.stem if path.suffix == '.mcap' else path.name
+    return path.stem if path.suffix in ('.mcap', *SUFFIXES) else path.name
 
 
 def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
@@ -49,8 +50,9 @@ def bag_labels(paths: Sequence[str | Path]) -> dict[str, Path]:
 
 
 def bag_hash(path: Path) -> str:
-    """Return the SHA-256 of a bag's MCAP files, in the order of their names."""
+    """Return the SHA-256 of a bag's files of messages, in the order of their names."""
     files = sorted(path.glob('*.mcap')) if path.is_dir() else [path]
+    files = files or other_files(path)
     digest = hashlib.sha256()
     for file in files:
         with file.open('rb') as stream:

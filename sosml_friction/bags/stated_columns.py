@@ -12,8 +12,8 @@ import numpy as np
 from sosml_friction.bags import series_evidence as evidence
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.guess import Guesser
-from sosml_friction.bags.header_words import HeaderWord
-from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, TIME_UNITS, UNITS
+from sosml_friction.bags.header_words import HeaderWord, known_unit, known_units
+from sosml_friction.bags.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, UNITS
 from sosml_friction.bags.proposed_mapping import Guess
 from sosml_friction.exceptions import ConfigurationError, DataError
 
@@ -23,15 +23,17 @@ class Columns:
     """
     State what columns are, as on a command line.
 
-    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``quantities``: by
-    quantity such entries, one for each joint, ``position`` among them; ``scales``: Nm or N at the
-    joint per A, V or count, one or one for each joint; ``counts_per_turn`` of a position.
+    ``time``: ``NAME`` or ``NAME:UNIT``, '' for that which grows all the time; ``rate``: samples
+    per second in its place; ``quantities``: by quantity such entries, one for each joint,
+    ``position`` among them; ``scales``: Nm or N at the joint per A, V or count, one or one for
+    each joint; ``counts_per_turn`` of a position.
     """
 
     quantities: Mapping[str, Sequence[str]]
     time: str = ''
     scales: Sequence[float] = ()
     counts_per_turn: float | None = None
+    rate: float | None = None
 
 
 def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) -> Guess:
@@ -47,12 +49,14 @@ def map_columns(data: DataFile, columns: Columns, urdf_text: str | None = None) 
 
 class _StatedColumns(Guesser):
     def __init__(self, data: DataFile, urdf_text: str | None, columns: Columns) -> None:
+        if columns.time and columns.rate is not None:
+            raise ConfigurationError('--time and --rate both say when samples are: give one')
         self.data, self.series, self.columns = data, data.series(), columns
         name, _, unit = columns.time.partition(':')
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
-            time = time._replace(unit=_known(unit, TIME_UNITS, columns.time), reason='stated')
-        super().__init__(data, urdf_text, time)
+            time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
+        super().__init__(data, urdf_text, time, columns.rate)
 
     def guess(self) -> Guess:
         """Return the mapping of the columns that are stated."""
@@ -71,15 +75,15 @@ class _StatedColumns(Guesser):
                     'one for each joint'
                 )
         self._put_time()
-        if not self.time.unit:
+        if self.rate is None and not self.time.unit:
             why = '' if self.time.name else self._unread_time()
             raise DataError(
                 why
                 or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or give sample_rate in a mapping (docs/import.md)'
+                'as --time NAME:ms, or how many samples a second has, as --rate 500'
             )
         time = self.series.get(self.time.name, np.zeros(1))
-        if (np.diff(time) < 0).any():
+        if self.rate is None and (np.diff(time) < 0).any():
             raise DataError(
                 f'{self.data.path}: {self.time.name} was stated as time and goes back: name the '
                 'column that grows all the time'
@@ -130,7 +134,7 @@ class _StatedColumns(Guesser):
         word = self.words[whole]
         said = word.unit if word.quantity == quantity else ''
         if unit:
-            said = _known(unit, UNITS[quantity], entry)
+            said = _known(unit, quantity, entry)
             self.stated_units.add(whole)
         strange = '' if unit else word.strange
         self.words[whole] = HeaderWord(quantity, said, word.joint, False, bool(unit), strange)
@@ -206,9 +210,10 @@ class _StatedColumns(Guesser):
             )
 
 
-def _known(unit: str, units: Mapping[str, Any], entry: str) -> str:
-    if unit not in units:
+def _known(unit: str, quantity: str, entry: str) -> str:
+    found = known_unit(unit, quantity)
+    if not found:
         raise ConfigurationError(
-            f'{entry} has the unknown unit {unit!r}: known are {", ".join(units)}'
+            f'{entry} has the unknown unit {unit!r}: known are {known_units(quantity)}'
         )
-    return unit
+    return found

@@ -10,12 +10,21 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
+from sosml_friction.bags.cell_text import is_missing, is_number
+from sosml_friction.bags.header_words import are_units, read_header
 from sosml_friction.exceptions import DataError
 
 #: Cells with the line each was read from, by name of the column.
 Columns = dict[str, list[tuple[int, str]]]
 _DECIMAL_COMMA = re.compile(r'[+-]?\d*,\d+([eE][+-]?\d+)?')
+#: Numbers with marks between thousands, by the mark of their decimals: 1,234.5 and 1.234,5.
+_THOUSANDS = {'.': r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?', ',': r'[+-]?\d{1,3}(\.\d{3})+(,\d*)?'}
+_COMMENT = re.compile(r'\s*(?:[#%!]|//)')
+_BETWEEN = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'](?=\d{3}(?!\d))")
+_WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
+#: Lines that a header may have: a group of columns, names, units, a description.
+_HEADER = 4
 #: Rows that the form of a table is taken from: enough for a preamble, and read at once.
 _LOOK = 200
 
@@ -32,15 +41,47 @@ def read_text_table(path: Path) -> Columns:
     The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
     comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
     read as a point. What parts them may stand behind the last number of a row too. The header is
-    the line above the numbers, with ``#`` or ``%`` before it or without; units in a line of their
-    own below it are put into the names as ``name [unit]``. A column without a name is called by
-    its number, counted from 0. Lines above the header that do not have its number of cells are
-    passed over.
+    what stands above the numbers, with ``#`` or ``%`` before it or without: names, units in a line
+    of their own, which are put into the names as ``name [unit]``, a description. A column without
+    a name is called by its number, counted from 0. Lines above the header that do not have its
+    number of cells are passed over.
 
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
-    text = _text(path)
-    lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
+    # Minus signs of typesetting, and blanks between thousands.
+    text = _BETWEEN.sub('', _text(path).replace('\u2212', '-'))
+    rows, first = _rows(path, text)
+    above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
+    # A line that is no row of the table is a preamble: the header has the cells of the numbers.
+    width = len(rows[first].cells) if first < len(rows) else len(above[-1])
+    if all(not row.cells[-1] for row in rows[first:]):
+        above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
+    above = [cells for cells in above if len(cells) == width]
+    names = _names(above, width)
+    table = _without_words(rows[first:])
+    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
+        # A logger that was cut off.
+        table.pop()
+    for line, cells in table:
+        if len(cells) != width:
+            raise DataError(
+                f'{path} line {line} has {len(cells)} cells where the '
+                f'{"header" if above else "first row"} has {width}: correct that line'
+            )
+    columns: Columns = {}
+    for i, name in enumerate(names):
+        column = [(line, cells[i]) for line, cells in table]
+        # A column that is there twice is one, such as the time beside each signal.
+        if columns.setdefault(name, column) != column:
+            raise DataError(
+                f'{path} has the header {", ".join(names)}: each column needs its own name'
+            )
+    return dict(_without_unit(name, column) for name, column in columns.items())
+
+
+def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
+    """Return the rows of a text without its comments, and the index of the first of the table."""
+    lines = [(k, line) for k, line in enumerate(_lines(text), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
@@ -48,41 +89,32 @@ def read_text_table(path: Path) -> Columns:
         rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
-    if delimiter != ',' and _has_decimal_commas(rows[:_LOOK]):
-        rows = [
-            _Row(k, [c.replace(',', '.') if _DECIMAL_COMMA.fullmatch(c) else c for c in cells])
-            for k, cells in rows
-        ]
+    if ',' in text and (delimiter != ',' or '"' in text):
+        rows = _with_points(rows, delimiter, text)
     first = _first_of_numbers(rows)
-    comment = re.compile(r'\s*[#%]')
-    rows = [row for k, row in enumerate(rows) if k < first or not comment.match(lines[k][1])]
+    width = len(rows[first].cells) if first < len(rows) else 0
+    for k in range(first if not delimiter else 0):
+        # Names of several words, with more than one blank between two of them.
+        names = re.split(r'\s{2,}', lines[k][1].strip())
+        if len(rows[k].cells) != width == len(names):
+            rows[k] = _Row(rows[k].line, names)
+    rows = [row for k, row in enumerate(rows) if k < first or not _COMMENT.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
-    above = [cells for _, cells in rows[max(0, first - 2) : first]]
-    # A line that is no row of the table is a preamble: the header has the cells of the numbers.
-    width = len(rows[first].cells) if first < len(rows) else len(above[-1])
-    if all(not row.cells[-1] for row in rows[first:]):
-        above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
-    above = [cells for cells in above if len(cells) == width]
-    names = _names(above, width)
-    if len(set(names)) != len(names):
-        raise DataError(
-            f'{path} has the header {", ".join(names)}: each column needs its own name'
-        )
-    for line, cells in rows[first:]:
-        if len(cells) != width:
-            raise DataError(
-                f'{path} line {line} has {len(cells)} cells where the '
-                f'{"header" if above else "first row"} has {width}: correct that line'
-            )
-    return {
-        name: [(line, cells[i]) for line, cells in rows[first:]] for i, name in enumerate(names)
-    }
+    return rows, first
+
+
+def _without_words(rows: list[_Row]) -> list[_Row]:
+    """Return the rows without those of words alone: a header that comes again, or a remark."""
+    table = [row for row in rows if any(is_number(c) or is_missing(c) for c in row.cells)]
+    return table if 2 * len(table) > len(rows) else list(rows)
 
 
 def _text(path: Path) -> str:
     raw = path.read_bytes()
     is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if raw[1:4:2] == b'\0\0' and 0 not in raw[:4:2]:
+        return raw.decode('utf-16-le', errors='replace')
     # What is no text has bytes of 0.
     known = ('utf-16',) if is_wide else ('utf-8-sig',) if b'\0' in raw else ('utf-8-sig', 'cp1252')
     for encoding in known:
@@ -105,7 +137,7 @@ def _delimiter(lines: list[str]) -> str:
             best, most = candidate, same
     # "0,5 1,25": commas inside of numbers that white space parts.
     if best == ',' and all(
-        _DECIMAL_COMMA.fullmatch(cell) or _is_number(cell)
+        _DECIMAL_COMMA.fullmatch(cell) or is_number(cell)
         for line in lines[len(lines) // 2 :]
         for cell in line.split()
     ):
@@ -116,59 +148,121 @@ def _delimiter(lines: list[str]) -> str:
     return best
 
 
+def _lines(text: str) -> list[str]:
+    """Return the lines of a text; one of its first that ends within quotes goes on in the next."""
+    lines = text.splitlines()
+    for k in range(min(_LOOK, len(lines) - 1)):
+        if lines[k].count('"') % 2:
+            # The place of the line stays, so that the others keep their numbers.
+            lines[k], lines[k + 1] = '', f'{lines[k]} {lines[k + 1]}'
+    return lines
+
+
+def _without_unit(name: str, cells: list[tuple[int, str]]) -> tuple[str, list[tuple[int, str]]]:
+    """Return a column whose cells all have the same unit behind their numbers without it."""
+    found = _WITH_UNIT.fullmatch(cells[0][1]) if cells else None
+    if found is None or not are_units([found[2]]):
+        return name, cells
+    unit = found[2]
+    if not all(cell.endswith(unit) or is_missing(cell) for _, cell in cells):
+        return name, cells
+    return f'{name} [{unit}]', [(line, cell.removesuffix(unit).strip()) for line, cell in cells]
+
+
 def _cells(line: str, delimiter: str) -> list[str]:
-    bare = re.sub(r'^\s*[#%]+\s*', '', line)
+    bare = re.sub(rf'^(?:{_COMMENT.pattern})+\s*', '', line)
     if not delimiter:
         return bare.split()
     (cells,) = csv.reader([bare], delimiter=delimiter, skipinitialspace=True)
     return [cell.strip() for cell in cells]
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
+    """Return the rows with decimals behind a point, and without marks between thousands."""
+    # A number with both marks says which is which; where commas part cells, it is in quotes.
+    before, behind = ('"', '"') if delimiter == ',' else (r'(?<![\d.,])', r'(?![\d.,])')
+    both = {'.': r'\d{1,3}(,\d{3})+\.\d+', ',': r'\d{1,3}(\.\d{3})+,\d+'}
+    grouped = [m for m, form in both.items() if re.search(f'{before}[+-]?{form}{behind}', text)]
+    if len(grouped) > 1:
+        return rows
+    has_commas = delimiter != ',' and _has_commas(rows[:_LOOK])
+    decimal = grouped[0] if grouped else ',' if has_commas else '.'
+    if not grouped and decimal == '.':
+        return rows
+    between = {'.': ',', ',': '.'}[decimal]
+    group = re.compile(_THOUSANDS[decimal]) if grouped else None
+
+    def plain(cell: str) -> str:
+        if group is not None and group.fullmatch(cell):
+            cell = cell.replace(between, '')
+        return (
+            cell.replace(',', '.') if decimal == ',' and _DECIMAL_COMMA.fullmatch(cell) else cell
+        )
+
+    return [_Row(k, [plain(cell) for cell in row]) for k, row in rows]
 
 
-def _has_decimal_commas(rows: list[_Row]) -> bool:
+def _has_commas(rows: list[_Row]) -> bool:
     cells = [cell for _, row in rows for cell in row]
-    points = sum('.' in cell and _is_number(cell) for cell in cells)
+    points = sum('.' in cell and is_number(cell) for cell in cells)
     return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
+
+
+def _form(row: _Row) -> tuple[int, int, int]:
+    """Return how many cells a row has, how many numbers, and how many values are missing."""
+    cells = row.cells
+    return len(cells), sum(map(is_number, cells)), sum(map(is_missing, cells))
 
 
 def _first_of_numbers(rows: list[_Row]) -> int:
     """
     Return the index of the first row of the table itself.
 
-    It is the first that has as many cells, and as many numbers among them, as most rows have; a
-    header has fewer numbers.
+    It is the first that has numbers, and as many cells and no more words among them than most rows
+    have; a header has more words.
     """
-    seen = Counter(
-        (len(cells), sum(map(_is_number, cells))) for _, cells in islice(rows, 1, _LOOK)
-    )
+    seen = Counter(map(_form, islice(rows, 1, _LOOK)))
     if not seen:
-        return 0 if any(map(_is_number, rows[0].cells)) else 1
-    width, numbers = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
-    for k, (_, cells) in enumerate(rows):
-        # An empty cell is a number that is missing.
-        full = sum(_is_number(cell) or not cell for cell in cells)
-        if len(cells) == width and full >= numbers and any(map(_is_number, cells)):
+        return 0 if any(map(is_number, rows[0].cells)) else 1
+    usual = max(seen, key=lambda form: (seen[form] * (form[1] > 0), form))
+    for k, row in enumerate(rows):
+        width, numbers, missing = _form(row)
+        words = width - numbers - missing
+        if width == usual[0] and numbers and words <= width - usual[1] - usual[2]:
             return k
     return 1
 
 
 def _names(above: list[list[str]], width: int) -> list[str]:
-    """Return the names of the columns from the header and, if there is one, the line of units."""
+    """
+    Return the names of the columns from the lines above the numbers.
+
+    Of several lines one may have units; of the others that which says most of quantities has the
+    names, so that names, units and a description may come in any order. Names that are there
+    twice have those of their group before them, from the line above.
+    """
     if not above:
         return [str(k) for k in range(width)]
-    names = above[-1]
-    # Units have a name above each; else the line above is a preamble filled up with empty cells.
-    if len(above) == 2 and all(
-        n or not u or _IN_BRACKETS.fullmatch(u) for n, u in zip(*above, strict=True)
-    ):
-        names = above[0]
-        units = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[1]]
-        names = [f'{n} [{u}]' if u and n else n for n, u in zip(names, units, strict=True)]
+    units = next((k for k in reversed(range(len(above))) if are_units(above[k])), None)
+    rest = [k for k in range(len(above)) if k != units]
+    if not rest:
+        units, rest = None, [len(above) - 1]
+    says = [sum(read_header(cell).quantity != '' for cell in above[k]) for k in rest]
+    own = rest[says.index(max(says))] if any(says) else rest[-1]
+    below = above[own + 1] if units is None and own + 1 < len(above) else ['0']
+    if not any(is_number(cell) or read_header(cell).quantity for cell in below):
+        # What nobody knows, in the place of the units: it is told where the unit is needed.
+        units = own + 1
+    names = above[own]
+    if len(set(names)) < len(names) and own > 0:
+        groups = list(above[own - 1])
+        for k in range(1, width):
+            groups[k] = groups[k] or groups[k - 1]
+        names = [f'{group} {name}'.strip() for group, name in zip(groups, names, strict=True)]
+    if units is not None:
+        bare = [_IN_BRACKETS.sub(r'\1', cell) for cell in above[units]]
+        names = [
+            f'{n} [{u}]' if n and not is_missing(u) else n
+            for n, u in zip(names, bare, strict=True)
+        ]
     return [name or str(k) for k, name in enumerate(names)]

@@ -12,7 +12,7 @@ import typer
 
 from sosml_friction.cli.app import app, print_json, progress, remark
 from sosml_friction.cli.options import JsonOption
-from sosml_friction.cli.tables import urdf_text
+from sosml_friction.cli.tables import make_bag, takes_columns, urdf_text
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.share import share_directory
 
@@ -21,20 +21,13 @@ GUESS_FORMAT = 'sosml_friction/import_guess/1'
 
 
 @app.command('import')
+@takes_columns
 def import_(
     files: Annotated[
         list[Path],
         typer.Argument(metavar='FILE', help='Table (CSV, MAT, NPZ, NPY, JSON, Parquet) or bag.'),
     ],
-    mapping: Annotated[
-        Path | None,
-        typer.Option(
-            '--map',
-            metavar='MAPPING.yaml',
-            help='Which variable is what, in which unit (docs/import.md); default: the shipped '
-            'mapping that is named in the file name.',
-        ),
-    ] = None,
+    said: dict[str, Any],
     guess: Annotated[
         bool,
         typer.Option(
@@ -42,7 +35,7 @@ def import_(
         ),
     ] = False,
     urdf: Annotated[
-        Path | None, typer.Option(help='URDF: names and kinds of the joints for --guess.')
+        Path | None, typer.Option(help='URDF of the joints, for --guess and named columns.')
     ] = None,
     out: Annotated[
         Path | None,
@@ -57,9 +50,10 @@ def import_(
     """
     Turn recordings of other formats into bags.
 
-    An existing bag is not overwritten. The URDF and model that the mapping names go into the bag,
-    so that sosml fit needs nothing else. A bag of rosbag2 in SQLite, or of ROS 1, is read by the
-    library rosbags and needs no mapping.
+    What is what in a table say the columns, or a mapping (docs/import.md); without both it is the
+    shipped mapping that is named in the file name. An existing bag is not overwritten. The URDF
+    and model that the mapping names go into the bag, so that sosml fit needs nothing else. A bag
+    of rosbag2 in SQLite, or of ROS 1, needs no mapping.
 
     Example: sosml import DATA_EMPS.mat --map config/import/emps.yaml --out emps
     """
@@ -70,15 +64,19 @@ def import_(
             raise DataError(f'{file} does not exist: give the file to import')
         if file.suffix == '.mcap' or (file.is_dir() and not is_other_bag(file)):
             raise DataError(f'{file} is a bag, or a folder: a bag of MCAP is used as it is')
-    if guess and (len(files) > 1 or mapping is not None):
-        raise ConfigurationError('--guess looks at one file, and needs no --map: give one file')
+    columns = [name for name, value in said.items() if value is not None and name != 'rate']
+    if guess and (len(files) > 1 or columns):
+        raise ConfigurationError(
+            '--guess looks at one file and finds out what is what: give one file, and no --map or '
+            'column'
+        )
     if guess:
-        _guess(files[0], urdf, out, json)
+        _guess(files[0], urdf, said['rate'], out, json)
         return
     places = {file: _place(file, out, len(files)) for file in files}
     if len(set(places.values())) < len(files):
         raise ConfigurationError('two files have the same name: import them one after the other')
-    documents = [_import(file, place, mapping, json) for file, place in places.items()]
+    documents = [_import(file, place, dict(said), urdf, json) for file, place in places.items()]
     if not json:
         typer.echo(f'Next: sosml info {documents[0]["bag"]}, then sosml fit {documents[0]["bag"]}')
     if json:
@@ -92,35 +90,49 @@ def _place(file: Path, out: Path | None, count: int) -> Path:
     return out if count == 1 else out / file.stem
 
 
-def _import(file: Path, place: Path, mapping: Path | None, json: bool) -> dict[str, Any]:
+def _import(
+    file: Path, place: Path, said: dict[str, Any], urdf: Path | None, json: bool
+) -> dict[str, Any]:
     """Make one bag, say what is in it, and return that."""
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.bag_information import bag_information
-    from sosml_friction.bags.importer import import_recording
     from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 
-    if mapping is None and not is_other_bag(file):
-        mapping = _shipped_mapping(file)
-        remark(f'using the shipped mapping {mapping}')
+    stated = [name for name, value in said.items() if value is not None]
+    if is_other_bag(file) and stated:
+        raise ConfigurationError(
+            f'{file} is a bag, which says itself what it holds: leave out '
+            f'--{"map" if stated[0] == "mapping" else stated[0].replace("_", "-")}'
+        )
+    if urdf is not None and (is_other_bag(file) or set(stated) <= {'mapping', 'rate'}):
+        raise ConfigurationError(
+            '--urdf is for --guess and for columns that are named: a mapping names its own as '
+            'urdf, and a bag holds one'
+        )
+    if not is_other_bag(file) and set(stated) <= {'rate'}:
+        said['mapping'] = _shipped_mapping(file)
+        remark(f'using the shipped mapping {said["mapping"]}')
     with progress(f'importing {file}') as step:
-        if mapping is None:
-            path = copy_bag(file, place)
+        if is_other_bag(file):
+            copy_bag(file, place)
         else:
-            path = import_recording(file, mapping, place, remark)
+            make_bag(file, place, said, urdf_text(urdf), urdf)
         step('reading the bag back')
-        information = bag_information(Bag.open(path))
+        information = bag_information(Bag.open(place))
     motion, duration = information['joint_states'], information['duration_s']
     if not json:
         measured = '; '.join(
             f'{joint} ({", ".join(x)})' for joint, x in motion['measured'].items()
         )
-        typer.echo(f'{path}: {motion["samples"]} samples over {duration:.2f} s of {measured}')
+        typer.echo(f'{place}: {motion["samples"]} samples over {duration:.2f} s of {measured}')
     kept = ('duration_s', 'joint_states', 'descriptions')
-    named = {'file': str(file), 'mapping': str(mapping or ''), 'bag': str(path)}
+    named = {'file': str(file), 'mapping': str(said['mapping'] or ''), 'bag': str(place)}
     return {**named, **{key: information[key] for key in kept}}
 
 
-def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
+def _guess(
+    file: Path, urdf: Path | None, rate: float | None, out: Path | None, json: bool
+) -> None:
     """Write the mapping that a file speaks for."""
     from sosml_friction.bags.data_file import DataFile
     from sosml_friction.bags.guess import guess_mapping
@@ -129,7 +141,7 @@ def _guess(file: Path, urdf: Path | None, out: Path | None, json: bool) -> None:
     if path.exists():
         raise ConfigurationError(f'{path} exists and is not overwritten: choose another --out')
     with progress(f'looking at {file}'):
-        found = guess_mapping(DataFile(file), urdf_text(urdf))
+        found = guess_mapping(DataFile(file), urdf_text(urdf), rate)
     if urdf is not None:
         found.content['urdf'] = os.path.relpath(urdf.absolute(), path.absolute().parent)
     try:
@@ -170,6 +182,7 @@ def _shipped_mapping(file: Path) -> Path:
         names = ', '.join(sorted(path.stem for path in shipped)) or 'none'
         raise ConfigurationError(
             f'the name {file.name} says not which mapping to use: let sosml import {file} --guess '
-            f'propose one, or give one with --map (shipped are {names}, in {folder})'
+            'propose one, name its columns, as --position q, or give one with --map (shipped are '
+            f'{names}, in {folder})'
         )
     return found[0]

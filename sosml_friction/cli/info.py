@@ -2,14 +2,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sosml info``."""
 
+from pathlib import Path
+
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
-from sosml_friction.cli.options import BagArgument, JsonOption, NamespaceOption
+from sosml_friction.cli.options import JsonOption, NamespaceOption
+from sosml_friction.cli.tables import takes_tables
 
 
 @app.command()
-def info(bag: BagArgument, namespace: NamespaceOption = None, json: JsonOption = False) -> None:
+@takes_tables
+def info(
+    bag: Path,
+    namespace: NamespaceOption = None,
+    json: JsonOption = False,
+    recording: Path | None = None,
+) -> None:
     """
-    Say what a bag holds and whether its motion is complete.
+    Say what a recording holds and whether its motion is complete.
 
     Topics and messages, joints and what was measured of them, gaps, repeated and backward stamps,
     and how much of a cut-off recording could be read.
@@ -22,6 +31,7 @@ def info(bag: BagArgument, namespace: NamespaceOption = None, json: JsonOption =
 
     with progress(f'reading {bag}'):
         information = bag_information(Bag.open(bag, namespace))
+    information['path'] = str(recording or bag)
     if json:
         print_json(information)
     else:

@@ -149,14 +149,15 @@ def is_table(path: Path) -> bool:
 def _refuse_data_file(bag: Path) -> Path:
     if is_table(bag):
         raise BagError(
-            f'{bag} is no bag: turn it into one first with sosml import {bag} --map MAPPING.yaml'
+            f'{bag} is a table and no bag: sosml import {bag} --guess says what is in it, and the '
+            'command that it prints last makes a bag of it'
         )
     return bag
 
 
 BagArgument = Annotated[
     Path,
-    typer.Argument(metavar='BAG', help='Bag folder or .mcap file.', callback=_refuse_data_file),
+    typer.Argument(metavar='BAG', help='Bag folder or file.', callback=_refuse_data_file),
 ]
 JsonOption = Annotated[bool, json_option('tables')]
 JsonOrTableOption = Annotated[bool, json_option('a table')]
@@ -190,6 +191,10 @@ FiguresOption = Annotated[
 ]
 OpenOption = Annotated[
     bool, typer.Option('--open', help='Open the report in the browser when it is written.')
+]
+RateOption = Annotated[
+    float | None,
+    typer.Option(metavar='HZ', help='Samples per second of a table without a column of time.'),
 ]
 EffortHoldOption = Annotated[
     list[str] | None,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import is_table, parse_names, parse_numbers
+from sosml_friction.cli.options import RateOption, is_table, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -58,6 +58,7 @@ _TABLE_OPTIONS: dict[str, Any] = {
     'time': Annotated[
         str | None, _columns_option('Column of time; default: that which grows all the time.')
     ],
+    'rate': RateOption,
     'counts_per_turn': Annotated[
         float | None, typer.Option(metavar='N', help='Counts per turn of a position in counts.')
     ],
@@ -75,7 +76,8 @@ _TABLE_OPTIONS: dict[str, Any] = {
         float | None, typer.Option(metavar='KG_M2', help='The robot is a shaft of this inertia.')
     ],
 }
-_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'counts_per_turn', 'kt')
+_ROBOTS = ('pendulum', 'axis', 'free')
+_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'rate', 'counts_per_turn', 'kt')
 
 
 def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
@@ -83,23 +85,25 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
     Let a command that reads bags read tables too, and give it options that stand for a robot.
 
     Its ``bags``, or its ``bag``, and ``holdout`` may be tables: they are made bags of, in a place
-    that is removed when the command ends. Of its own options it needs ``model``, ``urdf`` and
-    ``armature``.
+    that is removed when the command ends. A command with ``model`` has ``urdf`` and ``armature``
+    too; one without needs no robot. One with ``recording`` is told there the path of its ``bag``
+    as it was given.
     """
     # Not typing.get_type_hints: on Python 3.10 a default of None hides the option from typer.
     own = dict(inspect.signature(command, eval_str=True).parameters)
     hints = {name: parameter.annotation for name, parameter in own.items()}
     name, kind = ('bags', list[Path]) if 'bags' in hints else ('bag', Path)
     hints[name] = Annotated[
-        kind, typer.Argument(metavar='BAG', help='Bag folder, .mcap file, or table.')
+        kind, typer.Argument(metavar='BAG', help='Bag (folder or file), or table.')
     ]
-    for name in _TABLE_OPTIONS:
-        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
-    hints.update(_TABLE_OPTIONS)
+    is_told = own.pop('recording', None) is not None
+    _add_options(own, hints, [n for n in _TABLE_OPTIONS if 'model' in own or n not in _ROBOTS])
 
     @functools.wraps(command)
     def with_tables(**given: Any) -> None:
-        said = {name: given.pop(name) for name in _TABLE_OPTIONS}
+        said = {name: given.pop(name, None) for name in _TABLE_OPTIONS}
+        if is_told:
+            given['recording'] = given['bag']
         with tempfile.TemporaryDirectory(prefix='sosml_') as place:
             bags = _made_bags(given, said, Path(place))
             try:
@@ -110,13 +114,48 @@ def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
                     text = text.replace(str(bag), str(table))
                 raise SosmlFrictionError(text) from error
 
+    return _as_typed(with_tables, own, hints)
+
+
+def takes_columns(command: Callable[..., None]) -> Callable[..., None]:
+    """
+    Give a command the options that say what the columns of a table are.
+
+    It gets them as ``said``, by name, the mapping among them.
+    """
+    own = dict(inspect.signature(command, eval_str=True).parameters)
+    del own['said']
+    hints = {name: parameter.annotation for name, parameter in own.items()}
+    names = [n for n in _TABLE_OPTIONS if n not in _ROBOTS]
+    _add_options(own, hints, names)
+
+    @functools.wraps(command)
+    def with_columns(**given: Any) -> None:
+        said = dict.fromkeys(_ROBOTS) | {name: given.pop(name) for name in names}
+        command(**given, said=said)
+
+    return _as_typed(with_columns, own, hints)
+
+
+def _add_options(
+    own: dict[str, inspect.Parameter], hints: dict[str, Any], names: list[str]
+) -> None:
+    for name in names:
+        own[name] = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+        hints[name] = _TABLE_OPTIONS[name]
+
+
+def _as_typed(
+    command: Callable[..., None], own: dict[str, inspect.Parameter], hints: dict[str, Any]
+) -> Callable[..., None]:
+    """Return a command whose parameters typer sees as these."""
     parameters = [
         p.replace(annotation=hints[p.name], kind=inspect.Parameter.KEYWORD_ONLY)
         for p in own.values()
     ]
-    with_tables.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_tables.__annotations__ = hints
-    return with_tables
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: hints[p.name] for p in parameters}
+    return command
 
 
 def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict[Path, Path]:
@@ -126,19 +165,14 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     :param given: the arguments of the command, which are changed.
     :return: the bag that was made of each table.
     """
-    from sosml_friction.bags.other_bag import copy_bag, is_other_bag
-
     places = [name for name in ('bags', 'bag', 'holdout') if given.get(name)]
     paths = [path for name in places for path in _as_list(given[name])]
     tables = [path for path in dict.fromkeys(paths) if is_table(path)]
-    others = [path for path in dict.fromkeys(paths) if path.exists() and is_other_bag(path)]
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
         raise ConfigurationError(_no_table(paths[0], stated_columns[0]))
-    bags = {path: place / str(k) / path.stem for k, path in enumerate([*tables, *others])}
-    for path in others:
-        copy_bag(path, bags[path])
-    simple = _simple_model(said, bags[paths[0]] if paths[0] in others else paths[0])
+    bags = {path: place / str(k) / path.stem for k, path in enumerate(tables)}
+    simple = _simple_model(said, paths[0])
     if simple is not None:
         if given['model'] is not None or given['urdf'] is not None:
             raise ConfigurationError(
@@ -151,7 +185,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         for sentence in simple.provenance.get('assumed', ()):
             remark(f'assumed: {sentence}')
     named = [given.get(name) for name in ('model', 'urdf', 'mjcf')]
-    no_robot = simple is None and all(name is None for name in named)
+    no_robot = 'model' in given and simple is None and all(name is None for name in named)
     if tables and no_robot and said['mapping'] is None:
         raise ConfigurationError(
             f'{tables[0]} says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS, '
@@ -159,9 +193,9 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
         )
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
-        urdf = urdf_text(given['urdf'], given['model'], given.get('mjcf'))
+        urdf = urdf_text(given.get('urdf'), given.get('model'), given.get('mjcf'))
     for path in tables:
-        _make_bag(path, bags[path], said, urdf)
+        make_bag(path, bags[path], said, urdf)
     for name in places:
         own = [bags.get(path, path) for path in _as_list(given[name])]
         given[name] = own if name == 'bags' else own[0]
@@ -211,7 +245,7 @@ def urdf_text(
 
 
 def _simple_model(said: dict[str, Any], recording: Path) -> RobotModelFile | None:
-    chosen = [name for name in ('pendulum', 'axis', 'free') if said[name] is not None]
+    chosen = [name for name in _ROBOTS if said[name] is not None]
     if not chosen:
         return None
     if len(chosen) > 1:
@@ -245,17 +279,35 @@ def _only_joint(bag: Path) -> str:
     return names[0]
 
 
-def _make_bag(table: Path, bag: Path, said: dict[str, Any], urdf: str | None) -> None:
-    """Write a table as a bag, and say what was assumed on the way."""
+def make_bag(
+    table: Path,
+    bag: Path,
+    said: dict[str, Any],
+    urdf: str | None,
+    urdf_file: Path | None = None,
+) -> None:
+    """
+    Write a table as a bag, and say what was assumed on the way.
+
+    :param urdf: names and kinds of the joints; ``urdf_file``: goes into the bag.
+    :raises ConfigurationError: if a mapping and columns are stated, or neither.
+    """
     from sosml_friction.bags.importer import import_recording
     from sosml_friction.bags.mapping import parse_mapping, read_mapping
 
     if said['mapping'] is not None:
-        import_recording(table, read_mapping(said['mapping']), bag, remark)
+        columns = [n for n in _COLUMNS if said[n] is not None and n != 'rate']
+        if columns:
+            raise ConfigurationError(
+                f'--map and --{columns[0].replace("_", "-")} both say what is in {table}: give one'
+            )
+        import_recording(table, read_mapping(said['mapping'], said['rate']), bag, remark)
         return
     content, assumed = stated_mapping(table, said, urdf)
     for sentence in assumed:
         remark(f'{table.name}: {sentence}')
+    if urdf_file is not None:
+        content['urdf'] = str(urdf_file.absolute())
     import_recording(table, parse_mapping(content, table), bag, remark)
 
 
@@ -268,8 +320,11 @@ def stated_mapping(
     :raises ConfigurationError: if they do not say what is needed.
     """
     from sosml_friction.bags.data_file import DataFile
+    from sosml_friction.bags.mapping import NO_POSITION
     from sosml_friction.bags.stated_columns import Columns, map_columns
 
+    if said['position'] is None and said['velocity'] is not None:
+        raise ConfigurationError(f'{table}: {NO_POSITION.format(said["velocity"])}')
     if said['position'] is None:
         raise ConfigurationError(
             f'{table} is a table, which does not say what is what: name its columns, as '
@@ -284,7 +339,9 @@ def stated_mapping(
         entries['effort'] = tuple(_with_unit(data, x) for x in current)
     quantities = {name: own for name, own in entries.items() if own is not None}
     scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])
-    columns = Columns(quantities, said['time'] or '', scales, said['counts_per_turn'])
+    columns = Columns(
+        quantities, said['time'] or '', scales, said['counts_per_turn'], said['rate']
+    )
     guess = map_columns(data, columns, urdf)
     return guess.content, [*guess.sentences(), *guess.remarks]
 

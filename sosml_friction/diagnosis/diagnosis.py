@@ -3,58 +3,41 @@
 """From recordings and a model to a verdict."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import (
-    REST_LEFT_OUT,
     Check,
-    check_joints,
-    check_log,
-    velocity_lag,
-    without_bad,
 )
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.forward_gain import HORIZON_S, ForwardGain
-from sosml_friction.diagnosis.decision.forward_gate import forward_gate, was_taken_back
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
 from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.diagnosis.decision.selector import Selector
-from sosml_friction.diagnosis.decision.shown_gate import shown_gate
 from sosml_friction.diagnosis.decision.verdict import verdict_of
-from sosml_friction.diagnosis.extended_model.carry_over import cause_gains, what_carries_over
+from sosml_friction.diagnosis.design import Design
 from sosml_friction.diagnosis.extended_model.effort_error import (
-    another_recording,
-    folds_left_out,
     stages,
 )
-from sosml_friction.diagnosis.extended_model.gain import Gain, make_gain
+from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
+from sosml_friction.diagnosis.judgement import Judgement
 from sosml_friction.diagnosis.library import library_hash, make_library
 from sosml_friction.diagnosis.next_experiment.experiment import recommend
 from sosml_friction.diagnosis.next_experiment.recommendation import Recommendation
-from sosml_friction.diagnosis.trust import check_trust, trusting
+from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.search import Search
+from sosml_friction.diagnosis.trust import check_trust
 from sosml_friction.diagnosis.unstated_friction import unstated_friction
-from sosml_friction.diagnosis.untold_inertia import untold_inertia
 from sosml_friction.diagnosis.wording import sentence_of
-from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.exceptions import DataError
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.model.terms.kinds.transmission_term import TransmissionTerm
-from sosml_friction.regression.carried_load import with_carried_load
-from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
-from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
@@ -114,6 +97,9 @@ def diagnose(
     """
     Say what a model gets wrong about recordings, and why.
 
+    Each step takes the result of the one before, which nothing changes afterwards: recordings,
+    design, search, judgement, conclusion.
+
     :param logs: recordings; their joints include the model's.
     :param holdout: another recording, on which the gain is measured; None for folds of ``logs``.
     :param without: effects not to look for.
@@ -124,94 +110,42 @@ def diagnose(
     """
     settings = settings or DiagnosisSettings()
     robot = model.make_robot()
-    logs = [unwrapped(log.select(robot.names)) for log in logs]
+    recordings = Recordings.checked(logs, robot)
     library = make_library(without)
     check_trust(settings.trust)
     # A term of the model that cannot be used is refused before anything is computed.
     known_terms(model)
     step('checking the data')
-    by_log = [check_log(log) + check_joints(log, robot) for log in logs]
-    checks = [check for own in by_log for check in own]
-    logs = [without_bad(log, own) for log, own in zip(logs, by_log, strict=True)]
     try:
-        _refuse_bad(checks, logs)
-        for k, log in enumerate(logs):
-            logs[k], together = block_means(log)
-            if together > 1:
-                checks.append(Check('means', 'note', '*', block_sentence(logs[k], together)))
-        signals = with_known(prepare(logs, model, robot, settings), model)
-        told = [i for i in range(robot.n) if i not in signals[0].silent]
-        lags = [velocity_lag(logs[0], signals[0], i) for i in told]
-        checks += [lag for lag in lags if lag is not None]
-        others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
-        laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
-        if untold := untold_inertia(laboratory):
-            checks += untold.values()
-            settings = replace(settings, free_inertia=(*settings.free_inertia, *untold))
-            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
-        if laboratory.without_rests:
-            checks.append(REST_LEFT_OUT)
-        others = None if others is None else laboratory.seen_alike(others)
+        recordings.refuse_bad()
+        recordings = recordings.in_means()
+        design = Design.make(recordings, model, robot, holdout, library, settings, step)
     except DataError as error:
         return Diagnosis(
             verdict='bad_data',
             causes=(),
-            checks=tuple(checks),
+            checks=recordings.checks,
             names=robot.names,
             units=robot.effort_units,
             library_hash=library_hash(library),
             sentence=str(error),
         )
-    selector = Selector(laboratory, step)
-    selection = selector.run()
-    stood_out = [*selection.accepted, *filter(None, (selection.rejected, selection.masked))]
-    if any(isinstance(cause.effect, TransmissionTerm) for cause in stood_out):
-        # A gear that gives moves the nominal body, whose inertia the other causes may have hidden.
-        beside = [cause.placed for cause in selection.accepted]
-        untold = untold_inertia(laboratory, beside)
-        if new := [name for name in untold if name not in settings.free_inertia]:
-            checks += [untold[name] for name in new]
-            settings = replace(settings, free_inertia=(*settings.free_inertia, *new))
-            laboratory = trusting(WhitenedRegression.make(signals, library, settings, step))
-            selector = Selector(laboratory, step)
-            selection = selector.run()
-    shown_gate(selector, selection)
-    laboratory = selection.laboratory or laboratory
-    if others is not None and np.any(laboratory.signals[0].more_load):
-        count = len(laboratory.nominal.bound)
-        placed = [finding.placed for finding in selection.accepted]
-        others = with_carried_load(others, placed, selection.after.x, count)
+    search = Search.run(design, step)
     step('measuring the gain')
-    folds = folds_left_out(laboratory)
-    held = folds if others is None else another_recording(laboratory, others)
-    forward = judge = ForwardGain(laboratory, model, others)
-    if others is not None and what_carries_over(laboratory, selection, held)[0] is not selection:
-        # What another recording contradicts may be right in these: it is judged by their folds.
-        judge = ForwardGain(laboratory, model)
-    before, after = forward_gate(judge, laboratory, selection)
-    if was_taken_back(selection.rejected):
-        # What is left is more without it, and may have a structure.
-        selection.judge_remainder(laboratory)
-    kept, own_gains = selection, cause_gains(laboratory, selection, held)
-    if others is not None:
-        carried, own_gains = what_carries_over(laboratory, selection, held)
-        kept = selection if keep_all else carried
-    if judge is not forward:
-        before = forward.squares((), selection.before.x, selection.before.fold_x)
-        after = forward.squares(kept.accepted, kept.after.x, kept.after.fold_x)
-    gain = make_gain(
-        held.error(selection.before, ()),
-        held.error(kept.after, kept.accepted),
-        held.measured,
-        before,
-        after,
-        HORIZON_S,
-        held.on,
-    )
-    causes = data_causes(checks, laboratory, without, selection)
-    found = model_causes(laboratory, selection, kept, own_gains)
-    causes += [cause for cause in found if not cause.tolerated]
+    return _concluded(search, Judgement.of(search, model, keep_all), without, step)
+
+
+def _concluded(
+    search: Search, judged: Judgement, without: tuple[str, ...], step: Callable[[str], None]
+) -> Diagnosis:
+    """Return the verdict and what it rests on: the last step."""
+    laboratory, robot = search.laboratory, search.laboratory.robot
+    selection, kept = judged.selection, judged.kept
+    checks = search.design.checks
+    found = model_causes(laboratory, selection, kept, judged.gains)
     tolerated = tuple(cause for cause in found if cause.tolerated)
+    causes = data_causes(checks, laboratory, without, selection)
+    causes += [cause for cause in found if not cause.tolerated]
     # What the model lacks is told before what the data lack.
     causes.sort(key=lambda cause: cause.effect in FAULTS)
     verdict = verdict_of(causes, selection)
@@ -226,21 +160,21 @@ def diagnose(
     return Diagnosis(
         verdict=verdict,
         causes=tuple(causes),
-        checks=tuple(checks),
+        checks=checks,
         names=robot.names,
         units=robot.effort_units,
-        library_hash=library_hash(library),
+        library_hash=library_hash(search.design.library),
         sentence=sentence_of(
             verdict,
             causes,
-            gain,
+            judged.gain,
             selection,
             robot.names,
             robot.effort_units,
             tolerated,
             unstated_friction(laboratory, kept.after.x / slopes, errors),
         ),
-        gain=gain,
+        gain=judged.gain,
         recommendation=recommendation,
         ranking=tuple(_entry(finding, robot.names) for finding in selection.ranking),
         rejected=None if rejected is None else _entry(rejected, robot.names),
@@ -249,49 +183,15 @@ def diagnose(
         refit=dict(zip(nominal, (kept.after.x / slopes).tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(laboratory, selection),
-        stages=tuple(stages(folds, laboratory, selection)),
-        band_hz=signals[0].band.cutoff,
+        stages=tuple(stages(judged.folds, laboratory, selection)),
+        band_hz=laboratory.signals[0].band.cutoff,
         laboratory=laboratory,
         selection=selection,
         confusability=confusability(laboratory, selection.accepted),
         # The pictures show the recordings that were diagnosed, not the one that was left out.
-        residual_before=folds.error(selection.before, ()),
-        residual_after=folds.error(selection.after, selection.accepted),
+        residual_before=judged.folds.error(selection.before, ()),
+        residual_after=judged.folds.error(selection.after, selection.accepted),
     )
-
-
-def _refuse_bad(checks: Sequence[Check], logs: Sequence[JointLog]) -> None:
-    """
-    Refuse data that are of no use: all of them, or those of each joint.
-
-    :raises DataError: with the sentences of the checks that found them bad.
-    """
-    bad = [check for check in checks if check.severity == 'bad']
-    for check in bad:
-        if check.joint == '*':
-            raise DataError(check.sentence)
-    if all(np.isnan(log.tau).all() for log in logs):
-        raise DataError('; '.join(dict.fromkeys(check.sentence for check in bad)))
-
-
-def _prepared(
-    holdout: JointLog, model: RobotModelFile, first: Signals, settings: DiagnosisSettings
-) -> list[Signals]:
-    """
-    Return the signals of the recording the gain is measured on, seen as ``first`` is.
-
-    :raises ConfigurationError: if it is of no use.
-    """
-    log = unwrapped(holdout.select(first.robot.names))
-    band = replace(settings, band=first.band.cutoff)
-    try:
-        checks = check_log(log) + check_joints(log, first.robot)
-        log = without_bad(log, checks)
-        _refuse_bad(checks, [log])
-        log = block_means(log)[0]
-        return with_known(prepare([log], model, first.robot, band, first.scales), model)
-    except DataError as error:
-        raise ConfigurationError(f'the recording left out (holdout): {error}') from None
 
 
 def _entry(finding: Finding, names: tuple[str, ...]) -> dict[str, Any]:
@@ -325,6 +225,7 @@ def _structure(laboratory: WhitenedRegression, selection: Selection) -> dict[str
                 'floor': float(x.floor),
                 'share': float(x.share),
                 'hertz': x.hertz or None,
+                'period': x.period or None,
                 'unknown': x.significant,
             }
             for x in left.found

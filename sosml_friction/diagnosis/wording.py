@@ -97,16 +97,16 @@ def sentence_of(
         if told:
             text += f'; in part it looks like {told}'
         return (
-            f'{text}. {_where_unknown(selection, names)}{_not_shown(causes)}{gains}'
+            f'{text}. {_where_unknown(selection, names, units)}{_not_shown(causes)}{gains}'
             f'{_contradicted((*causes, *tolerated))}{end}'
         )
     if all(cause.effect in DATA_CAUSES for cause in causes):
-        rest = _rest(selection, names).lstrip() or _nothing(selection, gain, names)
+        rest = _rest(selection, names, units).lstrip() or _nothing(selection, gain, names)
         return f'Named, of the data: {_told(causes, names)}. {rest}{end}'
     lead = 'Named' if verdict == 'named' else 'These data leave a choice'
     return (
         f'{lead}: {_told(causes, names)}. {gains}{_contradicted((*causes, *tolerated))}'
-        f'{_outside(causes)}{_rest(selection, names)}{end}'
+        f'{_outside(causes)}{_rest(selection, names, units)}{end}'
     )
 
 
@@ -229,13 +229,13 @@ def _noise(selection: Selection, gain: Gain, names: tuple[str, ...]) -> str:
     return f' Free curves explain {", ".join(parts)}, in whitened energy: the rest is noise.'
 
 
-def _where_unknown(selection: Selection, names: tuple[str, ...]) -> str:
+def _where_unknown(selection: Selection, names: tuple[str, ...], units: tuple[str, ...]) -> str:
     """Return along which axis something is missing, as a sentence with a blank after it."""
     left = selection.remainder
     more = left.significant or left.beyond_chance
     # Axes share what they explain: the largest of a joint stands for the others.
     most = [max((x for x in more if x.joint == i), key=_excess) for i in _joints(more)]
-    found = [_along(x, names[x.joint]) for x in most]
+    found = [_along(x, names[x.joint], units[x.joint]) for x in most]
     return '; '.join(found) + '. ' if found else ''
 
 
@@ -247,9 +247,9 @@ def _excess(x: Leftover) -> float:
     return x.energy - x.floor
 
 
-def _along(x: Leftover, joint: str) -> str:
-    """Return what is left along an axis, without an end."""
-    percent = 100.0 * x.share
+def _along(x: Leftover, joint: str, unit: str) -> str:
+    """Return what is left along an axis, without an end; ``unit``: of the joint's effort."""
+    percent, unit = 100.0 * x.share, 'rad' if unit == 'Nm' else 'm'
     number = f'{percent:.0f}' if percent >= 10.0 else f'{percent:.2g}'
     if x.axis == TONE:
         return f'{joint} has {x.axis} of {x.hertz:.3g} Hz: {number} % of what is left'
@@ -261,6 +261,13 @@ def _along(x: Leftover, joint: str) -> str:
     what = f'friction of {joint}' if x.axis.startswith(FRICTION_BY) else joint
     axis = x.axis.removeprefix(FRICTION_BY)
     which = 'which no cause of the catalogue is: ' if NEIGHBOURS in x.axis else ''
+    if x.period:
+        explains = (
+            f'it explains {number} % of what it and the named causes explain there'
+            if x.share < 1.0
+            else 'it explains more than noise would'
+        )
+        return f'{what} has a ripple over {axis}, of period {x.period:.3g} {unit}: {explains}'
     if x.together:
         than = (
             f'{number} % of what they and the named causes do'
@@ -279,12 +286,13 @@ def _along(x: Leftover, joint: str) -> str:
     return f'{what} depends on {axis}: {which}a free curve of it explains more than noise would'
 
 
-def _rest(selection: Selection, names: tuple[str, ...]) -> str:
+def _rest(selection: Selection, names: tuple[str, ...], units: tuple[str, ...]) -> str:
     """Return what free curves explain of the rest, as a sentence with a blank before it."""
     left = selection.remainder
     more = left.beyond_chance
-    text = ''.join(f' {_along(x, names[x.joint])}.' for x in more if x.axis == TONE)
-    curved = _joints([x for x in more if x.axis != TONE])
+    lines = [x for x in more if x.hertz or x.period]
+    text = ''.join(f' {_along(x, names[x.joint], units[x.joint])}.' for x in lines)
+    curved = _joints([x for x in more if not (x.hertz or x.period)])
     if curved:
         parts = [f'{names[i]} {100.0 * left.explained[i]:.0f} %' for i in curved]
         text += (

@@ -39,7 +39,7 @@ LATCHED_TOPICS = (
 _STATES = 'joint_states'
 
 PARAMETERS = (
-    ParameterSpec('bag', 'string', None, 'the bag to play: a folder or one .mcap file'),
+    ParameterSpec('bag', 'string', None, 'the bag to play: a folder or a file'),
     ParameterSpec('rate', 'double', 1.0, 'speed, 2.0 plays twice as fast', '', (0.01, 100.0)),
     ParameterSpec(
         'exclude',

@@ -23,6 +23,7 @@ _EXPONENT = 4.0
 _LEAST = 0.03
 #: When sizes are settled, as a change of their logarithm, and the most rounds until then.
 _SETTLED, _MOST_ROUNDS = 0.02, 60
+#: Added to the diagonal of the kernel, which is near singular, as a share of it: rounding.
 _JITTER = 1e-6
 
 

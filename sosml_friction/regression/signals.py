@@ -242,7 +242,7 @@ def _in_steps(x: FloatArray, quantum: float) -> bool:
     return float(np.mean(np.abs(multiples - np.rint(multiples)) < _OFF_STEP)) > 0.95
 
 
-def find_scales(logs: list[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
+def find_scales(logs: Sequence[JointLog], model: RobotModelFile, robot: Robot) -> Scales:
     """Return the scales of the joints over all recordings."""
     n = robot.n
     quantum = np.array([max(signal_noise(log.q[:, i])[0] for log in logs) for i in range(n)])
@@ -363,7 +363,7 @@ def nominal_friction(v: FloatArray, sign: FloatArray, scales: Scales) -> FloatAr
 
 
 def prepare(
-    logs: list[JointLog],
+    logs: Sequence[JointLog],
     model: RobotModelFile,
     robot: Robot,
     settings: DiagnosisSettings,

@@ -7,8 +7,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import DataError
@@ -37,6 +39,7 @@ from sosml_friction.regression.whitening import Whitening
 
 #: Fewest whitened rows of a block. Chosen, no measurement.
 _BLOCK_ROWS = 20
+_Entry = TypeVar('_Entry', bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -173,7 +176,7 @@ class WhitenedRegression:
         """
         return _joined(self.rows.residual), _joined(self.rows.nominal_columns)
 
-    def split(self, rows: FloatArray) -> list[FloatArray]:
+    def split(self, rows: NDArray[_Entry]) -> list[NDArray[_Entry]]:
         """Return what has one entry per whitened row as one array per stretch."""
         ends = np.cumsum([len(part) - ORDER for part in self.rows.residual])[:-1]
         return np.split(rows, ends)

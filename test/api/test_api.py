@@ -128,6 +128,9 @@ def test_a_table_and_a_bag_hold_the_same_log(log, model, tmp_path):
         np.testing.assert_allclose(table.q, log.q, rtol=1e-12)
         np.testing.assert_allclose(table.tau, log.tau, rtol=1e-12)
     assert sf.Model.from_bag(tmp_path / 'bag').joints == ('slider',)
+    (tmp_path / 'timeless.yaml').write_text(MAPPING.split('\n', 1)[1])
+    even = sf.load(tmp_path / 'log.csv', tmp_path / 'timeless.yaml', rate=100.0)
+    np.testing.assert_array_equal(np.diff(even.t_ns), 10_000_000)
     with pytest.raises(ConfigurationError, match='give a mapping file'):
         sf.load(tmp_path / 'log.csv')
     with pytest.raises(ConfigurationError, match='leave the mapping out'):
@@ -242,6 +245,7 @@ def test_observers_say_what_the_friction_is(log, model):
     assert json.loads(json.dumps(document, allow_nan=False))['joints'] == ['slider']
     assert len(document['friction']['sosml']) == len(log)
     assert is_short(found)
+    assert list(sf.observe(log, model, observers='sosml').friction) == ['sosml']
     with pytest.raises(ConfigurationError, match="observer 'best' is unknown"):
         sf.observe(log, model, observers=['best'])
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.bag import TRAJECTORY, Bag
+from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.message_types import TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.bags.serialization import message_class, serialize, serialize_joint_state
 from sosml_friction.exceptions import BagError, DataError
@@ -279,9 +280,7 @@ def test_tags_come_with_the_log(tmp_path, joint_state):
 
 
 def test_a_missing_path_is_one_sentence(tmp_path):
-    with pytest.raises(
-        BagError, match=r'nowhere does not exist: give a bag folder or a .mcap file'
-    ):
+    with pytest.raises(BagError, match=r'nowhere does not exist: give a bag folder or file'):
         Bag.open(tmp_path / 'nowhere')
 
 
@@ -294,8 +293,9 @@ def test_a_file_that_is_no_bag_is_one_sentence(tmp_path):
 @pytest.mark.parametrize(
     ('name', 'sentence'),
     [
-        ('notes.txt', 'is no bag: the folder holds no .mcap file'),
-        ('run_0.db3', 'is stored in SQLite: make it MCAP with sosml import'),
+        ('notes.txt', 'is no bag: the folder holds no .mcap or .db3 file'),
+        ('run_0.db3', 'run_0.db3 is no readable bag: '),
+        ('run_0.db3.zstd', 'holds compressed files only .run_0.db3.zstd.: unpack them'),
         ('run_0.mcap.zstd', 'holds compressed files only .run_0.mcap.zstd.: unpack them'),
     ],
 )
@@ -303,12 +303,6 @@ def test_a_folder_without_mcap_says_what_to_do(tmp_path, name, sentence):
     (tmp_path / name).write_text('x')
     with pytest.raises(BagError, match=sentence):
         Bag.open(tmp_path)
-
-
-def test_a_single_sqlite_file_says_what_to_do(tmp_path):
-    (tmp_path / 'run_0.db3').write_text('x')
-    with pytest.raises(BagError, match='is stored in SQLite'):
-        Bag.open(tmp_path / 'run_0.db3')
 
 
 def test_messages_compressed_one_by_one_are_refused(tmp_path, record, two_joints):

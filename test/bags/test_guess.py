@@ -109,11 +109,48 @@ def test_a_count_alone_is_no_time_until_it_is_said(tmp_path):
     data = save(tmp_path, [np.arange(len(t)), q, tau], ['frame', 'q', 'tau'])
     guess = guess_mapping(data)
     assert guess.left_open == ['time.unit']
-    assert 'a count that needs a sample_rate' in guess.reasons['time']
+    assert 'a count of the samples' in guess.reasons['time']
     columns = {'position': ['q'], 'effort': ['tau']}
-    with pytest.raises(DataError, match='or a count that needs a sample_rate instead: say which'):
+    with pytest.raises(DataError, match='or a count of the samples: say which'):
         map_columns(data, Columns(columns))
     assert map_columns(data, Columns(columns, time='frame:ms')).content['time']['unit'] == 'ms'
+
+
+@pytest.mark.parametrize('clock', [None, 'frame', 'time'])
+def test_a_stated_rate_is_the_time_of_a_table(tmp_path, clock):
+    t, q, v, tau = joint(2, rate=200.0)
+    # A shaft that turns one way grows all the time, and is no time.
+    columns = {'q': 0.02 * q + 0.3 * t, 'dq': 0.02 * v + 0.3, 'tau': tau}
+    clocks = {None: {}, 'frame': {'frame': np.arange(len(t))}, 'time': {'time': np.floor(t)}}
+    columns = {**clocks[clock], **columns}
+    data = save(tmp_path, columns.values(), list(columns))
+    guess = guess_mapping(data, rate=200.0)
+    assert guess.content['sample_rate'] == 200.0
+    assert guess.content['joints']['joint']['velocity'] == {'variable': 'dq', 'unit': 'rad/s'}
+    assert roles(guess) == {'joint': {'position': 'q', 'velocity': 'dq', 'effort': 'tau'}}
+    assert guess.sentences()[0] == 'sample_rate is 200 Hz: stated'
+    assert not any('makes' in remark for remark in guess.remarks)
+    stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau']}, rate=200.0))
+    log = read_recording(data.path, parse_mapping(stated.content, data.path))
+    np.testing.assert_array_equal(np.diff(log.t_ns), 5_000_000)
+
+
+def test_time_and_rate_are_one_too_many_and_none_is_too_few(tmp_path):
+    t, q, v, tau = joint(2)
+    data = save(tmp_path, [t, q, v, tau], ['t', 'q', 'dq', 'tau'])
+    columns = {'position': ['q'], 'effort': ['tau']}
+    with pytest.raises(ConfigurationError, match='--time and --rate both say when'):
+        map_columns(data, Columns(columns, time='t', rate=250.0))
+    with pytest.raises(ConfigurationError, match='a rate of 0 Hz is none: give the samples per'):
+        map_columns(data, Columns(columns, rate=0.0))
+    guess = guess_mapping(data, rate=100.0)
+    assert guess.remarks[0].startswith('t makes 250 Hz of it, and the rate of 100 Hz that was')
+    without = save(tmp_path, [q, v, tau], ['q', 'dq', 'tau'])
+    with pytest.raises(DataError, match='or how many samples a second has, as --rate 500'):
+        map_columns(without, Columns(columns))
+    guess = guess_mapping(without)
+    assert guess.left_open == ['sample_rate']
+    assert guess.reasons['sample_rate'].endswith('or --rate HZ')
 
 
 @pytest.mark.parametrize('stated', [False, True])
@@ -264,26 +301,31 @@ def test_what_is_left_open_is_refused_until_it_is_filled_in(tmp_path):
 
 def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
     t, q, _, tau = joint(4)
-    data = save(tmp_path, [t / 60.0, 10.0 * q, tau], ['t [min]', 'x [cm]', 'torque [lbf ft]'])
+    data = save(
+        tmp_path, [t / 60.0, 10.0 * q, tau], ['t [beats]', 'angle [grad]', 'torque [st ft]']
+    )
     guess = guess_mapping(data)
     assert guess.left_open == [
         'time.unit',
         'joints.joint.position.unit',
         'joints.joint.effort.unit',
     ]
-    assert '[cm] in its name is no unit' in guess.reasons['joints.joint.position']
-    position, effort = 'x [cm]', 'torque [lbf ft]'
+    assert '[grad] in its name is no unit' in guess.reasons['joints.joint.position']
+    position, effort = 'angle [grad]', 'torque [st ft]'
     for columns, sentence in (
-        (Columns({'position': [position], 'effort': [effort]}), '[min] in its name is no unit'),
         (
-            Columns({'position': [position], 'effort': [effort]}, time='t [min]:ms'),
-            "[cm] in its name is no unit that is known: say which, as --position 'x [cm]:deg'; "
-            "in another unit --position 'x [cm]:counts' --counts-per-turn",
+            Columns({'position': [position], 'effort': [effort]}),
+            '[beats] in its name is no unit that is known (s, ms,',
         ),
         (
-            Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [min]:ms'),
-            '[lbf ft] in its name is no unit that is known: if it is N, --effort '
-            "'torque [lbf ft]:N'; in another unit --effort 'torque [lbf ft]:counts' --kt",
+            Columns({'position': [position], 'effort': [effort]}, time='t [beats]:ms'),
+            "cm, um, in): say which, as --position 'angle [grad]:deg'; "
+            "in another unit --position 'angle [grad]:counts' --counts-per-turn",
+        ),
+        (
+            Columns({'position': [f'{position}:mm'], 'effort': [effort]}, time='t [beats]:ms'),
+            'kgf, lbf): if it is N, --effort '
+            "'torque [st ft]:N'; in another unit --effort 'torque [st ft]:counts' --kt",
         ),
     ):
         with pytest.raises(SosmlFrictionError, match=re.escape(sentence)):
@@ -388,9 +430,19 @@ def test_noise_is_no_robot(tmp_path):
         ('vel[deg/sec]', 'velocity', 'deg/s', '', False),
         ('Timestamp [µs]', 'time', 'us', '', False),
         ('Iq (Arms)', 'effort', 'A', '', False),
-        ('torque [lbf ft]', 'effort', '', '', False),
+        ('torque [lbf ft]', 'effort', 'lbf.ft', '', False),
+        ('torque [oz-in]', 'effort', 'ozf.in', '', False),
+        ('torque (kg·cm)', 'effort', 'kgf.cm', '', False),
+        ('torque [st ft]', 'effort', '', '', False),
+        ('position [rev]', 'position', 'turns', '', False),
+        ('T [K]', 'temperature', 'K', '', False),
+        ('q [A]', 'effort', 'A', '', False),
+        ('q [rpm]', 'velocity', 'rpm', '', False),
+        ('position_in', 'position', '', 'in', False),
         ('current (measured)', 'effort', 'A', '', False),
         ('elbow_eff', 'effort', '', 'elbow', False),
+        ('actual_TCP_force_0', 'effort', 'N', '0', True),
+        ('motor_state[1].q', 'position', '', '1', False),
         ('Soll Winkel [deg]', 'position', 'deg', '', True),
         ('Strom Istwert', 'effort', 'A', '', False),
     ],
@@ -455,16 +507,72 @@ def test_dates_are_times(tmp_path):
         np.testing.assert_allclose(np.ptp(DataFile(path)['date']), np.ptp(t), atol=1e-5)
 
 
-def test_times_of_a_day_are_times_and_other_dates_are_named(tmp_path):
+def test_the_effort_of_a_joint_is_called_as_its_position(tmp_path):
+    t, q, _, tau = joint(9)
+    columns = {
+        't': t,
+        'frame_index': np.arange(len(t)),
+        'q_0': q,
+        'load_torque_0': tau,
+        'i_0': tau,
+    }
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    assert roles(guess) == {'joint_0': {'position': 'q_0', 'effort': 'i_0'}}
+
+
+@pytest.mark.parametrize(('per_ampere', 'told'), [(1000.0, True), (0.1, False)])
+def test_a_current_of_large_whole_numbers_is_told(tmp_path, per_ampere, told):
+    t, q, _, tau = joint(9)
+    data = save(tmp_path, [t, q, np.rint(per_ampere * tau)], ['t', 'q', 'current'])
+    columns = Columns({'position': ['q'], 'effort': ['current:A']}, scales=[1.8])
+    for guess in (guess_mapping(data), map_columns(data, columns)):
+        assert any('if it is mA or counts' in remark for remark in guess.remarks) == told
+
+
+@pytest.mark.parametrize(('start', 'unit'), [(46352.25, 'd'), (740312.25, 'd'), (1.3e17, '')])
+def test_days_of_a_spreadsheet_are_counted_from_the_first_sample(tmp_path, start, unit):
+    t, q, _, tau = joint(9)
+    stamps = start + (t / 86400.0 if unit else 1e7 * t)
+    guess = guess_mapping(save(tmp_path, [stamps, q, tau], ['t', 'q', 'tau']))
+    assert guess.content['time']['unit'] == (unit or FILL_IN)
+    if unit:
+        log = read_recording(tmp_path / 'x.csv', parse_mapping(guess.content, tmp_path / 'x'))
+        np.testing.assert_allclose(log.time, t, atol=1e-5)
+        assert log.t_ns[0] == 0
+
+
+def test_a_velocity_without_position_is_refused_with_what_to_do(tmp_path):
+    t, _, v, tau = joint(9)
+    data = save(tmp_path, [t, v, tau], ['t', 'velocity', 'torque'])
+    with pytest.raises(DataError, match='velocity does not say where the joint is, on which'):
+        guess_mapping(data)
+    content = {
+        'sample_rate': 500,
+        'joints': {'arm': {'velocity': {'variable': 'v', 'unit': 'rpm'}}},
+    }
+    with pytest.raises(ConfigurationError, match='has no position: its velocity does not say'):
+        parse_mapping(content, tmp_path / 'x.yaml')
+
+
+@pytest.mark.parametrize(('name', 'unit'), [('temp', 'degC'), ('T [K]', 'K'), ('temp [K]', 'K')])
+def test_a_temperature_has_the_unit_of_its_name(tmp_path, name, unit):
+    t, q, v, tau = joint(9)
+    data = save(tmp_path, [t, q, v, tau, 300.0 + t], ['t', 'q', 'dq', 'tau', name])
+    content = guess_mapping(data).content
+    assert content['joints']['joint']['temperature'] == {'variable': name, 'unit': unit}
+
+
+def test_times_of_a_day_are_times_and_dates_that_may_be_two_are_named(tmp_path):
     t, q, _, current = joint(9)
-    begin = datetime(2025, 3, 30, 0, 59, 50, tzinfo=timezone.utc)
-    for k, form in enumerate(('%H:%M:%S.%f', '%d.%m.%Y %H:%M:%S.%f')):
+    begin = datetime(2025, 4, 3, 23, 59, 55, tzinfo=timezone.utc)
+    for k, form in enumerate(('%H:%M:%S.%f', '%d.%m.%Y %H:%M:%S.%f', '%d/%m/%Y %H:%M:%S.%f')):
         stamps = [(begin + timedelta(seconds=x)).strftime(form) for x in t]
         lines = [f'{x},{y:.9f},{z:.9f}' for x, y, z in zip(stamps, q, current, strict=True)]
         (tmp_path / f'{k}.csv').write_text('\n'.join(['time,q,i', *lines]))
-    assert guess_mapping(DataFile(tmp_path / '0.csv')).content['time']['unit'] == 's'
-    data = DataFile(tmp_path / '1.csv')
-    sentence = "line 2, column 'time': '30.03.2025 00:59:50.000000' is not a number"
+    for k in (0, 1):
+        assert guess_mapping(DataFile(tmp_path / f'{k}.csv')).content['time']['unit'] == 's'
+    data = DataFile(tmp_path / '2.csv')
+    sentence = "line 2, column 'time': '03/04/2025 23:59:55.000000' may have the day first or"
     assert sentence in guess_mapping(data).reasons['sample_rate']
     for time in ('', 'time'):
         with pytest.raises(DataError, match=sentence):

@@ -18,7 +18,7 @@ from sosml_friction.bags import importer
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.importer import import_recording, read_recording
-from sosml_friction.bags.mapping import TIME_UNITS, UNITS, read_mapping
+from sosml_friction.bags.mapping import LINEAR_UNITS, TIME_UNITS, UNITS, read_mapping
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError, SosmlFrictionError
 from sosml_friction.share import share_directory
 
@@ -207,6 +207,29 @@ def test_start_time_is_added(source, mapping, start, ns):
         ('position', 'counts', {'counts_per_turn': 8}, math.pi / 2),
         ('position', 'rad', {'scale': -0.5, 'offset': 3.0}, 2.0),
         ('position', 'deg', {'scale': 'gear', 'offset': 'zero'}, math.radians(2.0) * 36.0 - 1.5),
+        ('position', 'mrad', {}, 0.002),
+        ('position', 'gon', {}, math.pi / 100.0),
+        ('position', 'arcmin', {}, math.radians(2.0 / 60.0)),
+        ('position', 'arcsec', {}, math.radians(2.0 / 3600.0)),
+        ('position', 'cm', {}, 0.02),
+        ('position', 'um', {}, 2e-6),
+        ('position', 'in', {}, 0.0508),
+        ('velocity', 'mrad/s', {}, 0.002),
+        ('velocity', 'cm/s', {}, 0.02),
+        ('velocity', 'm/min', {}, 1.0 / 30.0),
+        ('velocity', 'mm/min', {}, 1.0 / 30_000.0),
+        ('velocity', 'in/s', {}, 0.0508),
+        ('effort', 'cNm', {}, 0.02),
+        ('effort', 'kNm', {}, 2000.0),
+        ('effort', 'kgf.m', {}, 19.6133),
+        ('effort', 'kgf.cm', {}, 0.196133),
+        ('effort', 'gf.cm', {}, 1.96133e-4),
+        ('effort', 'lbf.ft', {}, 2.7116358966),
+        ('effort', 'lbf.in', {}, 0.22596965805),
+        ('effort', 'ozf.in', {}, 0.014123103628),
+        ('effort', 'mN', {}, 0.002),
+        ('effort', 'kgf', {}, 19.6133),
+        ('effort', 'lbf', {}, 8.896443230521),
         ('velocity', 'rad/s', {}, 2.0),
         ('velocity', 'deg/s', {}, math.radians(2.0)),
         ('velocity', 'rpm', {}, 2.0 * 2.0 * math.pi / 60.0),
@@ -230,12 +253,12 @@ def test_start_time_is_added(source, mapping, start, ns):
 )
 def test_units_become_si(source, mapping, quantity, unit, more, si):
     # A joint that slides where the unit under test says so.
-    position = {'variable': 'q', 'unit': 'm' if unit in ('m/s', 'mm/s', 'N', 'kN') else 'rad'}
+    position = {'variable': 'q', 'unit': 'm' if unit in LINEAR_UNITS else 'rad'}
     signals = {'position': position, quantity: {'variable': 'x', 'unit': unit, **more}}
     plan = read_mapping(mapping({'joints': {'j': signals}}))
     log = read_recording(source(x=np.full(5, 2.0), gear=36.0, zero=-1.5), plan)
     field = {'position': 'q', 'velocity': 'v', 'effort': 'tau', 'temperature': 'temperature'}
-    np.testing.assert_allclose(getattr(log, field[quantity])[:, 0], si, rtol=1e-15)
+    np.testing.assert_allclose(getattr(log, field[quantity])[:, 0], si, rtol=1e-10)
 
 
 def test_every_unit_is_tested_above():
@@ -306,11 +329,50 @@ def test_repeated_stamps_are_left_out_and_told(source, mapping):
     assert '2 of 100 samples repeat the stamp before them' in told[0]
 
 
+@pytest.mark.parametrize('times', [2, 3])
+def test_samples_that_are_logged_again_are_left_out_and_told(source, mapping, times):
+    t, q = np.arange(100.0) * 0.01, np.sin(np.arange(100.0))
+    q[7] = np.nan
+    twice = {name: np.repeat(x, times) for name, x in {'t': t, 'q': q, 'tau': 2.0 * q}.items()}
+    told = []
+    plan = read_mapping(mapping())
+    log = read_recording(source(**twice), plan, told.append)
+    np.testing.assert_array_equal(log.q[:, 0], q)
+    assert len(told) == 1
+    assert f'{100 * times - 100} of {100 * times} samples repeat the sample before' in told[0]
+    # Stamps that repeat beside another value are a time that is too coarse.
+    twice['tau'] = np.arange(100.0 * times)
+    with pytest.raises(DataError, match='does not increase'):
+        read_recording(source(**twice), plan)
+
+
 def test_seconds_and_nanoseconds_of_two_columns_are_added(source, mapping):
     changes = {'time': {'variable': 'sec', 'unit': 's', 'nanoseconds': 'nsec'}}
     sec, nsec = np.array([7, 7, 8, 8, 8]), np.array([5, 999_999_999, 1, 2, 3])
     log = read_recording(source(sec=sec, nsec=nsec), read_mapping(mapping(changes)))
     assert log.t_ns.tolist() == (sec * 10**9 + nsec).tolist()
+
+
+def test_a_rate_beside_the_mapping_stands_for_time(source, mapping):
+    open_time = {'time': {'variable': 'FILL_IN', 'unit': 's'}}
+    for changes in ({'time': None}, {'time': None, 'sample_rate': 'FILL_IN'}):
+        log = read_recording(source(), read_mapping(mapping(changes), 50.0))
+        np.testing.assert_array_equal(np.diff(log.t_ns), 20_000_000)
+    for changes in ({}, open_time, {'time': None, 'sample_rate': 5}):
+        with pytest.raises(ConfigurationError, match='already: leave the rate out'):
+            read_mapping(mapping(changes), 50.0)
+
+
+def test_json_as_pandas_writes_it_and_cut_off_lines_are_read(tmp_path, mapping):
+    columns = {'t': T.tolist(), 'q': Q.tolist(), 'tau': TAU.tolist()}
+    numbered = {name: dict(enumerate(x)) for name, x in columns.items()}
+    (tmp_path / 'x.json').write_text(json.dumps(numbered))
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    lines = '\n'.join(map(json.dumps, rows)) + '\n{"t": 5.0, "q'
+    (tmp_path / 'x.jsonl').write_text(lines)
+    for name in ('x.json', 'x.jsonl'):
+        log = read_recording(tmp_path / name, read_mapping(mapping()))
+        np.testing.assert_array_equal(log.q[:, 0], Q)
 
 
 def test_an_injected_signal_goes_into_the_bag(tmp_path, source, mapping):
@@ -413,11 +475,11 @@ FAULTS = [
         {'joints/shoulder/effort/gain': 1},
         "joints.shoulder.effort has the unknown key 'gain': known are variable, column, row, unit",
     ),
-    ({'time/unit': 'h'}, "time has the unknown unit 'h': known are s, ms, us, ns"),
+    ({'time/unit': 'y'}, "time has the unknown unit 'y': known are s, ms, us, ns"),
     ({'time/unit': None}, 'time has no unit: known are s, ms, us, ns'),
     (
-        {'joints/shoulder/position/unit': 'degree'},
-        "joints.shoulder.position has the unknown unit 'degree': known are rad, deg, turns, m, mm",
+        {'joints/shoulder/position/unit': 'grad'},
+        "joints.shoulder.position has the unknown unit 'grad': known are rad, deg, turns, m, mm",
     ),
     ({'joints/shoulder/effort/unit': 'W'}, "unknown unit 'W': known are Nm, mNm, N, kN, A, mA, V"),
     (
@@ -460,7 +522,7 @@ FAULTS = [
     ({'joints': None}, 'the mapping has no joints'),
     ({'joints': []}, r'joints is \[\]: a mapping'),
     ({'joints': {1: {}}}, 'joints has the key 1: put it in quotes'),
-    ({'time': None}, 'needs either time or sample_rate'),
+    ({'time': None}, 'needs either time or sample_rate, or --rate beside it'),
     ({'sample_rate': 5}, 'needs either time or sample_rate'),
     ({'time': None, 'sample_rate': -5}, 'sample_rate is -5 Hz: it must be positive'),
     ({'start_time': 'noon'}, "start_time is 'noon': a number is needed"),

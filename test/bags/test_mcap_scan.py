@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags import mcap_scan
+from sosml_friction.bags import chunk_data, mcap_scan
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.mcap_scan import open_store, scan
+from sosml_friction.bags.mcap_scan import scan
+from sosml_friction.bags.message_store import open_store
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.exceptions import BagError
 
@@ -253,7 +254,7 @@ def test_an_index_that_one_bit_makes_a_message_is_none(tmp_path):
 def test_a_chunk_larger_than_any_is_read_unless_it_packs_as_no_recording_does(
     tmp_path, foreign_mcap, monkeypatch, compression
 ):
-    monkeypatch.setattr(mcap_scan, 'LARGEST_CHUNK', 4096)
+    monkeypatch.setattr(chunk_data, 'LARGEST_CHUNK', 4096)
     path = foreign_mcap(tmp_path / 'x.mcap', ENTRIES, compression=compression)
     bag = Bag.open(path)
     assert bag.recovery == ''

@@ -58,6 +58,34 @@ def test_a_line_of_units_goes_into_the_names(tmp_path):
     assert values.tolist() == [[0, 1.5, 2], [1, 2.5, 3]]
 
 
+@pytest.mark.parametrize(
+    'lines',
+    [
+        ['t,q,tau', 's,deg,oz-in', 'clock,encoder of the arm,motor'],
+        ['t,q,tau', 'clock,encoder of the arm,motor', '(s),(deg),(oz-in)'],
+        ['clock,encoder of the arm,motor', 't,q,tau', 's,deg,oz-in'],
+        ['s,deg,oz-in', 't,q,tau'],
+        ['Robot 7,v1.2,cell', 't [s],q [deg],tau [oz-in]'],
+    ],
+)
+def test_names_units_and_a_description_come_in_any_order(tmp_path, lines):
+    (tmp_path / 'x.csv').write_text('\n'.join([*lines, '0,1,2', '1,2,3']))
+    assert values_of(tmp_path / 'x.csv')[0] == ['t [s]', 'q [deg]', 'tau [oz-in]']
+
+
+def test_a_line_of_units_that_nobody_knows_is_kept(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,tau\ns,grad,st ft\n0,1,2\n1,2,3\n')
+    assert values_of(tmp_path / 'x.csv')[0] == ['t [s]', 'q [grad]', 'tau [st ft]']
+
+
+def test_names_that_are_there_twice_have_their_group(tmp_path):
+    lines = ['time,elbow,,wrist,', 's,deg,Nm,deg,Nm', ',q,tau,q,tau', '0,1,2,3,4', '1,2,3,4,5']
+    (tmp_path / 'x.csv').write_text('\n'.join([lines[0], lines[2], lines[1], *lines[3:]]))
+    assert values_of(tmp_path / 'x.csv')[0] == [
+        'time [s]', 'elbow q [deg]', 'elbow tau [Nm]', 'wrist q [deg]', 'wrist tau [Nm]',
+    ]  # fmt: skip
+
+
 def test_a_preamble_filled_up_with_empty_cells_is_no_header(tmp_path):
     rows = ['Lab 3;;', 'Operator: XY;;', 't [s];q [deg];i [A]', '0;1,5;2', '1;2,5;3', '']
     (tmp_path / 'x.csv').write_text('\n'.join(rows))
@@ -72,12 +100,90 @@ def test_columns_of_words_and_missing_values_do_not_hide_the_header(tmp_path):
     assert list(data.series()) == ['t', 'q']
 
 
-@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'cp1252'])
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-8-sig', 'utf-16', 'utf-16-le', 'cp1252'])
 def test_a_table_is_read_in_the_encodings_of_spreadsheets(tmp_path, encoding):
     (tmp_path / 'x.csv').write_text('t;Winkel [°]\n0;1,5\n1;2,5\n', encoding=encoding)
     found, values = values_of(tmp_path / 'x.csv')
     assert found == ['t', 'Winkel [°]']
     assert values.tolist() == [[0, 1.5], [1, 2.5]]
+
+
+@pytest.mark.parametrize(
+    ('text', 'delimiter'),
+    [
+        ('"0.5","12,345.5"|"1","1,234,567"|"1.5","-2"', ','),
+        ('0,5;12.345,5|1;1.234.567|1,5;-2', ';'),
+        ('0.5;12,345.5|1;1,234,567|1.5;-2', ';'),
+        ('0,5\t12345,5|1\t1234567|1,5\t-2', '\t'),
+        ('5.0D-01  1.23455D+04|1  1234567|1.5  -2', ' '),
+    ],
+)
+def test_marks_between_thousands_and_either_decimal_mark_are_read(tmp_path, text, delimiter):
+    (tmp_path / 'x.csv').write_text(f't{delimiter}q\n' + text.replace('|', '\n'))
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0.5, 12345.5], [1, 1234567], [1.5, -2]]
+
+
+@pytest.mark.parametrize('word', ['NA', '#N/A', '-', '#DIV/0!', '-nan(ind)', '1.#QNAN', '?', ''])
+@pytest.mark.parametrize('row', [0, 3])
+def test_a_missing_value_is_one_in_whatever_row(tmp_path, word, row):
+    rows = [f'{k},{word if k == row else k}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,q\n' + '\n'.join(rows))
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['t', 'q']
+    assert values[:, 0].tolist() == [0, 1, 2, 3, 4]
+    assert np.flatnonzero(np.isnan(values[:, 1])).tolist() == [row]
+
+
+@pytest.mark.parametrize('words', ['t,q', 's,rad', 'End of the file'])
+def test_a_header_that_comes_again_and_other_words_are_passed_over(tmp_path, words):
+    (tmp_path / 'x.csv').write_text(f't,q\n0,1\n1,2\n{words}\n2,3\n')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, 1], [1, 2], [2, 3]]
+
+
+def test_units_behind_every_number_go_into_the_name(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,tau\n0 sec,1.5e0deg,1 x\n1 sec,NA,2 x\n2 sec,3deg,3 x\n')
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == ['t [sec]', 'q [deg]', 'tau']
+    np.testing.assert_array_equal(data['q'], [1.5, np.nan, 3.0])
+    assert list(data.series()) == ['t [sec]', 'q [deg]']
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '"t\n(s)","q\n(deg)"\n0,1\n1,2\n',
+        '! t (s),q (deg)\n0,1\n1,2\n',
+        'Date,2026\nX0,0\nt (s),q (deg)\n0,1\n1,2\n2,3\n',
+        't (s)|q (deg)|t (s)\n-|-|-\n0|1|0\n1|2|1\n',
+        't (s),q (deg)\n0,1\n1,2\n2',
+        't (s)  q (deg)\n0  1\n1  2\n',
+    ],
+)
+def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
+    (tmp_path / 'x.csv').write_text(text)
+    found, values = values_of(tmp_path / 'x.csv')
+    assert found == ['t (s)', 'q (deg)']
+    assert values[:2].tolist() == [[0, 1], [1, 2]]
+
+
+def test_one_name_for_two_columns_is_refused(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q,q\n0,1,2\n1,2,3\n')
+    with pytest.raises(DataError, match='the header t, q, q: each column needs its own name'):
+        read_text_table(tmp_path / 'x.csv')
+
+
+def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
+    (tmp_path / 'x.csv').write_text("t;q\n0;\u22121\u202f234,5\n1;2'000,5\n", encoding='utf-8')
+    assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, -1234.5], [1, 2000.5]]
+
+
+@pytest.mark.parametrize('form', ['"[{}, {}]"', '"({}, {})"', '[{} {}]'])
+def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
+    rows = [f'{k},{form.format(2 * k, 0.5 * k)}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,q\n' + '\n'.join(rows))
+    found = DataFile(tmp_path / 'x.csv').series()
+    assert list(found) == ['t', 'q[0]', 'q[1]']
+    assert found['q[1]'].tolist() == [0, 0.5, 1, 1.5, 2]
 
 
 def test_what_is_no_text_is_refused(tmp_path):

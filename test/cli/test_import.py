@@ -79,6 +79,47 @@ def test_import_makes_a_bag_as_the_mapping_says(sosml, tmp_path):
     assert document['joint_states']['measured'] == {'slider': ['position', 'effort']}
 
 
+def test_a_rate_stands_for_time(sosml, refused, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    assert 'has time already: leave the rate out' in refused(
+        'import', file, '--map', mapping, '--rate', '100'
+    )
+    mapping.write_text(mapping.read_text().split('\n', 1)[1])
+    assert '--rate beside it' in refused('import', file, '--map', mapping)
+    assert sosml('import', file, '--map', mapping, '--rate', '100', '--out', 'bag')[0] == 0
+    np.testing.assert_array_equal(np.diff(Bag.open('bag').joint_log().t_ns), 10_000_000)
+    assert 'is a bag, which says itself what it holds' in refused(
+        'import', write_sqlite(tmp_path), '--rate', '100'
+    )
+
+
+def write_sqlite(folder):
+    (folder / 'x.db3').write_bytes(b'')
+    return folder / 'x.db3'
+
+
+def test_columns_stand_for_a_mapping(sosml, refused, tmp_path):
+    file, mapping = write_csv(tmp_path)
+    columns = ('--position', 'q:m', '--effort', 'f:N')
+    code, out, err = sosml('import', file, *columns, '--out', 'bag')
+    assert code == 0, err
+    assert 'joint (position, effort)' in out
+    np.testing.assert_array_equal(Bag.open('bag').joint_log().q, slider_log().q)
+    urdf = share_directory() / 'urdf' / 'emps.urdf'
+    assert sosml('import', file, *columns, '--urdf', urdf, '--out', 'with_urdf')[0] == 0
+    bag = Bag.open('with_urdf')
+    assert bag.joint_log().names == ('slider',)
+    assert bag.text('robot_description') == urdf.read_text()
+    assert 'a mapping names its own as urdf' in refused(
+        'import', file, '--map', mapping, '--urdf', urdf
+    )
+    assert '--map and --position both say what is in' in refused(
+        'import', file, *columns, '--map', mapping
+    )
+    assert 'leave out --position' in refused('import', write_sqlite(tmp_path), *columns)
+    assert 'give one file, and no --map or column' in refused('import', file, '--guess', *columns)
+
+
 def test_import_without_mapping_lists_the_shipped_ones(refused, tmp_path):
     file, _ = write_csv(tmp_path)
     err = refused('import', file)

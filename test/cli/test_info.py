@@ -53,6 +53,19 @@ def test_info_says_how_much_of_a_cut_off_bag_is_left(sosml, slider_bag, tmp_path
     assert document['recovery'] in sosml('info', cut)[1]
 
 
+def test_a_table_is_told_as_a_bag_is(sosml, refused, tmp_path):
+    (tmp_path / 'x.csv').write_text('q,f\n' + ''.join(f'{0.001 * k},{k}\n' for k in range(50)))
+    columns = ('--position', 'q:m', '--effort', 'f', '--rate', '200')
+    code, out, err = sosml('info', 'x.csv', *columns, '--json')
+    assert code == 0, err
+    document = checked(out, 'info')
+    assert document['path'] == 'x.csv'
+    assert document['joint_states']['rate_hz'] == pytest.approx(200.0)
+    assert document['joint_states']['measured'] == {'joint': ['position', 'effort']}
+    assert 'name its columns, as --position q' in refused('info', 'x.csv')
+    assert '--pendulum' not in sosml('info', '--help')[1]
+
+
 def test_info_does_not_wait_for_the_heavy_libraries(slider_bag):
     code = (
         'import sys; from sosml_friction.cli.main import main; main(["info", sys.argv[1]]);'

@@ -21,8 +21,8 @@ from sosml_friction.observers.registry import OBSERVERS
 @pytest.mark.parametrize('suffix', ['csv', 'MAT', 'npz', 'npy'])
 def test_a_file_that_is_no_bag_is_to_be_imported_first(refused, tmp_path, suffix):
     (tmp_path / f'joint.{suffix}').write_text('t,q\n0,1\n')
-    err = refused('info', f'joint.{suffix}')
-    assert f'turn it into one first with sosml import joint.{suffix}' in err
+    err = refused('repair', f'joint.{suffix}')
+    assert f'is a table and no bag: sosml import joint.{suffix} --guess' in err
 
 
 def test_the_files_to_import_are_those_that_import_reads():

@@ -46,12 +46,12 @@ def test_a_number_is_changed_where_it_stands_and_put_back():
 
 
 def test_a_number_that_others_import_is_changed_there_too():
-    from sosml_friction.diagnosis import diagnosis
+    from sosml_friction.diagnosis import judgement
 
     number = the_number('HORIZON_S')
     with changed(number, 2.0):
-        assert diagnosis.HORIZON_S == forward_gain.HORIZON_S == 2.0 * number.value
-    assert diagnosis.HORIZON_S == forward_gain.HORIZON_S == number.value
+        assert judgement.HORIZON_S == forward_gain.HORIZON_S == 2.0 * number.value
+    assert judgement.HORIZON_S == forward_gain.HORIZON_S == number.value
 
 
 def test_a_number_is_put_back_even_after_an_error():

@@ -8,7 +8,6 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.forward_gain import ForwardGain, gets_worse
 from sosml_friction.diagnosis.decision.selection import Selection
-from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Why a cause is taken back.
@@ -17,32 +16,30 @@ FORWARD_WORSE = 'the forward simulation of data left out gets worse'
 
 def forward_gate(
     forward: ForwardGain, laboratory: WhitenedRegression, selection: Selection
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Selection, FloatArray, FloatArray]:
     """
     Take back the last causes while they make the simulation of data left out worse.
 
-    Worse than that of the refitted nominal, or than without the last one. Returns the mean squares
-    of the windows (W, n), refitted and with the causes that stay.
+    Worse than that of the refitted nominal, or than without the last one. Returns what stays, and
+    the mean squares of the windows (W, n), refitted and with the causes that stay.
     """
     before = forward.squares((), selection.before.x, selection.before.fold_x)
     if not selection.accepted:
-        return before, before
+        return selection, before, before
     after = forward.squares(selection.accepted, selection.after.x, selection.after.fold_x)
     while selection.accepted:
-        *fewer, last = selection.accepted
-        refit = Fit.make(laboratory.system.extended([f.columns for f in fewer]), laboratory.y)
-        x, fold_x = refit.baseline.x, refit.baseline.fold_x
-        without = forward.squares(fewer, x, fold_x) if fewer else before
+        *left, last = selection.accepted
+        fewer = selection.refitted(laboratory, left)
+        x, fold_x = fewer.after.x, fewer.after.fold_x
+        without = forward.squares(left, x, fold_x) if left else before
         rows = last.columns.rows
         if not (gets_worse(before, after, rows) or gets_worse(without, after, rows)):
             break
-        selection.accepted = fewer
-        selection.rejected = replace(last, failed=(FORWARD_WORSE,))
+        taken = replace(last, failed=(FORWARD_WORSE,))
         # What masked another one, beside it, does not mask this.
-        selection.masked = None
-        selection.fit = refit
+        selection = replace(fewer, rejected=taken, masked=None)
         after = without
-    return before, after
+    return selection, before, after
 
 
 def was_taken_back(finding: Finding | None) -> bool:

@@ -15,13 +15,14 @@ FRICTION_BY = 'friction by '
 @dataclass(frozen=True)
 class Leftover:
     """
-    Hold what a free curve of a joint, a tone, or one power of speed still explains.
+    Hold what a free curve of a joint, a tone, a ripple, or one power of speed still explains.
 
     ``energy``: whitened energy that nothing else explains; ``floor``: what it has to exceed.
     ``share``: of all that the causes of the joint and it explain; ``least``: the largest share
     beside which the causes are the whole. ``instead``: one power of speed that explains more than
     all causes by speed; ``together``: what the curves of all axes explain, none of them enough by
-    itself, ``axis`` that of the largest. ``hertz``: of a tone.
+    itself, ``axis`` that of the largest. ``hertz``: of a tone. ``period``: of a ripple of friction
+    over position [rad or m].
     """
 
     axis: str
@@ -33,6 +34,7 @@ class Leftover:
     instead: bool = False
     together: bool = False
     hertz: float = 0.0
+    period: float = 0.0
 
     @property
     def beyond_chance(self) -> bool:

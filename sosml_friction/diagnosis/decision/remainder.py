@@ -9,19 +9,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
 from sosml_friction.diagnosis.decision.leftover import (
     AXES,
     FRICTION_BY,
     NEIGHBOURS,
+    POSITION,
     SPEED,
     TIME,
     TONE,
     Leftover,
 )
-from sosml_friction.diagnosis.decision.sliding import fit_within, sliding
+from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
+from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.diagnosis.decision.tone import strongest_tone
+from sosml_friction.model.terms.cogging import Cogging
 from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit
@@ -51,7 +54,7 @@ REST = 0.5
 @dataclass(frozen=True)
 class Remainder:
     """
-    Hold what free curves, tones and powers of speed explain beside the causes.
+    Hold what free curves, tones, ripples and powers of speed explain beside the causes.
 
     ``explained`` (n,): share of what is left of each joint that all free curves explain together;
     ``named``: whitened energy that the causes explain, but for numbers of the nominal model.
@@ -145,6 +148,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         whole = all_together(own_curves, explained[i] * energy[1][i], floor, named[i])
         found += [] if whole is None else [whole]
     found += _tones(laboratory, result.left, told)
+    found += _ripples(laboratory, result.left, far, told, named)
     instead = _instead(laboratory, accepted)
     where = {(x.axis, x.joint) for x in instead}
     found = [x for x in found if (x.axis, x.joint) not in where]
@@ -202,6 +206,52 @@ def _tones(
             floor = tone.energy * _TONE_SHARE / tone.share
             found.append(Leftover(TONE, i, tone.energy, floor, tone.share, 0.0, hertz=tone.hertz))
     return found
+
+
+def _ripples(
+    laboratory: WhitenedRegression,
+    left: FloatArray,
+    far: BoolArray,
+    joints: Sequence[int],
+    named: FloatArray,
+) -> list[Leftover]:
+    """Return the strongest ripple of friction of each joint that has one beyond chance."""
+    # Motion that repeats turns around at the same places.
+    clear = laboratory.split(far & clear_of_turns(laboratory))
+    parts = laboratory.split(left)
+    found = []
+    for i in joints:
+        stretches, speeds = [], []
+        for signals, rows, own in zip(laboratory.signals, parts, clear, strict=True):
+            band, at = signals.band, own[:, i]
+            q, v, sign = (
+                x[band.first :: band.factor, i][: band.count(len(x))][-len(rows) :][at]
+                for x in (signals.q, signals.v, signals.sign)
+            )
+            stretches.append(Stretch(rows[at, i], q, sign))
+            speeds.append(np.abs(v))
+        first = laboratory.signals[0]
+        # Half of the rows have it within the band; as far as cogging is looked for.
+        usual = max(float(np.median(np.concatenate([*speeds, [0.0]]))), 1e-300)
+        highest = min(
+            2.0 * np.pi * first.band.cutoff / usual,
+            Cogging().inner_bounds(first, i)['frequency'][1],
+        )
+        ripple = strongest_ripple(stretches, highest)
+        if not ripple.tried:
+            continue
+        count = sum(len(x.left) for x in stretches)
+        # The price of three parameters, one of them the best of many, and clear evidence.
+        price = 3.0 * float(np.log(count)) + 2.0 * float(np.log(ripple.tried))
+        floor = max(LEAST * count, price + BIC_CLOSE)
+        share = ripple.energy / max(float(named[i]) + ripple.energy, 1e-300)
+        period = 2.0 * np.pi / ripple.frequency
+        found.append(
+            Leftover(
+                f'{FRICTION_BY}{POSITION}', i, ripple.energy, floor, share, REST, period=period
+            )
+        )
+    return [x for x in found if x.beyond_chance]
 
 
 def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> list[Leftover]:

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the search for causes ends with."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
 
 from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.remainder import Remainder, remainder
@@ -10,7 +11,7 @@ from sosml_friction.regression.evidence import Baseline, Fit, System
 from sosml_friction.regression.whitened import WhitenedRegression
 
 
-@dataclass
+@dataclass(frozen=True)
 class Selection:
     """
     Hold what was accepted, in order, and what the search was left with.
@@ -24,8 +25,8 @@ class Selection:
 
     before: Baseline
     fit: Fit
-    accepted: list[Finding] = field(default_factory=list)
-    ranking: list[Finding] = field(default_factory=list)
+    accepted: tuple[Finding, ...] = ()
+    ranking: tuple[Finding, ...] = ()
     rejected: Finding | None = None
     masked: Finding | None = None
     remainder: Remainder = field(default_factory=Remainder)
@@ -46,11 +47,12 @@ class Selection:
         """Return what is left, and what the BIC asks for the parameters of the accepted."""
         return self.after.cost + sum(f.score.gain - f.delta_bic for f in self.accepted)
 
-    def refit(self, laboratory: WhitenedRegression) -> None:
-        """Fit the causes that are accepted now."""
-        system = laboratory.system.extended([f.columns for f in self.accepted])
-        self.fit = Fit.make(system, laboratory.y)
+    def refitted(self, laboratory: WhitenedRegression, accepted: Iterable[Finding]) -> 'Selection':
+        """Return it with these causes accepted, fitted together."""
+        accepted = tuple(accepted)
+        system = laboratory.system.extended([finding.columns for finding in accepted])
+        return replace(self, accepted=accepted, fit=Fit.make(system, laboratory.y))
 
-    def judge_remainder(self, laboratory: WhitenedRegression) -> None:
-        """Find what is left beside the causes that are accepted now."""
-        self.remainder = remainder(laboratory, self.fit, self.accepted)
+    def with_remainder(self, laboratory: WhitenedRegression) -> 'Selection':
+        """Return it with what is left beside the causes that are accepted now."""
+        return replace(self, remainder=remainder(laboratory, self.fit, self.accepted))

@@ -70,46 +70,47 @@ class Selector:
         self.scorer.refused.clear()
         self._first = first
         while True:
-            self._search(result)
+            searched = self._without_idle(self._search(result))
+            result = self._without_impossible(searched)
             # What an impossible one stood for may be named then.
-            if self._eliminate(result):
+            if result is not searched:
                 continue
-            self.settle(result)
-            if not self._drop_impossible(result):
-                break
-        return result
+            settled = self.settled(result)
+            result = self._without_impossible(settled)
+            if result is settled:
+                return result
 
-    def settle(self, result: Selection) -> None:
+    def settled(self, found: Selection) -> Selection:
         """
         Search the inner parameters of the accepted beside one another, as a fit of them does.
 
         The load is that of the bodies with them, and what is left is judged.
         """
-        placed = settle(self.laboratory, [f.placed for f in result.accepted], self.step)
-        result.laboratory, placed = fitted_to_carried_load(self.laboratory, placed)
-        result.accepted = [
+        placed = settle(self.laboratory, [f.placed for f in found.accepted], self.step)
+        carried, placed = fitted_to_carried_load(self.laboratory, placed)
+        accepted = [
             replace(finding, inner=each.inner, columns=each.columns)
-            for finding, each in zip(result.accepted, placed, strict=True)
+            for finding, each in zip(found.accepted, placed, strict=True)
         ]
-        result.refit(self.laboratory)
+        result = replace(found.refitted(self.laboratory, accepted), laboratory=carried)
         self.step('looking for what is left')
-        result.judge_remainder(result.laboratory)
+        return result.with_remainder(carried)
 
-    def _search(self, result: Selection) -> None:
+    def _search(self, result: Selection) -> Selection:
         """Accept one cause after the other, with the first one if that is given."""
         lab = self.laboratory
-        result.masked = None
+        result = replace(result, masked=None)
         while True:
             columns = [its.beside(result.system) for its in lab.columns]
             found = self.scorer.ranked(result.fit, columns)
             if not result.ranking:
-                result.ranking = found[:_LISTED]
+                result = replace(result, ranking=tuple(found[:_LISTED]))
             self._impossible = impossible_energy(found)
             if self._enough(result.accepted):
-                break
+                return result
             top = self._refined(result.fit, found)
             if not top:
-                break
+                return result
             if self._first is None and not result.accepted:
                 self._starts = [finding.key for finding in top if not finding.objection]
             self.step(f'simulating recordings without a cause beyond {len(result.accepted)}')
@@ -117,17 +118,15 @@ class Selector:
             if self._first is not None and not result.accepted:
                 top = [finding for finding in top if finding.key == self._first]
             elif friction := self._wrong_friction(result, of_grid, top[0]):
-                result.accepted += friction
-                result.refit(lab)
+                result = result.refitted(lab, [*result.accepted, *friction])
                 self.step('found the friction of the nominal to be wrong')
                 continue
             rivals = Rivals(lab, result.system, top, found)
-            best, result.masked = chosen(rivals, partial(self._judged, result, of_grid))
+            best, masked = chosen(rivals, partial(self._judged, result, of_grid))
+            result = replace(result, masked=masked)
             if best.failed:
-                result.rejected = best
-                break
-            result.accepted.append(best)
-            result.refit(lab)
+                return replace(result, rejected=best)
+            result = result.refitted(lab, [*result.accepted, best])
             self.step(f'found {best.effect.identifier}')
 
     def _enough(self, accepted: Sequence[Finding]) -> bool:
@@ -228,12 +227,8 @@ class Selector:
         share = finding.score.cv_gain / finding.score.energy
         return self._impossible * share - finding.score.cv_se
 
-    def _eliminate(self, result: Selection) -> bool:
-        """
-        Take out causes that the others, accepted later, have made unnecessary, or impossible.
-
-        Returns whether there were any of the latter.
-        """
+    def _without_idle(self, result: Selection) -> Selection:
+        """Take out causes that the others, accepted later, have made unnecessary."""
         lab = self.laboratory
         nominal = len(lab.nominal.bound)
         while len(result.accepted) > 1:
@@ -246,21 +241,19 @@ class Selector:
                 margins.append(s.cv_gain - finding.floor)
             if min(margins) > 0.0:
                 break
-            del result.accepted[int(np.argmin(margins))]
-            result.refit(lab)
-        return self._drop_impossible(result)
+            result = result.refitted(lab, _without(result.accepted, int(np.argmin(margins))))
+        return result
 
-    def _drop_impossible(self, result: Selection) -> bool:
+    def _without_impossible(self, result: Selection) -> Selection:
         """Take out causes whose amplitude, fitted with all others, is impossible, if any."""
-        refused = self.scorer.refused
-        before = len(refused)
         while (found := self._impossible_one(result)) is not None:
             k, reason = found
-            finding = result.accepted.pop(k)
-            result.rejected = replace(finding, objection=reason, failed=(reason,))
-            refused[finding.key] = reason
-            result.refit(self.laboratory)
-        return len(refused) > before
+            taken = replace(result.accepted[k], objection=reason, failed=(reason,))
+            self.scorer.refused[taken.key] = reason
+            result = replace(
+                result.refitted(self.laboratory, _without(result.accepted, k)), rejected=taken
+            )
+        return result
 
     def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
         """Return which of the accepted has an impossible amplitude, and why; or None."""
@@ -271,6 +264,10 @@ class Selector:
             if reason := finding.effect.implausible(fit):
                 return k, reason
         return None
+
+
+def _without(accepted: Sequence[Finding], k: int) -> list[Finding]:
+    return [*accepted[:k], *accepted[k + 1 :]]
 
 
 def is_half_the_truth(result: Selection) -> bool:

@@ -13,7 +13,7 @@ from sosml_friction.diagnosis.decision.verdict import not_shown
 NOT_SHOWN = 'its interval has 0 in it'
 
 
-def shown_gate(selector: Selector, selection: Selection) -> None:
+def shown_gate(selector: Selector, selection: Selection) -> Selection:
     """
     Take back, the last first, causes whose intervals beside the others all have 0 in them.
 
@@ -27,8 +27,10 @@ def shown_gate(selector: Selector, selection: Selection) -> None:
         hidden = {(cause.effect, cause.joint) for cause in told if not_shown(cause)}
         at = [k for k, f in enumerate(selection.accepted) if f.reported(names) in hidden]
         if len(told) < 2 or not at:
-            return
-        taken = selection.accepted.pop(at[-1])
-        selection.rejected = replace(taken, failed=(NOT_SHOWN,))
-        selection.masked = None
-        selector.settle(selection)
+            break
+        taken = replace(selection.accepted[at[-1]], failed=(NOT_SHOWN,))
+        fewer = (*selection.accepted[: at[-1]], *selection.accepted[at[-1] + 1 :])
+        selection = selector.settled(
+            replace(selection, accepted=fewer, rejected=taken, masked=None)
+        )
+    return selection

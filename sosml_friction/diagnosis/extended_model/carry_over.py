@@ -54,9 +54,7 @@ def cause_gains(
 def without(laboratory: WhitenedRegression, selection: Selection, key: Key) -> Selection:
     """Return the selection fitted anew without a cause."""
     accepted = [finding for finding in selection.accepted if finding.key != key]
-    fewer = Selection(selection.before, selection.fit, accepted)
-    fewer.refit(laboratory)
-    return fewer
+    return Selection(selection.before, selection.fit).refitted(laboratory, accepted)
 
 
 def what_carries_over(

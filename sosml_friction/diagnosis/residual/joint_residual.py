@@ -11,6 +11,7 @@ from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.compiled import compiled
 from sosml_friction.diagnosis.diagnosis import Diagnosis
 
+#: Bins of a curve of residual means. Chosen, no measurement: a picture has room for that many.
 _BINS = 24
 #: Narrowest bin, as a share of the range: in a narrower one the noise of a plateau is drawn as a
 #: vertical line. Chosen, no measurement.

@@ -12,6 +12,7 @@ from sosml_friction.model.terms.cogging import lines
 from sosml_friction.model.terms.kinds.term import TERMS
 from sosml_friction.regression.kernels import squares
 
+#: One turn [rad].
 _TURN = 2.0 * np.pi
 #: Lines per 2 pi / range of motion, most lines in all, and lines that are computed at a time,
 #: which bounds memory. Chosen, no measurement.

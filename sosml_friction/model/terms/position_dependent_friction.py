@@ -14,12 +14,16 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
+#: Most periods in the range of motion: what repeats more often is a ripple, and no posture.
+_PERIODS = 3
+
 
 class PositionDependentFriction(EffortTerm):
     """
     Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
 
-    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn.
+    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel, and the
+    multiples of half a period in the range of motion, which together make any course.
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
@@ -38,10 +42,11 @@ class PositionDependentFriction(EffortTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
+        half = np.pi / float(signals.scales.span[joint])
+        found = {k * half for k in range(1, 2 * _PERIODS + 1)}
         if signals.length_unit(joint) == 'rad':
-            return ({'frequency': 1.0}, {'frequency': 2.0})
-        span = float(signals.scales.span[joint])
-        return tuple({'frequency': np.pi * k / span} for k in (1.0, 2.0))
+            found |= {1.0, 2.0}
+        return tuple({'frequency': w} for w in sorted(found) if w <= 2 * _PERIODS * half)
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -3,7 +3,6 @@
 """The first screen of a fit: what was recorded, the answer, the model, what next."""
 
 from collections.abc import Mapping, Sequence
-from datetime import datetime, timezone
 from typing import Any
 
 from sosml_friction.identification.friction_fit import REGRESSION
@@ -18,6 +17,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.report.common.figure import SUMMARY, pictures
 from sosml_friction.report.common.html_page import heading, paragraph
 from sosml_friction.report.common.labels import PLAIN, observer_label, pairs_text, symbols_of
+from sosml_friction.report.common.moment import recorded_at
 from sosml_friction.report.common.table import html_table
 from sosml_friction.report.fit.findings import model_questions
 from sosml_friction.report.fit.joint_view import JointView
@@ -25,12 +25,10 @@ from sosml_friction.report.fit.joint_view import JointView
 
 def moment(stamp_ns: Any) -> str:
     """Return a stamp as a date, where it can be one and not a time since some start."""
-    try:
-        known = datetime.fromtimestamp(1e-9 * int(stamp_ns), timezone.utc)
-    except (TypeError, ValueError, OverflowError, OSError):
-        return 'unknown'
-    stamp = f'{1e-9 * int(stamp_ns):.3f} s'
-    return stamp if known.year < 2000 else known.isoformat(timespec='seconds')
+    known = recorded_at(stamp_ns)
+    if known is not None:
+        return known.isoformat(timespec='seconds')
+    return f'{1e-9 * stamp_ns:.3f} s' if isinstance(stamp_ns, int) else 'unknown'
 
 
 def date_of(stamp_ns: Any) -> str:

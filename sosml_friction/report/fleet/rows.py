@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime, timezone
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.number_text import format_number, plus_minus
 from sosml_friction.identification.several.drift import Drift, drift_of
 from sosml_friction.report.common.csv_text import csv_text
+from sosml_friction.report.common.moment import recorded_at
 from sosml_friction.report.common.table import Column
 
 FORMAT = 'sosml_friction/fleet/1'
@@ -45,10 +45,8 @@ class FleetRow(NamedTuple):
     @property
     def date(self) -> str:
         """Return when the recording began, UTC; empty where that is not known."""
-        if self.start_ns is None:
-            return ''
-        when = datetime.fromtimestamp(self.start_ns * 1e-9, timezone.utc)
-        return when.isoformat(timespec='seconds')
+        when = recorded_at(self.start_ns)
+        return '' if when is None else when.isoformat(timespec='seconds')
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings, with the date in the place of its nanoseconds."""
@@ -126,7 +124,7 @@ def drifts(rows: Iterable[FleetRow]) -> dict[tuple[str, str, str, str], Drift]:
     """Return the drift of each robot, joint, quantity and unit that three recordings tell."""
     series: dict[tuple[str, str, str, str], list[FleetRow]] = {}
     for row in rows:
-        if row.value is not None and row.std_error is not None and row.start_ns is not None:
+        if row.value is not None and row.std_error is not None and row.date:
             series.setdefault((row.robot, row.joint, row.quantity, row.unit), []).append(row)
     found = {}
     for key, own in series.items():
@@ -162,7 +160,8 @@ def joint_tables(rows: Iterable[FleetRow]) -> dict[tuple[str, str], list[list[st
             told = row.quantity.replace('_', ' ')
             new = told != last or not lines
             last = told
-            cells = [told if new else '', row.date[:10], row.recording, _short(row), row.unit]
+            date = row.date[:10] or 'no date'
+            cells = [told if new else '', date, row.recording, _short(row), row.unit]
             lines.append(cells)
     return tables
 

@@ -34,7 +34,7 @@ _NEEDED = (
 _EXTRAS = {
     'h5py': 'MAT files of version 7.3: pip install h5py',
     'pyarrow': 'Parquet: pip install pyarrow',
-    'rosbags': 'bags in SQLite and of ROS 1: pip install rosbags',
+    'rosbags': 'bags of ROS 1: pip install rosbags',
     'mujoco': 'models of MuJoCo: pip install mujoco',
 }
 #: Of a CAN interface in /sys/class/net: ARPHRD_CAN of linux/if_arp.h.

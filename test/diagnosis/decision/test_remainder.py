@@ -96,10 +96,11 @@ def test_what_a_cause_stood_for_is_named_where_the_cause_becomes_impossible(monk
     searched = []
     search = Selector._search
 
-    def counted(selector, result):
-        search(selector, result)
+    def counted(selector, before):
+        result = search(selector, before)
         searched.append([finding.effect.identifier for finding in result.accepted])
         monkeypatch.setattr(EffortBias, 'implausible', lambda self, fit: 'it is impossible')
+        return result
 
     monkeypatch.setattr(Selector, '_search', counted)
     found = offset_and_hysteresis()
@@ -113,13 +114,14 @@ def test_a_cause_that_is_impossible_at_the_inner_parameters_that_are_settled_is_
     monkeypatch,
 ):
     """They are searched beside one another after the gates: amplitudes may grow and cancel."""
-    settle = Selector.settle
+    settled = Selector.settled
 
-    def settled(selector, result):
-        settle(selector, result)
+    def counted(selector, before):
+        result = settled(selector, before)
         monkeypatch.setattr(EffortBias, 'implausible', lambda self, fit: 'it is impossible')
+        return result
 
-    monkeypatch.setattr(Selector, 'settle', settled)
+    monkeypatch.setattr(Selector, 'settled', counted)
     found = offset_and_hysteresis()
     assert {c.effect for c in found.causes} == {'asymmetric_friction', 'presliding_hysteresis'}
     assert found.gain.inverse_after[0] < 0.2 * found.gain.inverse_before[0]

@@ -9,6 +9,7 @@ import pytest
 
 from sosml_friction.diagnosis.decision import shown_gate as module
 from sosml_friction.diagnosis.decision.cause import Cause
+from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.model.parameter import Parameter
 
 
@@ -29,10 +30,11 @@ class Accepted:
 class Settler(SimpleNamespace):
     """A stand-in for a selector that counts how often it settled what is left."""
 
-    settled = 0
+    times = 0
 
-    def settle(self, selection):
-        self.settled += 1
+    def settled(self, selection):
+        self.times += 1
+        return selection
 
 
 def causes_of(_, selection):
@@ -81,11 +83,8 @@ def test_what_may_be_nothing_beside_others_is_taken_back_the_last_first(
     monkeypatch.setattr(module, 'model_causes', causes_of)
     laboratory = SimpleNamespace(robot=SimpleNamespace(names=('elbow',)))
     selector = Settler(laboratory=laboratory)
-    selection = SimpleNamespace(
-        accepted=list(accepted), rejected=None, masked=None, laboratory=None
-    )
-    module.shown_gate(selector, selection)
+    selection = module.shown_gate(selector, Selection(None, None, tuple(accepted)))
     assert [finding.effect for finding in selection.accepted] == kept
     taken = len(accepted) - len(kept)
-    assert selector.settled == taken
+    assert selector.times == taken
     assert (selection.rejected is not None) == bool(taken)

@@ -44,10 +44,11 @@ def fitted(start_ns, coulomb):
 
 
 DAY = 86400 * 10**9
+START = 1_699_920_000 * 10**9
 
 
 def test_a_fit_s_rows_are_those_of_the_fit_to_use_and_say_why_a_joint_has_none():
-    rows = fit_rows('monday', 'arm', fitted(10 * DAY, 0.4))
+    rows = fit_rows('monday', 'arm', fitted(START, 0.4))
     assert [(r.joint, r.quantity, r.value) for r in rows] == [
         ('elbow', 'coulomb', 0.4),
         ('elbow', 'stribeck', None),
@@ -55,7 +56,7 @@ def test_a_fit_s_rows_are_those_of_the_fit_to_use_and_say_why_a_joint_has_none()
     ]
     assert rows[1].told == 'not identifiable'
     assert rows[2].told == 'its actuator reports no effort'
-    assert rows[0].date == '1970-01-11T00:00:00+00:00'
+    assert rows[0].date == '2023-11-14T00:00:00+00:00'
 
 
 def test_a_diagnosis_has_a_row_for_its_verdict_and_one_for_each_number_of_a_cause():
@@ -85,21 +86,28 @@ def test_three_recordings_of_a_joint_tell_its_drift():
     rows = [
         row
         for day, coulomb in enumerate((0.40, 0.50, 0.60))
-        for row in fit_rows(f'day {day}', 'arm', fitted(day * DAY, coulomb))
+        for row in fit_rows(f'day {day}', 'arm', fitted(START + day * DAY, coulomb))
     ]
     found = drifts(rows)
     assert list(found) == [('arm', 'elbow', 'coulomb', 'Nm')]
     assert found['arm', 'elbow', 'coulomb', 'Nm'].slope == pytest.approx(0.1)
 
 
+def test_a_time_since_some_start_is_no_date_and_no_drift():
+    rows = [r for day in range(3) for r in fit_rows(f'{day}', 'arm', fitted(day * DAY, 0.4))]
+    assert {row.date for row in rows} == {''}
+    assert {line[1] for line in joint_tables(rows)['arm', 'elbow']} == {'no date'}
+    assert drifts(rows) == {}
+
+
 def test_the_terminal_s_lines_go_by_quantity_and_date_and_show_open_ranges():
     rows = [
-        *fit_rows('late', 'arm', fitted(2 * DAY, 0.41)),
-        *fit_rows('early', 'arm', fitted(DAY, 0.4)),
+        *fit_rows('late', 'arm', fitted(START + DAY, 0.41)),
+        *fit_rows('early', 'arm', fitted(START, 0.4)),
     ]
     assert joint_tables(rows)['arm', 'elbow'] == [
-        ['coulomb', '1970-01-02', 'early', '0.400 ± 0.020', 'Nm'],
-        ['', '1970-01-03', 'late', '0.410 ± 0.020', 'Nm'],
-        ['stribeck', '1970-01-02', 'early', '0 to open', 'Nm'],
-        ['', '1970-01-03', 'late', '0 to open', 'Nm'],
+        ['coulomb', '2023-11-14', 'early', '0.400 ± 0.020', 'Nm'],
+        ['', '2023-11-15', 'late', '0.410 ± 0.020', 'Nm'],
+        ['stribeck', '2023-11-14', 'early', '0 to open', 'Nm'],
+        ['', '2023-11-15', 'late', '0 to open', 'Nm'],
     ]

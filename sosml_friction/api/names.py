@@ -1,0 +1,12 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Names that a caller gives: one, several or none."""
+
+from collections.abc import Sequence
+
+
+def as_names(names: str | Sequence[str] | None) -> tuple[str, ...] | None:
+    """Return names as a tuple; one text is one name, and not its letters."""
+    if names is None:
+        return None
+    return (names,) if isinstance(names, str) else tuple(names)

@@ -1,0 +1,116 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The second step of a diagnosis: rows of a regression, and the columns they are fitted by."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.diagnosis.data_checks import REST_LEFT_OUT, Check, velocity_lag
+from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.trust import trusting
+from sosml_friction.diagnosis.untold_inertia import untold_inertia
+from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds.term import Term
+from sosml_friction.regression.estimate import Placed
+from sosml_friction.regression.known_effort import with_known
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import Signals, prepare
+from sosml_friction.regression.whitened import WhitenedRegression
+
+Step = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Design:
+    """
+    Hold the regression of recordings on a model and a library of terms.
+
+    ``signals``: the stretches as they were recorded; those of ``laboratory`` may be without rests.
+    ``checks``: those of the recordings, and of what the regression shows of them. ``others``: the
+    signals of a recording that is left out, in the same band; None for none.
+    """
+
+    signals: tuple[Signals, ...]
+    library: Mapping[str, Term]
+    laboratory: WhitenedRegression
+    checks: tuple[Check, ...]
+    others: tuple[Signals, ...] | None = None
+
+    @classmethod
+    def make(
+        cls,
+        recordings: Recordings,
+        model: RobotModelFile,
+        robot: Robot,
+        holdout: JointLog | None,
+        library: Mapping[str, Term],
+        settings: DiagnosisSettings,
+        step: Step,
+    ) -> 'Design':
+        """
+        Make the regression of recordings that are of use.
+
+        :raises DataError: if there is too little of them.
+        :raises ConfigurationError: if ``holdout`` is of no use.
+        """
+        signals = with_known(prepare(recordings.logs, model, robot, settings), model)
+        told = [i for i in range(robot.n) if i not in signals[0].silent]
+        lags = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
+        others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
+        result = cls(
+            tuple(signals),
+            library,
+            _regression(signals, library, settings, step),
+            (*recordings.checks, *filter(None, lags)),
+        )
+        if untold := untold_inertia(result.laboratory):
+            result = result.with_free_inertia(untold, step)
+        if result.laboratory.without_rests:
+            result = replace(result, checks=(*result.checks, REST_LEFT_OUT))
+        if others is not None:
+            result = replace(result, others=tuple(result.laboratory.seen_alike(others)))
+        return result
+
+    def with_free_inertia(self, untold: Mapping[str, Check], step: Step) -> 'Design':
+        """Return it with the inertia of these joints fitted freely, which is told."""
+        own = self.laboratory.settings
+        settings = replace(own, free_inertia=(*own.free_inertia, *untold))
+        laboratory = _regression(self.signals, self.library, settings, step)
+        return replace(self, laboratory=laboratory, checks=(*self.checks, *untold.values()))
+
+    def untold_inertia(self, beside: Sequence[Placed]) -> dict[str, Check]:
+        """Return joints whose inertia the model does not tell beside causes, and is not free."""
+        free = self.laboratory.settings.free_inertia
+        untold = untold_inertia(self.laboratory, beside)
+        return {name: check for name, check in untold.items() if name not in free}
+
+
+def _regression(
+    signals: Sequence[Signals],
+    library: Mapping[str, Term],
+    settings: DiagnosisSettings,
+    step: Step,
+) -> WhitenedRegression:
+    """Return the regression with what is trusted."""
+    return trusting(WhitenedRegression.make(signals, dict(library), settings, step))
+
+
+def _prepared(
+    holdout: JointLog, model: RobotModelFile, first: Signals, settings: DiagnosisSettings
+) -> list[Signals]:
+    """
+    Return the signals of the recording the gain is measured on, seen as ``first`` is.
+
+    :raises ConfigurationError: if it is of no use.
+    """
+    band = replace(settings, band=first.band.cutoff)
+    try:
+        recordings = Recordings.checked([holdout], first.robot)
+        recordings.refuse_bad()
+        logs = recordings.in_means().logs
+        return with_known(prepare(logs, model, first.robot, band, first.scales), model)
+    except DataError as error:
+        raise ConfigurationError(f'the recording left out (holdout): {error}') from None

@@ -1,0 +1,58 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The first step of a diagnosis: recordings, and what is to be said of them as data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sosml_friction.bags.block_means import block_means, block_sentence
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.wrap import unwrapped
+from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
+from sosml_friction.exceptions import DataError
+from sosml_friction.model.robot import Robot
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """Hold recordings of a robot's joints without what is bad of them, and their checks."""
+
+    logs: tuple[JointLog, ...]
+    checks: tuple[Check, ...]
+
+    @classmethod
+    def checked(cls, logs: Sequence[JointLog], robot: Robot) -> 'Recordings':
+        """
+        Return the recordings of the robot's joints, continuous and checked.
+
+        :raises DataError: if a joint is not in a recording.
+        """
+        logs = [unwrapped(log.select(robot.names)) for log in logs]
+        checks = [check_log(log) + check_joints(log, robot) for log in logs]
+        good = [without_bad(log, own) for log, own in zip(logs, checks, strict=True)]
+        return cls(tuple(good), tuple(check for own in checks for check in own))
+
+    def refuse_bad(self) -> None:
+        """
+        Refuse data that are of no use: all of them, or those of each joint.
+
+        :raises DataError: with the sentences of the checks that found them bad.
+        """
+        bad = [check for check in self.checks if check.severity == 'bad']
+        for check in bad:
+            if check.joint == '*':
+                raise DataError(check.sentence)
+        if all(np.isnan(log.tau).all() for log in self.logs):
+            raise DataError('; '.join(dict.fromkeys(check.sentence for check in bad)))
+
+    def in_means(self) -> 'Recordings':
+        """Return them with long ones as means of blocks, which is told."""
+        means = [block_means(log) for log in self.logs]
+        told = [
+            Check('means', 'note', '*', block_sentence(log, together))
+            for log, together in means
+            if together > 1
+        ]
+        return replace(self, logs=tuple(log for log, _ in means), checks=(*self.checks, *told))

@@ -1,0 +1,73 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""A ripple of friction over position that no term of the catalogue has."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.decision.ripple import Stretch, strongest_ripple
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.regression.settings import DiagnosisSettings
+
+#: Periods per metre, as an angle [rad/m].
+FREQUENCY = 2.0 * np.pi * 130.0
+
+
+def passes(seed, size, friction=0.0, count=8000):
+    """Return white noise of variance 1 along sweeps over 0.3 m, with a ripple of friction."""
+    rng = np.random.default_rng(seed)
+    phase = np.linspace(0.0, 37.3, count)
+    q, sign = 0.15 * np.sin(phase), np.sign(np.cos(phase))
+    left = rng.normal(size=count) + sign * (friction + size * np.cos(FREQUENCY * q + 0.7))
+    return Stretch(left, q, sign)
+
+
+def test_energy_and_frequency_of_a_ripple_are_those_of_the_closed_form():
+    """A^2 / 2 of each row, whatever friction is left beside it, in several stretches."""
+    ripple = strongest_ripple([passes(1, 0.5, 0.3), passes(2, 0.5, 0.3)], 4000.0)
+    assert ripple.frequency == pytest.approx(FREQUENCY, abs=0.5 * np.pi / 0.3)
+    # Half a step beside the line, a quarter of a turn over the range loses less than a tenth.
+    assert 0.8 < ripple.energy / (0.5 * 0.5**2 * 16000) < 1.1
+
+
+def test_noise_has_a_line_as_chance_says():
+    """Of K lines the largest exceeds x with the probability K exp(-x / 2): 1 in 40 here."""
+    found = [strongest_ripple([passes(seed, 0.0)], 2000.0) for seed in range(40)]
+    limit = 2.0 * np.log(40.0 * found[0].tried)
+    assert sum(x.energy > limit for x in found) <= 4
+
+
+def test_a_joint_that_stands_or_has_no_room_has_no_ripple():
+    stands = Stretch(np.ones(50), np.zeros(50), np.zeros(50))
+    assert strongest_ripple([stands], 100.0).tried == 0
+    assert strongest_ripple([passes(1, 0.0)], 1.0).tried == 0
+    assert strongest_ripple([], 1.0).tried == 0
+
+
+def slider_log(ripple, seed=3):
+    """Return a slider whose motor constant has a ripple, a share of itself, over position."""
+    model = slider_model(20.0, 200.0)
+    t = np.arange(0.0, 40.0, 4e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    friction = 20.0 * smooth_sign(q, v) + 200.0 * v
+    tau = SLIDER_MASS * a + friction
+    tau = tau * (1.0 + ripple * np.cos(FREQUENCY * q))
+    tau += np.random.default_rng(seed).normal(0.0, 1.0, len(t))
+    return model, recording(('slider',), t, q, tau)
+
+
+def test_a_ripple_of_the_motor_constant_is_no_all_clear():
+    model, log = slider_log(0.05)
+    found = diagnose([log], model, settings=DiagnosisSettings(nulls=4))
+    assert found.verdict == 'unknown_structure'
+    assert 'ripple over position, of period 0.00769 m' in found.sentence
+
+
+def test_without_a_ripple_none_is_told():
+    model, log = slider_log(0.0)
+    found = diagnose([log], model, settings=DiagnosisSettings(nulls=4))
+    assert found.verdict == 'nothing_above_floor'
+    assert not any(x['period'] for x in found.structure['axes'])

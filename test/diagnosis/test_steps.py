@@ -1,0 +1,80 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The steps of a diagnosis: each can be looked at alone, and none changes the one before."""
+
+from __future__ import annotations
+
+from dataclasses import FrozenInstanceError, fields
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.design import Design
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.diagnosis.judgement import Judgement
+from sosml_friction.diagnosis.library import searched_terms
+from sosml_friction.diagnosis.recordings import Recordings
+from sosml_friction.diagnosis.search import Search
+from sosml_friction.exceptions import DataError
+from sosml_friction.model.terms.effort_bias import EffortBias
+from sosml_friction.model.terms.spring import Spring
+from sosml_friction.regression.settings import DiagnosisSettings
+
+MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings(nulls=4)
+LIBRARY = {'effort_bias': EffortBias(), 'spring': Spring()}
+#: Spring that the model lacks [N/m].
+SPRING = 100.0
+
+
+def log(tau=None):
+    """Return a slider with a spring that its model lacks."""
+    t = np.arange(0.0, 24.0, 5e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    effort = SLIDER_MASS * a + 20.0 * smooth_sign(q, v) + 200.0 * v + SPRING * q
+    effort += np.random.default_rng(5).normal(0.0, 1.0, len(t))
+    return recording(('slider',), t, q, effort if tau is None else tau + 0.0 * t)
+
+
+def silent(text):
+    """Do not say what is being done."""
+
+
+@pytest.fixture(scope='module')
+def search():
+    """Return what is found of the slider in a library of two terms."""
+    robot = MODEL.make_robot()
+    recordings = Recordings.checked([log()], robot).in_means()
+    design = Design.make(recordings, MODEL, robot, None, LIBRARY, SETTINGS, silent)
+    return Search.run(design, silent)
+
+
+def test_each_step_holds_its_result_frozen(search):
+    judged = Judgement.of(search, MODEL, keep_all=False)
+    for step in (search.design, search, search.selection, judged):
+        for field in fields(step):
+            with pytest.raises(FrozenInstanceError):
+                setattr(step, field.name, None)
+
+
+def test_a_step_leaves_those_before_it_as_they_are(search):
+    """Searched and judged again, the same design gives the same numbers to the bit."""
+    first = Judgement.of(search, MODEL, keep_all=False)
+    second = Judgement.of(Search.run(search.design, silent), MODEL, keep_all=False)
+    assert [f.effect.identifier for f in first.selection.accepted] == ['spring']
+    np.testing.assert_array_equal(first.selection.after.x, second.selection.after.x)
+    np.testing.assert_array_equal(first.gain.inverse_after, second.gain.inverse_after)
+
+
+def test_the_steps_by_hand_are_the_diagnosis(search):
+    others = tuple({*searched_terms()} - {*LIBRARY})
+    whole = diagnose([log()], MODEL, settings=SETTINGS, without=others)
+    judged = Judgement.of(search, MODEL, keep_all=False)
+    assert whole.verdict == 'named'
+    np.testing.assert_array_equal(whole.selection.after.x, judged.selection.after.x)
+
+
+def test_data_of_no_use_are_refused_by_their_own_step():
+    checked = Recordings.checked([log(tau=np.nan)], MODEL.make_robot())
+    with pytest.raises(DataError, match='effort'):
+        checked.refuse_bad()

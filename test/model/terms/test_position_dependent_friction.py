@@ -1,0 +1,32 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Friction over position, of a period that nobody knows beforehand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.regression.settings import DiagnosisSettings
+
+
+@pytest.mark.parametrize('periods', [0.8, 2.7])
+def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
+    """Nothing else makes up for it: multiples of half a period in the range make any course."""
+    t = np.arange(0.0, 40.0, 4e-3)
+    q, v, a = sines(t, ((0.08, 0.9), (0.02, 2.1)))
+    w = 2.0 * np.pi * periods / float(np.ptp(q))
+    s = smooth_sign(q, v)
+    hidden = 5.0 * s * np.sin(w * q + 0.6)
+    tau = SLIDER_MASS * a + 20.0 * s + 200.0 * v + hidden
+    tau += np.random.default_rng(8).normal(0.0, 1.0, len(t))
+    found = diagnose(
+        [recording(('slider',), t, q, tau)],
+        slider_model(20.0, 200.0),
+        settings=DiagnosisSettings(nulls=4),
+    )
+    assert found.verdict == 'named'
+    assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}
+    assert found.gain.inverse_after[0] < 0.3 * found.gain.inverse_before[0]
