@@ -62,13 +62,6 @@ class Registry(Mapping[str, type[T]]):
         self.known: dict[str, type[T]] = {}
         self._loaded = False
 
-    def other(self, kind: type[T], name: str) -> type[T] | None:
-        """Return the class that has this name already; one that is defined again is no other."""
-        found: Any = self.known.get(name, kind)
-        own: Any = kind
-        same = (found.__module__, found.__qualname__) == (own.__module__, own.__qualname__)
-        return None if same else found
-
     def add(self, kind: type[T], name: str = '') -> None:
         """
         Register a class.
@@ -80,9 +73,11 @@ class Registry(Mapping[str, type[T]]):
         name = name or vars(kind).get('identifier', '')
         if not name:
             return
-        if other := self.other(kind, name):
+        found = self.known.get(name, kind)
+        # One that is defined again is no other.
+        if (found.__module__, found.__qualname__) != (kind.__module__, kind.__qualname__):
             raise ConfigurationError(
-                f'there are two {self._what}s of the name {name!r}, in {other.__module__} and in '
+                f'there are two {self._what}s of the name {name!r}, in {found.__module__} and in '
                 f'{kind.__module__}: rename one'
             )
         self.known[name] = kind

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 LAYERS = (
     (
         *('arrays', 'compiled', 'exceptions', 'one_thread', 'plain_document', 'plain_number'),
-        *('registry', 'share', 'yaml_text'),
+        *('registry', 'share', 'text_file', 'yaml_text'),
     ),
     ('model',),
     ('bags',),
@@ -41,6 +41,7 @@ ONLY = {
     'registry': {'exceptions'},
     'plain_document': set(),
     'plain_number': set(),
+    'text_file': {'exceptions'},
     'yaml_text': {'exceptions'},
     'actuators': {'arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'}
     | {'model', 'bags', 'motion', 'simulation'},

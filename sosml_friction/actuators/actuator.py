@@ -43,7 +43,8 @@ class Actuator(ABC):
     :param rate: of the cycle [Hz].
     :param margin: how far outside its limits the joint may be [rad or m].
     :param stop_deceleration: [rad/s^2 or m/s^2].
-    :raises TypeError: for a class that does not say what it must, or takes another's name.
+    :raises TypeError: for a class that does not say what it must.
+    :raises ConfigurationError: for one that takes another's name.
     """
 
     configuration_type: ClassVar[type[JointConfiguration]]
@@ -63,10 +64,7 @@ class Actuator(ABC):
         # One that only refines another type is no type of its own.
         if 'configuration_type' not in vars(cls):
             return
-        driver = cls.configuration_type.driver
-        if other := cls.registry.other(cls, driver):
-            raise TypeError(f'driver {driver} of {cls.__name__} exists: {other.__name__}')
-        cls.registry.add(cls, driver)
+        cls.registry.add(cls, cls.configuration_type.driver)
 
     @staticmethod
     def kind(driver: object, key: str = 'driver') -> type[Actuator]:

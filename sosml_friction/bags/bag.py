@@ -33,21 +33,6 @@ from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.yaml_text import parse_yaml, read_yaml
 
 _ROSBAG2 = 'rosbag2_bagfile_information'
-_ESTIMATE = re.compile(r'(?P<namespace>.*)/friction_estimate/(?P<observer>[^/]+)')
-
-
-class FrictionEstimate(NamedTuple):
-    """
-    Hold what one observer said.
-
-    ``t_ns`` (N,) int64 stamps of the measurement each estimate belongs to; ``names`` n joints;
-    ``tau_f`` (N, n) friction torque [Nm or N], positive for positive velocity, NaN where the
-    observer had just started afresh or the joint is missing.
-    """
-
-    t_ns: IndexArray
-    names: tuple[str, ...]
-    tau_f: FloatArray
 
 
 class WantedMotion(NamedTuple):
@@ -296,30 +281,6 @@ class Bag:
         t_ns, names, (q, v, tau) = self._joint_states(chosen, ('position', 'velocity', 'effort'))
         temperature = self._temperatures(chosen, topic is not None, t_ns, names)
         return unwrapped(JointLog(names, t_ns, q, v, tau, temperature, dict(self.tags)))
-
-    def estimates(self) -> dict[str, FrictionEstimate]:
-        """
-        Return the friction each observer estimated, from ``friction_estimate/<observer>``.
-
-        :raises BagError: if two namespaces have the same observer, or a message contradicts
-            itself.
-        """
-        topics: dict[str, str] = {}
-        for name, entry in self._in_namespace().items():
-            match = _ESTIMATE.fullmatch(name)
-            if match is None or not len(entry):
-                continue
-            observer = match['observer']
-            if observer in topics:
-                raise BagError(
-                    f'{self.path} has {topics[observer]} and {name}: choose one by its namespace'
-                )
-            topics[observer] = name
-        estimates = {}
-        for observer, name in topics.items():
-            t_ns, names, (tau_f,) = self._joint_states(name, ('effort',))
-            estimates[observer] = FrictionEstimate(t_ns, names, tau_f)
-        return estimates
 
     def reference(self) -> tuple[IndexArray, tuple[str, ...], FloatArray] | None:
         """

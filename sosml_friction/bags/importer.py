@@ -32,6 +32,7 @@ from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.text_file import read_text
 
 #: Takes a sentence about what was done to the data.
 Tell = Callable[[str], None]
@@ -79,7 +80,7 @@ def import_recording(
     reference = _table(data, plan, 'reference', positions, t_ns, tell)
     injected = _table(data, plan, 'injected signal', plan.injected, t_ns, tell)
     robot_description = None if plan.urdf is None else _robot_description(plan.urdf, plan)
-    model_description = None if plan.model is None else _text(plan.model)
+    model_description = None if plan.model is None else read_text(plan.model, 'model')
     # Made beside its place and moved there whole, so that no half of a bag is ever found.
     existing = destination.absolute().parent
     while not existing.exists():
@@ -349,16 +350,9 @@ def _stamps(data: DataFile, plan: ImportMapping, count: int, tell: Tell) -> Inde
     return t_ns
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'{path} cannot be read as text: {error}') from error
-
-
 def _robot_description(path: Path, plan: ImportMapping) -> str:
     """Return the URDF's text after checking that it has the joints, of the kind the units say."""
-    text = _text(path)
+    text = read_text(path, 'URDF')
     try:
         stated = read_joints(text).joints
     except ConfigurationError as error:

@@ -13,6 +13,7 @@ from sosml_friction.model.model_folder import RobotModelFile, parse_model, read_
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.simple_models import skeleton_model
 from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.text_file import read_text
 
 #: A model: its folder, or what it holds; None: that of the bag.
 ModelSource = str | Path | RobotModelFile | None
@@ -137,9 +138,4 @@ def _model_of(
 
 
 def _urdf_of(bag: Bag, urdf: str | Path | None) -> str | None:
-    if urdf is None:
-        return bag.text('robot_description')
-    try:
-        return Path(urdf).read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
+    return bag.text('robot_description') if urdf is None else read_text(urdf, 'URDF')

@@ -27,7 +27,7 @@ def info(
     """
     from sosml_friction.bags.bag import Bag
     from sosml_friction.bags.bag_information import bag_information
-    from sosml_friction.report.common.information_view import information_blocks
+    from sosml_friction.report.common.bag_view import information_blocks
 
     with progress(f'reading {bag}'):
         information = bag_information(Bag.open(bag, namespace))

@@ -161,6 +161,7 @@ def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | N
     from sosml_friction.bags.bag import Bag
     from sosml_friction.exceptions import ConfigurationError
     from sosml_friction.model.urdf_joints import read_joints
+    from sosml_friction.text_file import read_text
 
     if source.is_dir() or source.suffix == '.mcap':
         bag = Bag.open(source, namespace)
@@ -170,12 +171,7 @@ def _read(source: Path, namespace: str | None) -> tuple[str, tuple[str, ...] | N
                 f'bag {source} has no robot_description: give the URDF of the robot'
             )
         return text, bag.joint_log().reported_together(read_joints(text).joints)
-    try:
-        return source.read_text(encoding='utf-8'), None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(
-            f'URDF {source} cannot be read: give the path of a file'
-        ) from error
+    return read_text(source, 'URDF'), None
 
 
 def _finish(

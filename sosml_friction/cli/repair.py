@@ -34,7 +34,7 @@ def repair(
     """
     from sosml_friction.bags.repair import repair_bag
     from sosml_friction.bags.source import bag_name
-    from sosml_friction.report.common.repair_view import repair_blocks
+    from sosml_friction.report.common.bag_view import repair_blocks
 
     with progress(f'reading {bag}'):
         document = repair_bag(bag, out or Path(f'{bag_name(bag)}_repaired'))

@@ -16,6 +16,7 @@ import typer
 from sosml_friction.cli.app import remark
 from sosml_friction.cli.options import RateOption, is_table, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
+from sosml_friction.text_file import read_text
 
 if TYPE_CHECKING:
     from sosml_friction.bags.data_file import DataFile
@@ -240,10 +241,7 @@ def urdf_text(
         return read_mjcf(mjcf).urdf
     if urdf is None:
         return None if model is None else read_model(model).urdf
-    try:
-        return urdf.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'URDF {urdf} cannot be read: give the path of a file') from error
+    return read_text(urdf, 'URDF')
 
 
 def _simple_model(said: dict[str, Any], recording: Path) -> RobotModelFile | None:

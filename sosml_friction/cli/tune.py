@@ -71,10 +71,11 @@ def tune(
     """
     from sosml_friction.bags.recorded_robot import read_recorded_robot
     from sosml_friction.bags.source import bag_name
+    from sosml_friction.report.plan import gain_view as view
     from sosml_friction.study import gain_proposal as gains
 
     if out is not None:
-        gains.check_parameter_file(out)
+        view.check_parameter_file(out)
     given = zip(
         gains.STATED, (position_noise, velocity_noise, friction_jump, reversal_time), strict=True
     )
@@ -88,12 +89,12 @@ def tune(
         chosen = options.parse_names(observers)
         proposal = gains.propose_gains(recorded, bag_name(bag), known, chosen, holds)
     if out is not None:
-        gains.write_parameters(out, proposal)
+        view.write_parameters(out, proposal)
     if json:
         output = None if out is None else str(out)
-        print_json(gains.proposal_document(proposal), output=output)
+        print_json(view.proposal_document(proposal), output=output)
         return
-    print_blocks([gains.proposal_view(proposal)])
+    print_blocks([view.proposal_view(proposal)])
     if out is not None:
         runs = 'these observers' if observers else 'first_order and sosml'
         typer.echo(

@@ -5,15 +5,16 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError, TrajectoryError
-from sosml_friction.model.model_folder import RobotModelFile, read_model
+from sosml_friction.model.model_folder import read_model
 from sosml_friction.model.robot import Robot
 from sosml_friction.motion.building_blocks import per_joint
+from sosml_friction.motion.parameter_file import node_parameters
 from sosml_friction.motion.trajectories import COMMON, TrajectoryKind, build_trajectory, find_kind
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_loads import (
@@ -24,7 +25,7 @@ from sosml_friction.motion.trajectory_loads import (
 )
 from sosml_friction.motion.trajectory_option import TrajectoryOption, Value
 from sosml_friction.share import share_directory
-from sosml_friction.yaml_text import read_yaml
+from sosml_friction.text_file import read_text
 
 #: Step of the samples that are checked, drawn and written [s].
 STEP_S = 0.01
@@ -119,7 +120,7 @@ def plan_trajectory(
     """
     kind = find_kind(name)
     folder = share_directory() / 'config' / 'exoskeleton' if model is None else model
-    robot = _make_robot(read_model(folder), urdf)
+    robot = read_model(folder).make_robot(None if urdf is None else read_text(urdf, 'URDF'))
     options = {o.name: o for o in (*kind.options, *COMMON, *_ROBOT_OPTIONS)}
     values = {key: option.default for key, option in options.items()}
     values |= _from_parameters(folder, kind, options)
@@ -143,13 +144,6 @@ def plan_trajectory(
     return PlannedTrajectory(kind, own, robot, trajectory, loads, margin, limit, uses)
 
 
-def _make_robot(nominal: RobotModelFile, urdf: Path | None) -> Robot:
-    try:
-        return nominal.make_robot(None if urdf is None else urdf.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'the URDF {urdf} cannot be read: give a URDF file') from error
-
-
 def _from_parameters(
     folder: Path, kind: type[TrajectoryKind], options: Mapping[str, TrajectoryOption]
 ) -> dict[str, Value]:
@@ -157,19 +151,7 @@ def _from_parameters(
     file = folder.resolve().with_suffix('.yaml')
     if not folder.is_dir() or not file.is_file():
         return {}
-    flat: dict[str, Any] = {}
-    try:
-        document = read_yaml(file, 'the parameter file beside the model,') or {}
-        for node, entry in document.items():
-            if str(node).rpartition('/')[2] == 'identifier_node':
-                for key, value in entry.get('ros__parameters', {}).items():
-                    nested = value.items() if isinstance(value, dict) else ()
-                    flat |= {f'{key}.{name}': x for name, x in nested} or {key: value}
-    except AttributeError as error:
-        raise ConfigurationError(
-            f'the parameter file beside the model, {file} cannot be read: it has no nodes with '
-            'ros__parameters'
-        ) from error
+    flat = node_parameters(file, 'identifier_node', 'the parameter file beside the model,')
     plain = {o.name for o in (*COMMON, *_ROBOT_OPTIONS)}
     found = {}
     for name, option in options.items():

@@ -94,31 +94,24 @@ class Trajectory:
 
         They are NaN where the numbers are too large to compute with.
         """
-        q, v = self.q, self.v
-        low, high = q.min(axis=0), q.max(axis=0)
-        if len(q) == 1:
-            return low, high, np.zeros(q.shape[1])
-        h = np.diff(self.t)[:, None]
-        if v is None:
-            return low, high, np.abs(np.diff(q, axis=0) / h).max(axis=0)
-        fastest = np.abs(v).max(axis=0)
-        with np.errstate(divide='ignore', invalid='ignore', over='ignore'):
-            a0, a1, a2, a3 = hermite(q[:-1], v[:-1], q[1:], v[1:], h)
-            # Speed is extreme where 2 a2 + 6 a3 s = 0, position where a1 + 2 a2 s + 3 a3 s^2 = 0.
-            top = -a2 / (3.0 * a3)
-            root = np.sqrt(a2 * a2 - 3.0 * a3 * a1)
-            turns = [(-a2 + root) / (3.0 * a3), (-a2 - root) / (3.0 * a3), -a1 / (2.0 * a2)]
-            s = np.where((top > 0.0) & (top < h), top, 0.0)
-            fastest = np.maximum(fastest, np.abs(a1 + s * (2.0 * a2 + 3.0 * a3 * s)).max(axis=0))
-            for turn in turns:
-                s = np.where((turn > 0.0) & (turn < h), turn, 0.0)
-                inside = a0 + s * (a1 + s * (a2 + s * a3))
-                low = np.minimum(low, inside.min(axis=0))
-                high = np.maximum(high, inside.max(axis=0))
-            # A cubic whose coefficients overflow turns nowhere that could be computed.
-            known = np.isfinite(a2 * a2 - 3.0 * a3 * a1).all(axis=0)
-        low, high, fastest = (np.where(known, x, np.nan) for x in (low, high, fastest))
-        return low, high, fastest
+        curve = self.spline()
+        found = np.full((3, len(self.names)), np.nan)
+        with np.errstate(over='ignore'):
+            # Its roots need squares of the coefficients.
+            known = np.isfinite(np.square(4.0 * curve.c)).all(axis=(0, 1))
+        for joint in np.flatnonzero(known):
+            way = PPoly(curve.c[..., joint], curve.x)
+            speed = way.derivative()
+            # Between points a position is extreme where its slope is 0, and so is a speed.
+            turns, tops = (
+                np.append(self.t, x.roots(discontinuity=False, extrapolate=False))
+                for x in (speed, speed.derivative())
+            )
+            places = way(turns)
+            found[:, joint] = (
+                np.nanmin(places), np.nanmax(places), np.nanmax(np.abs(speed(tops))),
+            )  # fmt: skip
+        return found[0], found[1], found[2]
 
 
 def hermite(

@@ -26,6 +26,7 @@ from sosml_friction.model.urdf_joints import read_joints
 from sosml_friction.mujoco.engine import compiled, engine, joint_id, spec_of
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
 from sosml_friction.mujoco.reading import upright
+from sosml_friction.text_file import read_text
 
 _IMPEDANCE = '0.999 0.9999 0.001'
 #: Least frictionloss [Nm or N]: a joint that is compiled without has no constraint for the module.
@@ -183,9 +184,7 @@ def _parse(text: str) -> Element:
 
 def _read(path: Path) -> Element:
     try:
-        return _parse(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f'MJCF {path} cannot be read: give the path of a file') from error
+        return _parse(read_text(path, 'MJCF'))
     except ElementTree.ParseError as error:
         raise ConfigurationError(f'MJCF {path} is no XML: {error}') from error
 

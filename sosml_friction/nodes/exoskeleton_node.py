@@ -33,14 +33,6 @@ from sosml_friction.nodes.run import run_node
 PARAMETERS: tuple[ParameterSpec, ...] = ()
 
 
-class _Handed:
-    """Stand where the subscription to joint_states would: nobody publishes what is handed over."""
-
-    def look(self) -> tuple[list[str], str]:
-        """Return no publishers, and nothing to say of them."""
-        return [], ''
-
-
 class DirectObserverNode(ObserverNode):
     """
     Observe the samples of a driver in this process.
@@ -73,7 +65,7 @@ class DirectObserverNode(ObserverNode):
             ) from error
 
     def _subscribe(self) -> None:
-        self._topic = _Handed()
+        # No topic: nobody publishes what is handed over.
         self._driver.listen(self._on_joint_states)
 
     def _on_joint_states(self, message: JointState) -> None:

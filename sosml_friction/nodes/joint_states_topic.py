@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
@@ -16,13 +16,6 @@ from sosml_friction.nodes.qos import JOINT_STATES
 
 _BEST_EFFORT = QoSProfile(depth=JOINT_STATES.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
 _TOPIC = 'joint_states'
-
-
-class PublishersOfJointStates(Protocol):
-    """Where joint_states come from."""
-
-    def look(self) -> tuple[list[str], str]:
-        """Return the nodes that publish, one for each publisher, and what is to be said of how."""
 
 
 class JointStatesTopic:

@@ -21,7 +21,6 @@ import time
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -42,7 +41,7 @@ from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.nodes.diagnostics import ERROR, OK, STALE, WARN, make_array, make_status
 from sosml_friction.nodes.fresh_start import tell_start
-from sosml_friction.nodes.joint_states_topic import JointStatesTopic, PublishersOfJointStates
+from sosml_friction.nodes.joint_states_topic import JointStatesTopic
 from sosml_friction.nodes.node_help import NodeHelp
 from sosml_friction.nodes.observer_health import ObserverHealth, Said
 from sosml_friction.nodes.observer_parameters import configuration_of, parameters
@@ -59,6 +58,7 @@ from sosml_friction.observers.registry import (
     refuse_offline,
 )
 from sosml_friction.observers.watched_estimator import Watched, WatchedEstimator
+from sosml_friction.text_file import read_text
 
 #: Unusable messages, without a usable one, after which the node ends with a sentence. Chosen, no
 #: measurement.
@@ -92,7 +92,7 @@ class ObserverNode(ProgramNode):
             self._correct(self._stated.model)
         self._refuse_observers()
         self._watch: WatchedEstimator | None = None
-        self._topic: PublishersOfJointStates | None = None
+        self._topic: JointStatesTopic | None = None
         self._health = ObserverHealth(())
         self._columns: dict[tuple[str, ...], IndexArray | None] = {}
         self._unusable = {'joints': 0, 'effort': 0, 'velocity': 0}
@@ -105,13 +105,7 @@ class ObserverNode(ProgramNode):
         )
         self.create_service(Trigger, '~/reset', self._on_reset)
         if self._p['urdf_path']:
-            try:
-                urdf = Path(self._p['urdf_path']).read_text(encoding='utf-8')
-            except (OSError, UnicodeDecodeError) as error:
-                raise ConfigurationError(
-                    f'URDF {self._p["urdf_path"]} (parameter urdf_path) cannot be read: give the '
-                    'path of a file'
-                ) from error
+            urdf = read_text(self._p['urdf_path'], 'parameter urdf_path: URDF')
             if self._stated.model is not None:
                 # What is stated counts, even beside a model whose rigid body was identified.
                 self._stated.model = replace(self._stated.model, urdf=urdf)

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -33,6 +34,7 @@ _SILENT = 2.0
 _LEVELS = {OK: 'good', WARN: 'warning', ERROR: 'error'}
 #: The newest message is what counts; best effort hears reliable publishers too.
 _NEWEST = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+_TOPICS = ('joint_states', 'friction_estimate', 'friction_estimate_error')
 _COLUMNS = {'joint': 'w', 'velocity': 'n', 'effort': 'n', 'friction': 'n', '± error': 'n',
             'estimate': 'w'}  # fmt: skip
 
@@ -42,25 +44,13 @@ class Heard:
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
-        self._states: JointState | None = None
-        self._friction: JointState | None = None
-        self._error: JointState | None = None
+        self._messages: dict[str, JointState] = {}
         self._came: dict[str, float] = {}
         self._statuses: dict[str, tuple[str, str]] = {}
 
-    def on_states(self, message: JointState) -> None:
-        """Take a message of ``joint_states``."""
-        self._states = message
-        self._came['joint_states'] = self._clock()
-
-    def on_friction(self, message: JointState) -> None:
-        """Take a message of ``friction_estimate``."""
-        self._friction = message
-        self._came['friction_estimate'] = self._clock()
-
-    def on_error(self, message: JointState) -> None:
-        """Take a message of ``friction_estimate_error``."""
-        self._error = message
+    def take(self, topic: str, message: JointState) -> None:
+        """Take a message of one of :data:`_TOPICS`."""
+        self._messages[topic], self._came[topic] = message, self._clock()
 
     def on_diagnostics(self, message: DiagnosticArray) -> None:
         """Take a message of ``/diagnostics``."""
@@ -74,24 +64,28 @@ class Heard:
         """Tell whether a node was heard at all."""
         return bool(self._came or self._statuses)
 
+    def joints(self) -> Iterator[tuple[str, dict[str, float], str]]:
+        """Yield by joint velocity, effort, friction and its standard error, and its validity."""
+        states, friction, error = (self._messages.get(topic) for topic in _TOPICS)
+        for joint in dict.fromkeys(n for x in (states, friction) if x for n in x.name):
+            numbers = {
+                'velocity': _of(states, joint, 'velocity'),
+                'effort': _of(states, joint, 'effort'),
+                'friction': _of(friction, joint, 'effort'),
+                'std_error': _of(error, joint, 'effort'),
+            }
+            valid = 'no observer' if friction is None else 'valid'
+            if friction is not None and not math.isfinite(numbers['friction']):
+                valid = 'not known'
+            yield joint, numbers, self._silence('friction_estimate') or valid
+
     def rows(self) -> Iterator[tuple[str, ...]]:
         """Yield a row for each joint: velocity, effort, friction, its error, its validity."""
-        names = dict.fromkeys(n for x in (self._states, self._friction) if x for n in x.name)
-        for joint in names:
-            velocity = _of(self._states, joint, 'velocity')
-            effort = _of(self._states, joint, 'effort')
-            friction = _of(self._friction, joint, 'effort')
-            error = _of(self._error, joint, 'effort')
-            numbers = (
-                format_number(velocity),
-                format_number(effort),
-                format_number(friction, error),
-                format_number(1.96 * error, error),
-            )
-            valid = 'no observer' if self._friction is None else 'valid'
-            if self._friction is not None and not math.isfinite(friction):
-                valid = 'not known'
-            yield joint, *numbers, self._silence('friction_estimate') or valid
+        for joint, own, told in self.joints():
+            velocity, effort, friction, error = own.values()
+            numbers = (format_number(velocity), format_number(effort))
+            known = (format_number(friction, error), format_number(1.96 * error, error))
+            yield joint, *numbers, *known, told
 
     def _silence(self, topic: str) -> str:
         came = self._came.get(topic)
@@ -101,15 +95,7 @@ class Heard:
 
     def document(self) -> dict[str, Any]:
         """Return the object of ``sosml watch --json``: docs/schema/watch.schema.json."""
-        joints = {}
-        for joint, *_, estimate in self.rows():
-            joints[joint] = {
-                'velocity': _of(self._states, joint, 'velocity'),
-                'effort': _of(self._states, joint, 'effort'),
-                'friction': _of(self._friction, joint, 'effort'),
-                'std_error': _of(self._error, joint, 'effort'),
-                'estimate': estimate,
-            }
+        joints = {joint: {**own, 'estimate': told} for joint, own, told in self.joints()}
         nodes = {
             name: {'state': state, 'message': told}
             for name, (state, told) in self._statuses.items()
@@ -156,13 +142,9 @@ def run_watch(
     node = Node('sosml_watch', namespace=namespace)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    for kind, topic, take in (
-        (JointState, 'joint_states', heard.on_states),
-        (JointState, 'friction_estimate', heard.on_friction),
-        (JointState, 'friction_estimate_error', heard.on_error),
-        (DiagnosticArray, '/diagnostics', heard.on_diagnostics),
-    ):
-        node.create_subscription(kind, topic, take, _NEWEST)
+    for topic in _TOPICS:
+        node.create_subscription(JointState, topic, partial(heard.take, topic), _NEWEST)
+    node.create_subscription(DiagnosticArray, '/diagnostics', heard.on_diagnostics, _NEWEST)
     end = math.inf if seconds is None else time.monotonic() + seconds
     try:
         with Live(heard.table(), refresh_per_second=_REFRESH) if live else nullcontext() as shown:

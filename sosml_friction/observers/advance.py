@@ -17,9 +17,8 @@ REPEATED, UNUSABLE, START, INTERVAL = range(4)
 GAP, BACKWARDS = 8, 16
 #: What became of it, without what was added.
 OUTCOME = 7
-#: Of ``kept``: whether there is a stamp, it, and whether the observers run; then counts: samples,
-#: those above, and missing efforts of each joint.
-BEGUN, STAMP, RUNNING, SAMPLES, REPEATS, RETURNS, GAPS, NOT_FINITE, LACKS = range(9)
+#: Of ``kept``: whether there is a stamp, it, and whether the observers run.
+BEGUN, STAMP, RUNNING = range(3)
 
 
 @compiled
@@ -47,7 +46,7 @@ def advance(
     :param differentiated: whether velocities are the backward differences of positions.
     :param stamps: (2, N) int64: the stamps [ns]; written: the status, an outcome and flags.
     :param motion: q, v and tau, (3, N, n); v is overwritten if it is ``differentiated``.
-    :param kept: from sample to sample, (:data:`LACKS` + n,), as said there.
+    :param kept: from sample to sample, (3,), as said there.
     :param memory: likewise (4 + n, n): q, v, C^T q' - g, tau and M at the last usable sample.
     :param h: (N,), written [s].
     :param driven: (3, N, n), written: p, integral and forcing as in
@@ -59,17 +58,14 @@ def advance(
     drift, difference = np.empty(n), np.empty(n)
     for k in range(len(h)):
         forgotten = 0
-        kept[SAMPLES] += 1
         h[k] = np.nan
         if kept[BEGUN]:
             if stamps[0, k] == kept[STAMP]:
                 stamps[1, k] = REPEATED
-                kept[REPEATS] += 1
                 continue
             h[k] = (stamps[0, k] - kept[STAMP]) * 1e-9
             if h[k] < 0.0 or h[k] > maximum_gap_s:
                 forgotten = BACKWARDS if h[k] < 0.0 else GAP
-                kept[RETURNS if h[k] < 0.0 else GAPS] += 1
                 kept[RUNNING] = 0
                 memory[:] = np.nan
         kept[BEGUN], kept[STAMP] = 1, stamps[0, k]
@@ -83,11 +79,7 @@ def advance(
             memory[0, i], memory[1, i] = motion[0, k, i], motion[1, k, i]
             measured &= math.isfinite(memory[0, i])
             usable &= math.isfinite(memory[1, i])
-            if not math.isfinite(motion[2, k, i]):
-                kept[LACKS + i] += 1
         if not (measured and usable):
-            if not (measured and differentiated):
-                kept[NOT_FINITE] += 1
             kept[RUNNING] = 0
             stamps[1, k] = UNUSABLE | forgotten
             continue

@@ -16,20 +16,12 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.observers.advance import (
     BACKWARDS,
     GAP,
-    GAPS,
     INTERVAL,
-    LACKS,
-    NOT_FINITE,
     OUTCOME,
-    REPEATS,
-    RETURNS,
-    RUNNING,
-    SAMPLES,
     START,
     UNUSABLE,
     advance,
 )
-from sosml_friction.observers.estimator_counts import EstimatorCounts
 from sosml_friction.observers.momentum_samples import MomentumSamples
 
 #: Where in an interval a sample of effort holds: ``start`` for a command that is held until the
@@ -96,7 +88,7 @@ class MomentumSampler:
         self.maximum_gap_s = float(maximum_gap_s)
         self._fixed = robot.constants, self.later_weight
         self._differentiated = velocity_source == 'position_difference'
-        self._kept = np.zeros(LACKS + robot.n, dtype=np.int64)
+        self._kept = np.zeros(3, dtype=np.int64)
         self._memory = np.empty((4 + robot.n, robot.n))
         # Of a single sample.
         self._stamps = np.zeros((2, 1), dtype=np.int64)
@@ -108,24 +100,10 @@ class MomentumSampler:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past: the next sample starts the observers. Counts are kept."""
-        self._kept[: RUNNING + 1] = 0
+        """Forget the past: the next sample starts the observers."""
+        self._kept[:] = 0
         self._stamps[1] = UNUSABLE
         self._memory[:] = np.nan
-
-    @property
-    def counts(self) -> EstimatorCounts:
-        """Return what happened to the samples until now."""
-        kept = self._kept.tolist()
-        lacking = zip(self.robot.names, kept[LACKS:], strict=True)
-        return EstimatorCounts(
-            samples=kept[SAMPLES],
-            repeated_stamps=kept[REPEATS],
-            time_backwards=kept[RETURNS],
-            gaps=kept[GAPS],
-            not_finite=kept[NOT_FINITE],
-            without_effort={name: count for name, count in lacking if count},
-        )
 
     @property
     def events(self) -> tuple[str, ...]:
@@ -192,7 +170,6 @@ class MomentumSampler:
             own = *self._fixed, self.maximum_gap_s, self._differentiated, *self._state
             given = *own, samples.h, self._motion, samples.inertia
             self._advance = advance.get_overload(tuple(map(numba.typeof, given)))
-        self._kept[:] = 0
         self.reset()
 
     def _take(

@@ -73,11 +73,6 @@ class Observer(ABC):
         lacking += [name for name in _SAID if not hasattr(cls, name)]
         if lacking:
             raise TypeError(f'the observer {cls.__name__} does not say its {", ".join(lacking)}')
-        if other := cls.registry.other(cls, cls.identifier):
-            raise TypeError(
-                f'the observers {cls.__name__} and {other.__name__} both call themselves '
-                f'{cls.identifier}'
-            )
         cls.registry.add(cls)
 
     def __init__(self, gains: Mapping[str, Sequence[float]]) -> None:

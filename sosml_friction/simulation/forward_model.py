@@ -93,12 +93,6 @@ class ForwardModel:
             reported = term.torque(reported)
         return reported
 
-    def reported(self, torque: FloatArray) -> FloatArray:
-        """Return what is reported of a torque (..., n), delays left out."""
-        for term in self.terms:
-            torque = term.reported(torque)
-        return torque
-
     def true_position(self, measured: FloatArray) -> FloatArray:
         """Return where the motors are, (..., n)."""
         for term in self.terms:

@@ -207,31 +207,6 @@ def test_temperatures_of_other_joints_are_not_these(tmp_path, record, two_joints
     assert Bag.open(record(tmp_path / 'bag', entries)).joint_log().temperature is None
 
 
-def test_estimates_are_found_by_observer_and_joint_name(tmp_path, record, joint_state):
-    def estimate(observer, k, names, effort):
-        cdr = joint_state(k * SECOND, names, [], [], effort)
-        return (f'/arm/friction_estimate/{observer}', JOINT_STATE, cdr, k * SECOND)
-
-    entries = [
-        ('/arm/friction_estimate', JOINT_STATE, joint_state(1, ['a'], [], [], [0.0]), 1),
-        estimate('first_order', 1, ['a', 'b'], [NAN, 2.0]),
-        estimate('first_order', 2, ['b', 'a'], [4.0, 3.0]),
-        estimate('sosml', 2, ['a', 'b'], [5.0, 6.0]),
-    ]
-    estimates = Bag.open(record(tmp_path / 'bag', entries)).estimates()
-    assert sorted(estimates) == ['first_order', 'sosml']
-    t_ns, names, tau_f = estimates['first_order']
-    assert t_ns.dtype == np.int64
-    assert t_ns.tolist() == [SECOND, 2 * SECOND]
-    assert names == ('a', 'b')
-    np.testing.assert_array_equal(tau_f, [[NAN, 2.0], [3.0, 4.0]])
-    np.testing.assert_array_equal(estimates['sosml'].tau_f, [[5.0, 6.0]])
-
-
-def test_a_bag_without_estimates_has_none(tmp_path, record, two_joints):
-    assert Bag.open(record(tmp_path / 'bag', two_joints())).estimates() == {}
-
-
 def test_text_is_the_last_that_was_latched(tmp_path, record, string, two_joints):
     entries = [
         ('/model_description', STRING, string('old'), 1),
@@ -279,10 +254,6 @@ def test_several_joint_states_ask_for_a_choice(two_arms):
             BagError, match=r'has 2 topics that end in .*\(/left/.*, /right/.*choose'
         ):
             ask()
-    with pytest.raises(
-        BagError, match='/left/friction_estimate/sosml and /right/friction_estimat'
-    ):
-        bag.estimates()
 
 
 @pytest.mark.parametrize(('side', 'shift'), [('left', 0.125), ('/right/', 0.5)])
@@ -292,7 +263,6 @@ def test_a_namespace_chooses(two_arms, side, shift):
     assert log.q[0, 0] == 1 + shift
     assert log.temperature[0, 1] == shift
     assert bag.text('robot_description') == side.strip('/')
-    assert bag.estimates()['sosml'].tau_f.tolist() == [[shift]]
 
 
 def test_a_topic_name_chooses_and_takes_the_temperatures_beside_it(two_arms):

@@ -28,7 +28,7 @@ SCHEMAS = Path(__file__).resolve().parents[2] / 'docs' / 'schema'
 # An answer ends the wait; a busy machine may take its time with it.
 PATIENT = ('--wait', '60')
 # Questions; and B3 must not be among them: it is written to ROM.
-READ_ONLY = {0x92, 0x9A, 0xB1, 0xB2, 0xB5, 0x70, 0x60, 0x9C}
+READ_ONLY = {0x92, 0x9A, 0xB1, 0xB2, 0xB5, 0x60, 0x9C}
 
 
 class Hardware:

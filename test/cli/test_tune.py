@@ -73,7 +73,7 @@ def test_what_tune_cannot_do_is_said_in_one_sentence(refused, encoder_bag, argum
 def test_tune_overwrites_no_foreign_file(refused, encoder_bag, tmp_path):
     (tmp_path / 'notes.yaml').write_text('mine: 1\n')
     error = refused('tune', encoder_bag, '--out', 'notes.yaml')
-    assert 'was not written by sosml tune' in error
+    assert 'is something else, so it is not overwritten' in error
     assert (tmp_path / 'notes.yaml').read_text() == 'mine: 1\n'
 
 

@@ -266,7 +266,7 @@ def test_a_bag_begins_at_the_reset_and_not_at_a_gap_before_it(ros, start_node, t
     assert ros.call(Trigger, 'identifier_node/abort').success
     bag = Bag.open(tmp_path / 'run' / 'bag')
     assert int(bag.joint_log().t_ns[0]) == robot.sent[reset_at[0]]
-    unknown = np.isnan(bag.estimates()['sosml'].tau_f).all(axis=1)
+    unknown = np.isnan(bag.joint_log('/friction_estimate/sosml').tau).all(axis=1)
     assert unknown.nonzero()[0].tolist() == [0]
 
 

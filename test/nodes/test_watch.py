@@ -26,9 +26,9 @@ def state(**values):
 
 def heard_at(clock):
     heard = Heard(lambda: clock[0])
-    heard.on_states(state(velocity=[0.5, -0.1], effort=[1.25, 0.5]))
-    heard.on_friction(state(effort=[0.9, math.nan]))
-    heard.on_error(state(effort=[0.05, math.nan]))
+    heard.take('joint_states', state(velocity=[0.5, -0.1], effort=[1.25, 0.5]))
+    heard.take('friction_estimate', state(effort=[0.9, math.nan]))
+    heard.take('friction_estimate_error', state(effort=[0.05, math.nan]))
     return heard
 
 
@@ -74,7 +74,7 @@ def test_nodes_are_told_with_their_phase():
 
 def test_without_an_observer_there_is_motion_and_no_friction():
     heard = Heard()
-    heard.on_states(state(velocity=[0.5], effort=[]))
+    heard.take('joint_states', state(velocity=[0.5], effort=[]))
     assert next(heard.rows()) == ('shoulder', '0.5000', '-', '-', '-', 'no observer')
 
 

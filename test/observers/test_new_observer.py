@@ -160,5 +160,5 @@ def test_an_observer_without_a_method_cannot_be_made(leaky, missing):
 
 def test_two_observers_of_one_name_are_refused(leaky):
     said = dict(vars(leaky), __qualname__='Odd')
-    with pytest.raises(TypeError, match='Odd and Leaky both call themselves leaky'):
+    with pytest.raises(ConfigurationError, match="two observers of the name 'leaky'"):
         type('Odd', (Observer,), said)

@@ -54,8 +54,8 @@ class EmulatedBench(EmulatedActuator):
 
     options_type = BenchOptions
 
-    def __init__(self, mount, options, torque_constant, seed):
-        super().__init__(mount, options, torque_constant, seed, current_limit=7.0)
+    def __init__(self, mount, options, seed):
+        super().__init__(mount, options, seed, current_limit=7.0)
         self._node = mount.node
         self._watchdog_ns = round(options.bench_watchdog * 1e9)
         self._heard_ns = 0

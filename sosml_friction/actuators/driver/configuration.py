@@ -15,7 +15,7 @@ from sosml_friction.actuators.parameter import check_parameters, parameter, para
 from sosml_friction.bags.controllers import ACTUATOR, PD
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.robot import JointLimits
-from sosml_friction.yaml_text import read_yaml
+from sosml_friction.motion.parameter_file import node_parameters
 
 
 @dataclass(frozen=True)
@@ -173,23 +173,10 @@ def read_parameters(path: str | Path, node: str) -> dict[str, Any]:
 
     :raises ConfigurationError: if the file cannot be read or has nothing for ``node``.
     """
-    document = read_yaml(Path(path), 'parameter file')
-    result: dict[str, Any] = {}
-    for key in ('/**', f'/**/{node}', node):
-        section = document.get(key) if isinstance(document, dict) else None
-        if isinstance(section, dict):
-            _flatten('', section.get('ros__parameters') or {}, result)
+    result = node_parameters(Path(path), node)
     if not result:
         raise ConfigurationError(f'parameter file {path} has nothing for {node}')
     return result
-
-
-def _flatten(prefix: str, values: Mapping[str, Any], result: dict[str, Any]) -> None:
-    for key, value in values.items():
-        if isinstance(value, dict):
-            _flatten(f'{prefix}{key}.', value, result)
-        else:
-            result[f'{prefix}{key}'] = value
 
 
 def controller_entries(

@@ -64,7 +64,6 @@ class Step:
     pause_ns: int = 0
     heard: Callable[[], bool] = lambda: False
     attempts: int = ATTEMPTS
-    timeout_ns: int = ANSWER_TIMEOUT_NS
     unanswered: Callable[[], Check | None] | None = None
 
 
@@ -73,7 +72,7 @@ class StartUp:
     Walk through the steps of one actuator; a problem ends the walk.
 
     Per round: listen for :attr:`pause_ns` (stop when :meth:`heard`), send :meth:`requests`,
-    collect replies for :attr:`timeout_ns`, then tell :meth:`take` which keys are missing.
+    collect replies for :data:`ANSWER_TIMEOUT_NS`, then tell :meth:`take` which keys are missing.
 
     :param silence: the sentence for an actuator that does not answer.
     """
@@ -99,11 +98,6 @@ class StartUp:
     def pause_ns(self) -> int:
         """Return how long to listen before asking; only before the first attempt of a step."""
         return 0 if self.done or self._attempt else self._steps[0].pause_ns
-
-    @property
-    def timeout_ns(self) -> int:
-        """Return how long to wait for the replies."""
-        return 0 if self.done else self._steps[0].timeout_ns
 
     def heard(self) -> bool:
         """Tell whether listening has brought what it was for."""

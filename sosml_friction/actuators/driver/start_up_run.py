@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from sosml_friction.actuators.actuator import Actuator
 from sosml_friction.actuators.bus.clock import Clock
 from sosml_friction.actuators.bus.cycle import BusCycle
-from sosml_friction.actuators.driver.start_up import Check, StartUp
+from sosml_friction.actuators.driver.start_up import ANSWER_TIMEOUT_NS, Check, StartUp
 
 _LISTEN_NS = 20_000_000
 
@@ -35,8 +35,8 @@ def run_start_ups(
         _listen(cycle, clock, start_ups)
         asked = [own.requests() for own in start_ups]
         requests = [request for own in asked for request in own]
-        timeout_ns = max(own.timeout_ns for own in start_ups)
-        missing = cycle.exchange(requests, clock.now_ns() + timeout_ns) if requests else set()
+        end_ns = clock.now_ns() + ANSWER_TIMEOUT_NS
+        missing = cycle.exchange(requests, end_ns) if requests else set()
         for own, mine in zip(start_ups, asked, strict=True):
             own.take(missing, mine)
     return tuple(check for own in start_ups for check in own.checks)

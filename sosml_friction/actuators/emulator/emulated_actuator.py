@@ -32,7 +32,6 @@ class EmulatedActuator(ABC):
 
     :param mount: of the joint; only what says how the actuator is mounted counts.
     :param options: an object of the type's ``options_type``.
-    :param torque_constant: of the hardware that is really there [Nm/A or N/A].
     :param current_limit: the hardware's own [A].
     :param seed: of this actuator's own noise, so that one actuator's traffic does not change
         another's.
@@ -44,7 +43,6 @@ class EmulatedActuator(ABC):
         self,
         mount: JointConfiguration,
         options: Any,
-        torque_constant: float,
         seed: np.random.SeedSequence,
         *,
         current_limit: float = math.inf,
@@ -52,7 +50,7 @@ class EmulatedActuator(ABC):
         self.name = mount.name
         self.direction = mount.direction
         self.zero_offset = mount.zero_offset
-        self.torque_constant = torque_constant
+        self.torque_constant = mount.torque_constant
         self.current_limit = current_limit
         self.current = 0.0
         self.frames = 0

@@ -4,7 +4,7 @@
 
 import heapq
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -42,10 +42,9 @@ class ExoskeletonEmulator:
     friction; and what the emulated actuators say of themselves.
 
     :param model: the truth: rigid body, armature and friction of each joint.
-    :param mounts: the actuator of each joint: type, identifier, direction, zero offset and, where
-        ``torque_constants`` does not say otherwise, torque constant.
+    :param mounts: the actuator of each joint: type, identifier, direction, zero offset and torque
+        constant of the hardware that is really there.
     :param position: where the joints rest at the start (n,) [rad or m].
-    :param torque_constants: of the hardware that is really there, by joint [Nm/A or N/A].
     :raises ConfigurationError: if joints or numbers do not fit.
     """
 
@@ -56,7 +55,6 @@ class ExoskeletonEmulator:
         position: Sequence[float],
         *,
         options: EmulatorOptions | None = None,
-        torque_constants: Mapping[str, float] | None = None,
         seed: int = 0,
     ) -> None:
         names = tuple(mount.name for mount in mounts)
@@ -75,10 +73,8 @@ class ExoskeletonEmulator:
             np.zeros(len(position)),
         )
         seeds = np.random.SeedSequence(seed).spawn(len(self.names) + 1)
-        constants = dict(torque_constants or {})
         self.actuators = tuple(
-            self._make(mount, constants.get(mount.name, mount.torque_constant), own_seed)
-            for mount, own_seed in zip(mounts, seeds[:-1], strict=True)
+            self._make(mount, own_seed) for mount, own_seed in zip(mounts, seeds[:-1], strict=True)
         )
         self._by_id = {actuator.request_id: i for i, actuator in enumerate(self.actuators)}
         if len(self._by_id) != len(self.actuators):
@@ -99,11 +95,9 @@ class ExoskeletonEmulator:
         self._sent: list[TimedFrame] = []
         self._count = 0
 
-    def _make(
-        self, mount: JointConfiguration, constant: float, seed: np.random.SeedSequence
-    ) -> EmulatedActuator:
+    def _make(self, mount: JointConfiguration, seed: np.random.SeedSequence) -> EmulatedActuator:
         kind = Actuator.kind(mount.driver).emulated_type
-        return kind(mount, self.options.of(kind), constant, seed)
+        return kind(mount, self.options.of(kind), seed)
 
     @property
     def q(self) -> FloatArray:

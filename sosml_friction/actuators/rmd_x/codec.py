@@ -15,8 +15,9 @@ speed command 0.01 degree/s int32, angle and speed of the standard reply 1 degre
 int16, voltage 0.1 V uint16. Values are rounded to the nearest count and saturated.
 
 Not coded, as nothing here sends it: the motion mode (0x400 + id), gains and accelerations (0x30
-to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), positions and encoder values
-within a turn (0xA6, 0x90), writing the zero (0x63, 0x64), and unasked replies (0xB6).
+to 0x43), functions, identifiers and bit rate (0x20, 0x79, 0xB4), angles, positions and encoder
+values within a turn (0x94, 0xA6, 0x90), increments (0xA8), mode, power and phase currents (0x70,
+0x71, 0x9D), writing the zero (0x63, 0x64), and unasked replies (0xB6).
 """
 
 from collections.abc import Mapping
@@ -28,7 +29,6 @@ from sosml_friction.actuators.rmd_x.commands import *  # noqa: F403
 from sosml_friction.actuators.rmd_x.commands import (
     MOTION_COMMANDS,
     Command,
-    ControlMode,
     ErrorFlag,
     Protocol,
 )
@@ -45,13 +45,9 @@ LockBrake = bare('LockBrake', Command.BRAKE_LOCK)
 # Not answered; the motor is away for about 1.1 s.
 Reset = bare('Reset', Command.RESET)
 ReadAngle = bare('ReadAngle', Command.ANGLE)
-ReadSingleTurnAngle = bare('ReadSingleTurnAngle', Command.SINGLE_TURN_ANGLE)
 ReadEncoder = bare('ReadEncoder', Command.ENCODER)
 ReadStatus = bare('ReadStatus', Command.STATUS)
 ReadMotion = bare('ReadMotion', Command.MOTION)  # The mode stays.
-ReadPhaseCurrents = bare('ReadPhaseCurrents', Command.PHASE_CURRENTS)
-ReadMode = bare('ReadMode', Command.MODE)
-ReadPower = bare('ReadPower', Command.POWER)  # V3; gone from V4.2.
 ReadUptime = bare('ReadUptime', Command.UPTIME)
 ReadVersion = bare('ReadVersion', Command.VERSION)
 
@@ -100,10 +96,6 @@ class SetPosition(
     max_speed: Annotated[float, wire.MAX_SPEED]
 
 
-class SetIncrement(SetPosition, command=Command.INCREMENT):
-    """0xA8: as :class:`SetPosition`, ``angle`` counted from where the motor is."""
-
-
 class SetTimeout(Message, command=Command.TIMEOUT, places='B3xI'):
     """
     0xB3: the motor's watchdog [ms], 0 for off; echoed. Written to ROM: not at every start.
@@ -118,9 +110,8 @@ ECHOED = (Shutdown, Stop, ReleaseBrake, LockBrake, SetTimeout)
 """What is answered by itself."""
 
 REQUESTS = by_command(
-    *ECHOED, Reset, ReadAngle, ReadSingleTurnAngle, ReadEncoder, ReadStatus, ReadMotion,
-    ReadPhaseCurrents, ReadMode, ReadPower, ReadUptime, ReadVersion, ReadModel, SetCurrent,
-    SetSpeed, SetPosition, SetIncrement,
+    *ECHOED, Reset, ReadAngle, ReadEncoder, ReadStatus, ReadMotion, ReadUptime, ReadVersion,
+    ReadModel, SetCurrent, SetSpeed, SetPosition,
 )  # fmt: skip
 
 
@@ -131,7 +122,7 @@ class Motion(
     sequence=('of', 'temperature', 'current', 'speed', 'angle'),
 ):
     """
-    The standard reply to 0x9C, 0xA1, 0xA2, 0xA4 and 0xA8, of which ``of`` is one.
+    The standard reply to 0x9C, 0xA1, 0xA2 and 0xA4, of which ``of`` is one.
 
     ``temperature`` [degC], ``current`` iq [A], ``speed`` [rad/s] and ``angle`` [rad] of the output
     shaft in whole degrees.
@@ -148,12 +139,6 @@ class Motion(
 
 class Angle(Message, command=Command.ANGLE, places='B3xi'):
     """The reply to 0x92: multi-turn ``angle`` of the output shaft [rad], in 0.01 degree."""
-
-    angle: Annotated[float, wire.ANGLE]
-
-
-class SingleTurnAngle(Message, command=Command.SINGLE_TURN_ANGLE, places='B5xH'):
-    """The reply to 0x94: ``angle`` within one turn [rad], clockwise, in 0.01 degree."""
 
     angle: Annotated[float, wire.ANGLE]
 
@@ -182,27 +167,6 @@ class Status(
     voltage: Annotated[float, wire.TENTHS]
     errors: Annotated[ErrorFlag, wire.ERRORS]
     mos_temperature: Annotated[int, wire.TEMPERATURE] = 0
-
-
-class PhaseCurrents(Message, command=Command.PHASE_CURRENTS, places='Bbhhh'):
-    """The reply to 0x9D: ``temperature`` [degC] and the currents of the phases [A]."""
-
-    temperature: Annotated[int, wire.TEMPERATURE]
-    a: Annotated[float, wire.CURRENT]
-    b: Annotated[float, wire.CURRENT]
-    c: Annotated[float, wire.CURRENT]
-
-
-class Mode(Message, command=Command.MODE, places='B6xB'):
-    """The reply to 0x70: which loop runs."""
-
-    mode: Annotated[ControlMode, wire.MODE]
-
-
-class Power(Message, command=Command.POWER, places='B5xH'):
-    """The reply to 0x71: electrical ``power`` [W]."""
-
-    power: Annotated[float, wire.TENTHS]
 
 
 class Uptime(Message, command=Command.UPTIME, places='B3xI'):
@@ -241,8 +205,7 @@ TimeoutExpired = bare('TimeoutExpired', Command.TIMEOUT_EXPIRED)
 
 _COMMON = {
     **by_command(
-        *ECHOED, Angle, SingleTurnAngle, Encoder, Status, PhaseCurrents, Mode, Power, Uptime,
-        Version, Model, TimeoutExpired,
+        *ECHOED, Angle, Encoder, Status, Uptime, Version, Model, TimeoutExpired,
     ),
     **{int(command): Motion for command in MOTION_COMMANDS},
 }  # fmt: skip

@@ -13,22 +13,17 @@ class Command(IntEnum):
     """Byte 0 of a frame."""
 
     ENCODER = 0x60
-    MODE = 0x70
-    POWER = 0x71
     RESET = 0x76
     BRAKE_RELEASE = 0x77
     BRAKE_LOCK = 0x78
     SHUTDOWN = 0x80
     STOP = 0x81
     ANGLE = 0x92
-    SINGLE_TURN_ANGLE = 0x94
     STATUS = 0x9A
     MOTION = 0x9C
-    PHASE_CURRENTS = 0x9D
     CURRENT = 0xA1
     SPEED = 0xA2
     POSITION = 0xA4
-    INCREMENT = 0xA8
     UPTIME = 0xB1
     VERSION = 0xB2
     TIMEOUT = 0xB3
@@ -41,7 +36,6 @@ MOTION_COMMANDS = (
     Command.CURRENT,
     Command.SPEED,
     Command.POSITION,
-    Command.INCREMENT,
 )
 """Commands answered by :class:`Motion`."""
 
@@ -72,7 +66,7 @@ def flag_names(word: int) -> str:
 
 
 class ControlMode(IntEnum):
-    """Which of its loops the motor runs (0x70)."""
+    """Which of its loops the motor runs ."""
 
     CURRENT = 1
     SPEED = 2

@@ -11,7 +11,7 @@ from sosml_friction.actuators.bus.frame import Frame
 from sosml_friction.actuators.emulator.emulated_actuator import EmulatedActuator
 from sosml_friction.actuators.parameter import parameter
 from sosml_friction.actuators.rmd_x import codec as rmd_x
-from sosml_friction.actuators.rmd_x.commands import Protocol
+from sosml_friction.actuators.rmd_x.commands import ControlMode, Protocol
 from sosml_friction.actuators.rmd_x.configuration import RmdXConfiguration
 from sosml_friction.exceptions import CanProtocolError
 
@@ -60,8 +60,8 @@ class EmulatedRmdX(EmulatedActuator):
     """
     Answer the motor's commands as the manual says.
 
-    Current, speed and position mode; stop, shutdown, brake, reset; status, motion, angles,
-    encoder, phase currents, mode, uptime, version, model; timeout (0xB3). iq is reported with
+    Current, speed and position mode; stop, shutdown, brake, reset; status, motion, angle,
+    encoder, uptime, version, model; timeout (0xB3). iq is reported with
     noise and rounded to 0.01 A, the angle with encoder noise and rounded to 0.01 degree, speed and
     coarse angle rounded to whole degrees. Without a frame for ``comm_timeout`` the output goes
     off, the motor says 0xF1 then and every second, and the next request is only echoed
@@ -80,12 +80,9 @@ class EmulatedRmdX(EmulatedActuator):
         self,
         mount: RmdXConfiguration,
         options: RmdXOptions,
-        torque_constant: float,
         seed: np.random.SeedSequence,
     ) -> None:
-        super().__init__(
-            mount, options, torque_constant, seed, current_limit=options.rmd_current_limit
-        )
+        super().__init__(mount, options, seed, current_limit=options.rmd_current_limit)
         self._id = mount.can_id
         self._options = options
         self._timeout_ns = round(options.comm_timeout * 1e9)
@@ -96,7 +93,7 @@ class EmulatedRmdX(EmulatedActuator):
         self._start_ns = 0
         self._thermal_ns = 0
         self._control_ns = 0
-        self._mode = rmd_x.ControlMode.CURRENT
+        self._mode = ControlMode.CURRENT
         self._speed_target = 0.0
         self._angle_target: float | None = None
         self._integral = 0.0
@@ -120,7 +117,7 @@ class EmulatedRmdX(EmulatedActuator):
 
     def restart(self, t_ns: int) -> None:
         self._switch_off()
-        self._mode = rmd_x.ControlMode.CURRENT
+        self._mode = ControlMode.CURRENT
         self._released = True
         self._tripped = False
         self._last_frame_ns = None
@@ -160,19 +157,18 @@ class EmulatedRmdX(EmulatedActuator):
     def _act(self, request: rmd_x.Request, q: float, v: float) -> rmd_x.Reply | None:
         """Do what is asked, and return the reply to it, or None if it asks only."""
         if isinstance(request, rmd_x.SetCurrent):
-            self._drive(rmd_x.ControlMode.CURRENT)
+            self._drive(ControlMode.CURRENT)
             self._commanded = self._clamped(request.current) if self._output_on else 0.0
         elif isinstance(request, rmd_x.SetSpeed):
-            self._drive(rmd_x.ControlMode.SPEED)
+            self._drive(ControlMode.SPEED)
             self._speed_target = request.speed
         elif isinstance(request, rmd_x.SetPosition):
-            self._drive(rmd_x.ControlMode.POSITION)
-            start = self._angle(q) if isinstance(request, rmd_x.SetIncrement) else 0.0
-            self._angle_target = start + request.angle
+            self._drive(ControlMode.POSITION)
+            self._angle_target = request.angle
             self._speed_target = request.max_speed
         elif isinstance(request, rmd_x.Stop):
             if self._output_on:
-                self._drive(rmd_x.ControlMode.SPEED)
+                self._drive(ControlMode.SPEED)
             self._speed_target = 0.0
             return request
         elif isinstance(request, rmd_x.Shutdown):
@@ -193,7 +189,7 @@ class EmulatedRmdX(EmulatedActuator):
 
     def _answer(self, request: rmd_x.Request, t_ns: int, q: float, v: float) -> rmd_x.Reply | None:
         """Return the reply to a question, None if the motor has none."""
-        options, angle = self._options, self._angle(q)
+        options = self._options
         if isinstance(request, rmd_x.ReadModel):
             if self._protocol is not Protocol.V4_4:
                 return rmd_x.Model(options.rmd_model[:7])
@@ -205,20 +201,11 @@ class EmulatedRmdX(EmulatedActuator):
             case rmd_x.Command.ENCODER:
                 turns = self._sensed_angle(q) / math.tau
                 return rmd_x.Encoder(round(turns * options.rmd_encoder_counts))
-            case rmd_x.Command.SINGLE_TURN_ANGLE:
-                return rmd_x.SingleTurnAngle(-angle % math.tau)
             case rmd_x.Command.STATUS:
                 errors = self.reported_errors
                 return rmd_x.Status(round(self.temperature), self._released, SUPPLY, errors)
             case rmd_x.Command.MOTION:
                 return self._motion(rmd_x.Command.MOTION, q, v)
-            case rmd_x.Command.PHASE_CURRENTS:
-                phases = (self.current * math.cos(k * math.tau / 3.0) for k in range(3))
-                return rmd_x.PhaseCurrents(round(self.temperature), *phases)
-            case rmd_x.Command.MODE:
-                return rmd_x.Mode(self._mode)
-            case rmd_x.Command.POWER:
-                return rmd_x.Power(abs(self.effort * v))
             case rmd_x.Command.UPTIME:
                 on_ns = t_ns + self.clock_ahead_ns - self._start_ns
                 return rmd_x.Uptime(on_ns // 1_000_000)
@@ -235,7 +222,7 @@ class EmulatedRmdX(EmulatedActuator):
             of,
         )
 
-    def _drive(self, mode: rmd_x.ControlMode) -> None:
+    def _drive(self, mode: ControlMode) -> None:
         if mode is not self._mode or not self._output_on:
             self._integral = self._commanded
         self._mode = mode
@@ -269,7 +256,7 @@ class EmulatedRmdX(EmulatedActuator):
                 self.trip(t_ns)
             elif t_ns - self._told_ns >= TELL_PERIOD_NS:
                 self._tell(t_ns)
-        if self._output_on and self._mode is not rmd_x.ControlMode.CURRENT:
+        if self._output_on and self._mode is not ControlMode.CURRENT:
             self._run_loops((t_ns - self._control_ns) * 1e-9, q, v)
         self._control_ns = t_ns
         if t_ns - self._thermal_ns >= 100_000_000:

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, get_type_hints
 
 from typing_extensions import dataclass_transform
 
-from sosml_friction.actuators.rmd_x.commands import Command, ControlMode, ErrorFlag
+from sosml_friction.actuators.rmd_x.commands import Command, ErrorFlag
 from sosml_friction.exceptions import CanProtocolError
 
 ANGLE_RESOLUTION = math.radians(0.01)
@@ -149,12 +149,6 @@ def _angle(count: int) -> float:
     return math.radians(count / 100.0)
 
 
-def _mode_of(count: int) -> ControlMode:
-    if count not in list(ControlMode):
-        raise CanProtocolError(f'the motor is in the unknown mode {count}')
-    return ControlMode(count)
-
-
 ANGLE = scaled(ANGLE_RESOLUTION, _angle)
 CURRENT = scaled(CURRENT_RESOLUTION, lambda count: count / 100.0)
 DEGREES = scaled(DEGREE, lambda count: count * DEGREE)
@@ -164,7 +158,6 @@ TENTHS = scaled(0.1, lambda count: count / 10.0)
 MAX_SPEED = Coding(_max_speed, lambda count: count * DEGREE if count else math.inf)
 SWITCH = Coding(lambda on, _: int(on), lambda count: count != 0)
 ERRORS = Coding(lambda errors, _: int(errors) & 0xFFFF, ErrorFlag)
-MODE = Coding(lambda mode, _: int(mode), _mode_of)
 
 
 @dataclass_transform(frozen_default=True)

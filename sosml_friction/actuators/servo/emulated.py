@@ -69,12 +69,9 @@ class EmulatedServo(EmulatedActuator):
         self,
         mount: ServoConfiguration,
         options: ServoOptions,
-        torque_constant: float,
         seed: np.random.SeedSequence,
     ) -> None:
-        super().__init__(
-            mount, options, torque_constant, seed, current_limit=options.servo_current_limit
-        )
+        super().__init__(mount, options, seed, current_limit=options.servo_current_limit)
         self._dbc = ServoDbc(mount.dbc, mount.dbc_map)
         self._options = options
         self._watchdog_ns = round(options.servo_watchdog * 1e9)

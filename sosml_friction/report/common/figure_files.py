@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures as files of their own, for a paper, a talk or another program."""
 
-import csv
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from io import BytesIO, StringIO
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.drawing import to_png
 from sosml_friction.report.common.figure import figures_of
 
@@ -41,16 +41,14 @@ def figure_csv(figure: Figure) -> str:
     A row for each point of each curve, mark or bar. ``series`` is the entry of the legend that
     looks like it, else its colour; ``low`` and ``high`` are the ends of its error bar.
     """
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator='\n')
-    writer.writerow(_COLUMNS)
     known = dict(_legend(figure))
-    for panel, axes in enumerate(figure.axes, 1):
-        head = (panel, axes.get_xlabel(), axes.get_ylabel())
-        for series, *numbers in _series(axes, known):
-            for row in zip(*numbers, strict=True):
-                writer.writerow([*head, series, *map(_text, row)])
-    return stream.getvalue()
+    rows = (
+        [panel, axes.get_xlabel(), axes.get_ylabel(), series, *map(_text, row)]
+        for panel, axes in enumerate(figure.axes, 1)
+        for series, *numbers in _series(axes, known)
+        for row in zip(*numbers, strict=True)
+    )
+    return csv_text(_COLUMNS, rows)
 
 
 #: The forms of ``--figures``, and what makes each.

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The windows of steady motion as rows: of a table, of a file, of a figure's marks."""
 
-import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from io import StringIO
 
 from sosml_friction.identification.joint_motion import level_spreads
 from sosml_friction.identification.number_text import format_number
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR
+from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.html_page import folded
 from sosml_friction.report.common.labels import observer_label
 from sosml_friction.report.common.table import Column, html_table
@@ -114,13 +113,12 @@ def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
     """
     joints = [(bag, view) for bag, some in views.items() for view in some]
     observers = list(dict.fromkeys(o for _, view in joints for o in _with_levels(view)))
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator='\n')
-    writer.writerow(
-        ['recording', 'joint', 'window', 'start_s', 'end_s', 'velocity', 'velocity_unit']
-        + [f'{what}_{observer}' for observer in observers for what in ('level', 'spread')]
-        + ['effort_unit', 'used', 'reason']
-    )
+    head = [
+        *('recording', 'joint', 'window', 'start_s', 'end_s', 'velocity', 'velocity_unit'),
+        *(f'{what}_{observer}' for observer in observers for what in ('level', 'spread')),
+        *('effort_unit', 'used', 'reason'),
+    ]
+    rows = []
     for bag, view in joints:
         for row in segment_rows(view):
             times = (f'{row.start_s:.4f}', f'{row.end_s:.4f}')
@@ -129,14 +127,14 @@ def segments_csv(views: Mapping[str, Sequence[JointView]]) -> str:
                 for observer in observers
                 for values in (row.levels, row.spreads)
             ]
-            writer.writerow(
+            rows.append(
                 [
                     *(bag, view.name, row.number, *times, _plain(row.velocity)),
                     *(view.velocity_unit, *numbers, view.effort_unit),
                     *('no' if row.reason else 'yes', row.reason),
                 ]
             )
-    return stream.getvalue()
+    return csv_text(head, rows)
 
 
 def _plain(value: float) -> str:

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +12,7 @@ import numpy as np
 from sosml_friction.identification.fitted_model import preferred_observer
 from sosml_friction.identification.number_text import format_number, plus_minus
 from sosml_friction.identification.several.drift import Drift, drift_of
+from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.moment import recorded_at
 from sosml_friction.report.common.table import Column
 
@@ -138,11 +137,7 @@ def drifts(rows: Iterable[FleetRow]) -> dict[tuple[str, str, str, str], Drift]:
 
 def rows_csv(rows: Sequence[FleetRow]) -> str:
     """Return the rows as CSV with a header."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(COLUMNS)
-    writer.writerows(row.cells() for row in rows)
-    return text.getvalue()
+    return csv_text(COLUMNS, (row.cells() for row in rows))
 
 
 #: Columns of the terminal's table.

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What ``sosml trajectory`` prints and writes of a planned trajectory."""
 
-import csv
-from io import StringIO
 from typing import Any
 
 import numpy as np
@@ -12,6 +10,7 @@ from rich.text import Text
 
 from sosml_friction.identification.number_text import UNKNOWN
 from sosml_friction.motion.plan import Demand, PlannedTrajectory
+from sosml_friction.report.common.csv_text import csv_text
 from sosml_friction.report.common.labels import motion_units
 from sosml_friction.report.common.table import terminal_table
 
@@ -90,8 +89,5 @@ def trajectory_csv(planned: PlannedTrajectory) -> str:
             f'{name} rigid-body effort [{unit}]',
         ]
         columns += [loads.q[:, i], loads.v[:, i], loads.a[:, i], loads.tau[:, i]]
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator='\n')
-    writer.writerow(header)
-    writer.writerows([f'{x:.9g}' for x in row] for row in np.column_stack(columns).tolist())
-    return stream.getvalue()
+    rows = np.column_stack(columns).tolist()
+    return csv_text(header, ([f'{x:.9g}' for x in row] for row in rows))

@@ -10,7 +10,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.robot import Robot
+from sosml_friction.model.terms.kinds import recording
 from sosml_friction.simulation.forward_drive import RecordedDrive
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import Start, simulate
@@ -18,43 +18,22 @@ from sosml_friction.simulation.simulated import Simulated
 from sosml_friction.simulation.window_models import WindowModels, as_window_models
 
 
-class LowPass(Protocol):
-    """A filter of samples ``step`` [s] apart that is wrong in the ``half`` at either end."""
+class LowPass(recording.LowPass, Protocol):
+    """A filter of samples that is wrong in the ``half`` at either end."""
 
-    @property
-    def step(self) -> float: ...  # noqa: D102
     @property
     def half(self) -> int: ...  # noqa: D102
-    def smooth(self, x: FloatArray, wider: float) -> FloatArray: ...  # noqa: D102
 
 
-class Stretch(Protocol):
+class Stretch(recording.Recording, Protocol):
     """
     A part of a recording without holes, N even samples of n joints.
 
-    ``q``, ``v``, ``a``: smooth position and its derivatives; ``tau``: measured effort, 0 of a
-    joint that has none; ``torque``: the effort that the model expects; ``sign``: the state of
-    friction; ``temperature`` or None, (N, n) each. ``time`` (N,) [s] since the log began.
+    ``tau`` (N, n): measured effort, 0 of a joint that has none.
     """
 
     @property
-    def time(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def q(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def v(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def a(self) -> FloatArray: ...  # noqa: D102
-    @property
     def tau(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def torque(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def sign(self) -> FloatArray: ...  # noqa: D102
-    @property
-    def temperature(self) -> FloatArray | None: ...  # noqa: D102
-    @property
-    def robot(self) -> Robot: ...  # noqa: D102
     @property
     def band(self) -> LowPass: ...  # noqa: D102
 

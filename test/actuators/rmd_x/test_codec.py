@@ -28,15 +28,10 @@ REQUESTS = [
     ('A2 00 00 00 F0 D8 FF FF', rmd_x.SetSpeed(-100 * DEGREE)),
     ('A4 00 F4 01 A0 8C 00 00', rmd_x.SetPosition(360 * DEGREE, 500 * DEGREE)),
     ('A4 00 F4 01 60 73 FF FF', rmd_x.SetPosition(-360 * DEGREE, 500 * DEGREE)),
-    ('A8 00 F4 01 A0 8C 00 00', rmd_x.SetIncrement(360 * DEGREE, 500 * DEGREE)),
     ('92 00 00 00 00 00 00 00', rmd_x.ReadAngle()),
-    ('94 00 00 00 00 00 00 00', rmd_x.ReadSingleTurnAngle()),
     ('9A 00 00 00 00 00 00 00', rmd_x.ReadStatus()),
     ('9C 00 00 00 00 00 00 00', rmd_x.ReadMotion()),
-    ('9D 00 00 00 00 00 00 00', rmd_x.ReadPhaseCurrents()),
     ('60 00 00 00 00 00 00 00', rmd_x.ReadEncoder()),
-    ('70 00 00 00 00 00 00 00', rmd_x.ReadMode()),
-    ('71 00 00 00 00 00 00 00', rmd_x.ReadPower()),
     ('76 00 00 00 00 00 00 00', rmd_x.Reset()),
     ('77 00 00 00 00 00 00 00', rmd_x.ReleaseBrake()),
     ('78 00 00 00 00 00 00 00', rmd_x.LockBrake()),
@@ -45,13 +40,11 @@ REQUESTS = [
     ('B1 00 00 00 00 00 00 00', rmd_x.ReadUptime()),
     ('B2 00 00 00 00 00 00 00', rmd_x.ReadVersion()),
     ('B3 00 00 00 E8 03 00 00', rmd_x.SetTimeout(1000)),
-    ('B5 00 00 00 00 00 00 00', rmd_x.ReadModel()),
-    ('B5 01 02 00 00 00 00 00', rmd_x.ReadModel(2)),
 ]
 REPLIES = [
     *(
         (f'{of:02X} {values}', rmd_x.Motion(50, i, v * DEGREE, q * DEGREE, C(of)))
-        for of in (0x9C, 0xA1, 0xA2, 0xA4, 0xA8)
+        for of in (0x9C, 0xA1, 0xA2, 0xA4)
         for values, i, v, q in (
             ('32 64 00 F4 01 2D 00', 1.0, 500, 45),
             ('32 9C FF 0C FE D3 FF', -1.0, -500, -45),
@@ -60,11 +53,7 @@ REPLIES = [
     ('60 00 00 00 10 27 00 00', rmd_x.Encoder(10000)),
     ('92 00 00 00 A0 8C 00 00', rmd_x.Angle(360 * DEGREE)),
     ('92 00 00 00 60 73 FF FF', rmd_x.Angle(-360 * DEGREE)),
-    ('94 00 00 00 00 00 10 27', rmd_x.SingleTurnAngle(100 * DEGREE)),
     ('9A 32 00 01 E5 01 04 00', rmd_x.Status(50, True, 48.5, E.UNDER_VOLTAGE)),
-    ('9D 32 C2 0B 10 FA C0 F9', rmd_x.PhaseCurrents(50, 30.10, -15.20, -16.00)),
-    ('70 00 00 00 00 00 00 03', rmd_x.Mode(rmd_x.ControlMode.POSITION)),
-    ('71 00 00 00 00 00 D0 07', rmd_x.Power(200.0)),
     ('77 00 00 00 00 00 00 00', rmd_x.ReleaseBrake()),
     ('80 00 00 00 00 00 00 00', rmd_x.Shutdown()),
     ('81 00 00 00 00 00 00 00', rmd_x.Stop()),
@@ -166,7 +155,6 @@ def test_speed_and_position_commands_round_trip_over_their_whole_range(counts, s
     for message in (
         rmd_x.SetSpeed(counts * rmd_x.ANGLE_RESOLUTION),
         rmd_x.SetPosition(counts * rmd_x.ANGLE_RESOLUTION, max(speed, 1) * DEGREE),
-        rmd_x.SetIncrement(counts * rmd_x.ANGLE_RESOLUTION, max(speed, 1) * DEGREE),
     ):
         frame = rmd_x.encode_request(7, message)
         assert int.from_bytes(frame.data[4:8], 'little', signed=True) == counts
@@ -234,7 +222,6 @@ def test_a_small_speed_limit_does_not_become_no_limit():
         rmd_x.SetCurrent,
         rmd_x.SetSpeed,
         lambda x: rmd_x.SetPosition(x, 1.0),
-        lambda x: rmd_x.SetIncrement(x, 1.0),
     ],
 )
 def test_what_is_not_finite_is_never_sent(make, value):
@@ -292,7 +279,6 @@ def test_eight_bytes_of_a_known_command_are_a_value(command, rest):
 @pytest.mark.parametrize(
     ('text', 'protocol', 'sentence'),
     [
-        ('70 00 00 00 00 00 00 04', V3, 'unknown mode 4'),
         ('B5 FF FF FF FF FF FF FF', V3, 'is no text'),
     ],
 )

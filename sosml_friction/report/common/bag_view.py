@@ -1,13 +1,13 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What ``sosml info`` prints of a bag."""
+"""What ``sosml info`` and ``sosml repair`` print of a bag."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rich.console import RenderableType
 
-from sosml_friction.report.common.table import terminal_table
+from sosml_friction.report.common.table import FittingTable, terminal_table
 
 
 def information_blocks(information: Mapping[str, Any]) -> Iterator[str | RenderableType]:
@@ -41,10 +41,33 @@ def information_blocks(information: Mapping[str, Any]) -> Iterator[str | Rendera
             f'{motion["gaps"]} gaps (longest step {motion["longest_step_s"]:.4g} s), '
             f'{motion["repeated_stamps"]} repeated and {motion["backward_stamps"]} backward stamps'
         )
-    rows = [
-        (name, topic['type'] or 'unknown', str(topic['messages']))
-        for name, topic in information['topics'].items()
-    ]
-    yield terminal_table({'topic': 'w', 'type': 'w', 'messages': 'n'}, rows)
+    yield _topics(information['topics'])
     if motion is not None and not information['recovered']:
         yield f'Next: sosml fit {information["path"]}'
+
+
+def repair_blocks(document: Mapping[str, Any]) -> Iterator[str | RenderableType]:
+    """
+    Return what was wrong with a bag, what was saved and what is lost, and a table of its topics.
+
+    :param document: of :func:`~sosml_friction.bags.repair.repair_bag`.
+    """
+    if document['output'] is None:
+        yield f'{document["path"]} is whole: nothing is written'
+        return
+    if document['damage']:
+        yield f'Damaged: {document["damage"]}'
+    lost = document['lost']
+    yield (
+        f'Saved {document["saved"]} messages in {document["output"]} ({document["read_before"]} '
+        'are read without repair); '
+        + ('how many are lost is not known' if lost is None else f'lost {lost}')
+    )
+    if document['left_out']:
+        yield f'Left out, as not of ROS 2: {", ".join(document["left_out"])}'
+    yield _topics(document['topics'])
+
+
+def _topics(topics: Mapping[str, Any]) -> FittingTable:
+    rows = [(x, own['type'] or 'unknown', str(own['messages'])) for x, own in topics.items()]
+    return terminal_table({'topic': 'w', 'type': 'w', 'messages': 'n'}, rows)
