@@ -58,7 +58,7 @@ class Guesser(RecordedColumns):
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
         if not self.count:
-            raise DataError(f'{self.data.path} holds no samples: give a recording')
+            raise DataError(f'{self.data.path} holds no numbers: give a recording')
         self._put_time()
         if not self._by_names():
             self._by_numbers()

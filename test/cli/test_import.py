@@ -223,7 +223,7 @@ def test_the_command_that_comes_next_can_be_pasted(sosml, tmp_path):
         (('slider.csv', '--guess', '--out', 'no/m.yaml'), 'cannot be written: No such file'),
         (('slider.csv', '--guess', '--urdf', 'no.urdf', '--out', 'm'), 'no.urdf cannot be read'),
         (('x.mcap', '--guess'), 'x.mcap is a bag, or a folder: a bag of MCAP is used as it is'),
-        (('words.csv', '--guess'), 'holds nothing that looks like the position of a joint'),
+        (('words.csv', '--guess'), 'words.csv holds no numbers: give a recording'),
     ],
 )
 def test_what_guess_cannot_do_is_one_sentence(refused, tmp_path, arguments, sentence):
