@@ -12,6 +12,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.diagnosis.data_checks import Check, check_joints, check_log, without_bad
 from sosml_friction.exceptions import DataError
+from sosml_friction.identification.held_effort import with_new_efforts
 from sosml_friction.model.robot import Robot
 
 
@@ -29,9 +30,14 @@ class Recordings:
 
         :raises DataError: if a joint is not in a recording.
         """
-        logs = [unwrapped(log.select(robot.names)) for log in logs]
-        checks = [check_log(log) + check_joints(log, robot) for log in logs]
-        good = [without_bad(log, own) for log, own in zip(logs, checks, strict=True)]
+        good, checks = [], []
+        for whole in logs:
+            log, held = with_new_efforts(unwrapped(whole.select(robot.names)))
+            own = check_log(log) + check_joints(log, robot)
+            if held:
+                own.append(Check('held_effort', 'warning', '*', held))
+            good.append(without_bad(log, own))
+            checks.append(own)
         return cls(tuple(good), tuple(check for own in checks for check in own))
 
     def refuse_bad(self) -> None:

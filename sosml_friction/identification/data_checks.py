@@ -18,7 +18,7 @@ from sosml_friction.identification.data_finding import (
     WARNING,
     DataFinding,
 )
-from sosml_friction.identification.held_effort import new_efforts
+from sosml_friction.identification.held_effort import with_new_efforts
 from sosml_friction.identification.joint_checks import JointChecks, check_joint
 from sosml_friction.identification.joint_relations import WINDOW_S, Slopes
 from sosml_friction.identification.stamp_checks import check_stamps
@@ -121,7 +121,9 @@ def check_data(
     log, backward = _one_pass(log, findings)
     log, repeated = _without_repeats(log, findings)
     log, incomplete = _whole_samples(log, findings)
-    log = _with_new_efforts(_with_effort(log, findings), findings)
+    log, held = with_new_efforts(_with_effort(log, findings))
+    if held:
+        findings.append(DataFinding('held_effort', '*', LEFT_OUT, held))
     steps = np.diff(log.time)
     duration = float(log.time[-1])
     if len(steps) == 0 or duration < SHORTEST_S:
@@ -266,29 +268,3 @@ def _with_effort(log: JointLog, findings: list[DataFinding]) -> JointLog:
     what = f'{count} of {len(log)} samples lack every effort between others, and are left out'
     findings.append(DataFinding('without_effort', '*', LEFT_OUT, what))
     return log.rows(~between)
-
-
-def _with_new_efforts(log: JointLog, findings: list[DataFinding]) -> JointLog:
-    """
-    Return the samples in which the slowest effort is a new one, where some are repeated.
-
-    An effort that is repeated is of an earlier time, on average by half of its period, which reads
-    as viscous friction. When it acted is then told by the motion, as between samples. Other
-    efforts that are repeated are on the line between their new ones.
-    """
-    new = {i: own for i, tau in enumerate(log.tau.T) if (own := new_efforts(tau)) is not None}
-    if not new:
-        return log
-    tau = log.tau.copy()
-    for i, own in new.items():
-        tau[:, i] = np.interp(log.time, log.time[own], log.tau[own, i])
-    slowest = min(new, key=lambda i: len(new[i]))
-    rows = new[slowest]
-    rate = 1.0 / float(np.median(np.diff(log.time[rows])))
-    what = (
-        f'the effort of {", ".join(log.names[i] for i in new)} is repeated until the next one '
-        f'comes, of {log.names[slowest]} at {rate:.3g} Hz: {len(log) - len(rows)} of {len(log)} '
-        'samples between are left out, whose effort is of an earlier time'
-    )
-    findings.append(DataFinding('held_effort', '*', LEFT_OUT, what))
-    return replace(log, tau=tau).rows(rows)

@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Efforts that come at a lower rate than the samples, and are repeated until the next one."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.joint_log import JointLog
 
 #: Fewest changes that say something of a rate. Chosen, no measurement.
 _FEWEST = 20
@@ -51,3 +54,28 @@ def new_efforts(tau: FloatArray) -> IndexArray | None:
         for first, last, k in zip(ends[:-1], ends[1:], counts, strict=True)
     ]
     return known[np.concatenate(own)]
+
+
+def with_new_efforts(log: JointLog) -> tuple[JointLog, str]:
+    """
+    Return the samples in which the slowest effort is a new one, and what was left out, or ''.
+
+    An effort that is repeated is of an earlier time, on average by half of its period, which reads
+    as viscous friction. When it acted is then told by the motion, as between samples. Other
+    efforts that are repeated are on the line between their new ones.
+    """
+    new = {i: own for i, tau in enumerate(log.tau.T) if (own := new_efforts(tau)) is not None}
+    if not new:
+        return log, ''
+    tau = log.tau.copy()
+    for i, own in new.items():
+        tau[:, i] = np.interp(log.time, log.time[own], log.tau[own, i])
+    slowest = min(new, key=lambda i: len(new[i]))
+    rows = new[slowest]
+    rate = 1.0 / float(np.median(np.diff(log.time[rows])))
+    told = (
+        f'the effort of {", ".join(log.names[i] for i in new)} is repeated until the next one '
+        f'comes, of {log.names[slowest]} at {rate:.3g} Hz: {len(log) - len(rows)} of {len(log)} '
+        'samples between are left out, whose effort is of an earlier time'
+    )
+    return replace(log, tau=tau).rows(rows), told
