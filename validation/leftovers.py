@@ -76,13 +76,17 @@ PLANTS: dict[str, Callable[[int, int], Iterator[Null]]] = {
 }
 
 
-def largest(found: Diagnosis) -> tuple[float, float]:
-    """Return the largest energy of a curve over that of noise, and share of all together."""
+def largest(found: Diagnosis) -> tuple[float, float, float]:
+    """Return the largest energy of a curve and of a ripple over noise, and share of all curves."""
     assert found.selection is not None
     assert found.laboratory is not None
     left, rows = found.selection.remainder, found.laboratory.known
-    curves = [x for x in left.found if not (x.together or x.instead or x.hertz)]
-    return max(x.energy / rows[x.joint] for x in curves), float(left.explained.max())
+    curves = [x for x in left.found if not (x.together or x.instead or x.hertz or x.period)]
+    ripples = [x for x in left.found if x.period]
+    curve, ripple = (
+        max((x.energy / rows[x.joint] for x in some), default=0.0) for some in (curves, ripples)
+    )
+    return curve, ripple, float(left.explained.max())
 
 
 def main() -> None:
@@ -97,9 +101,11 @@ def main() -> None:
             largest(diagnose([log], model, settings=settings))
             for log, model, settings in nulls(given.seed, given.recordings)
         ]
-        curve, together = np.max(each, axis=0)
-        rows.append((name, f'{len(each)}', f'{curve:.4f}', f'{together:.4f}'))
-    heads = {'plant': '', 'recordings': 'n', 'largest curve': 'n', 'all together': 'n'}
+        rows.append((name, f'{len(each)}', *(f'{x:.4f}' for x in np.max(each, axis=0))))
+    heads = {
+        'plant': '', 'recordings': 'n', 'largest curve': 'n', 'largest ripple': 'n',
+        'all together': 'n',
+    }  # fmt: skip
     print_table(terminal_table(heads, rows))
 
 

@@ -151,7 +151,7 @@ class Bag:
         if is_other_bag(path):
             place = Path(tempfile.mkdtemp(prefix='sosml_'))
             try:
-                bag = cls.open(copy_bag(path, place / path.stem), namespace)
+                bag = cls.open(copy_bag(path, place / path.stem), namespace, beyond)
             except BaseException:
                 shutil.rmtree(place)
                 raise

@@ -30,7 +30,7 @@ def read_dates(cells: Sequence[str]) -> FloatArray:
     """
     Return the seconds of each cell since 1970, or of times of day since the first midnight.
 
-    A date is that of ISO 8601, or has its year last: behind points and dashes or names of months
+    A date is that of ISO 8601, or has its year last: behind points or names of months
     the day comes first, as it does behind strokes where some day of them all is above 12; the
     month does where that can be no day. A time of day that falls by more than 12 hours is
     one of the next day. An empty cell is NaN.
@@ -81,7 +81,9 @@ def _is_day_first(found: Sequence[re.Match[str] | None]) -> bool:
             order = False
         elif match['first'] != match['second'] and open_at is None:
             open_at = k
-    if order is None and open_at is not None:
+    days = {(m['first'], m['second'], m['last']) for m in found if m is not None and m['last']}
+    # Of one day differences are the same in either order.
+    if order is None and open_at is not None and len(days) > 1:
         raise ValueError(open_at, 'may have the day first or the month: write dates as 2026-11-26')
     return bool(order)
 

@@ -18,6 +18,9 @@ _BY_CHANCE, _WHOLE, _WITHIN = 0.05, 0.9, 0.2
 #: Least share of changes by more than the smallest, or after more than one period: an effort
 #: without noise that rises evenly changes by one count after even times. Chosen, no measurement.
 _UNEVEN = 0.1
+#: Slowest rate of efforts that are taken for repeated ones [Hz]: a command that is held longer, a
+#: step or a random binary sequence, acts as it is. Chosen, no measurement: drives report faster.
+_SLOWEST = 20.0
 
 
 def new_efforts(tau: FloatArray) -> IndexArray | None:
@@ -63,16 +66,20 @@ def with_new_efforts(log: JointLog) -> tuple[JointLog, str]:
     An effort that is repeated is of an earlier time, on average by half of its period, which reads
     as viscous friction. When it acted is then told by the motion, as between samples. Other
     efforts that are repeated are on the line between their new ones.
+
+    :param log: a recording whose stamps rise.
     """
     new = {i: own for i, tau in enumerate(log.tau.T) if (own := new_efforts(tau)) is not None}
-    if not new:
+    rates = {i: 1.0 / float(np.median(np.diff(log.time[own]))) for i, own in new.items()}
+    if not new or min(rates.values()) < _SLOWEST:
         return log, ''
     tau = log.tau.copy()
     for i, own in new.items():
-        tau[:, i] = np.interp(log.time, log.time[own], log.tau[own, i])
+        line = np.interp(log.time, log.time[own], log.tau[own, i], left=np.nan, right=np.nan)
+        # What was not known stays so.
+        tau[:, i] = np.where(np.isnan(log.tau[:, i]), np.nan, line)
     slowest = min(new, key=lambda i: len(new[i]))
-    rows = new[slowest]
-    rate = 1.0 / float(np.median(np.diff(log.time[rows])))
+    rows, rate = new[slowest], rates[slowest]
     told = (
         f'the effort of {", ".join(log.names[i] for i in new)} is repeated until the next one '
         f'comes, of {log.names[slowest]} at {rate:.3g} Hz: {len(log) - len(rows)} of {len(log)} '

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.identification.held_effort import new_efforts
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.held_effort import new_efforts, with_new_efforts
 
 #: Samples at 500 Hz.
 TIME = 2e-3 * np.arange(5000)
@@ -58,3 +59,27 @@ def test_a_new_effort_as_the_one_before_is_a_sample_too():
 )
 def test_an_effort_that_is_not_held_is_left_alone(tau):
     assert new_efforts(tau) is None
+
+
+def log_of(*efforts):
+    tau = np.column_stack(efforts)
+    t_ns = np.round(1e9 * TIME).astype(np.int64)
+    return JointLog(tuple('abc'[: len(efforts)]), t_ns, 0.0 * tau, np.nan * tau, tau)
+
+
+def test_a_command_that_is_held_for_long_acts_as_it_is():
+    """A random sequence of four levels at 10 Hz: an effort between its steps is no old one."""
+    levels = np.random.default_rng(4).integers(0, 4, 100)
+    log = log_of(np.repeat(levels, 50).astype(float))
+    assert with_new_efforts(log) == (log, '')
+
+
+def test_what_is_not_known_of_an_effort_stays_unknown():
+    """Two joints at 50 and 125 Hz, the second without effort for 2 s."""
+    slow, fast = held(50.0, effort(TIME))[0], held(125.0, effort(TIME))[0]
+    fast[2000:3000] = np.nan
+    kept, told = with_new_efforts(log_of(slow, fast))
+    assert 'of a at 50 Hz' in told
+    unknown = (kept.time > TIME[2000]) & (kept.time < TIME[2999])
+    assert np.isnan(kept.tau[unknown, 1]).all()
+    assert np.isfinite(kept.tau[~unknown, 1]).mean() > 0.99

@@ -46,7 +46,7 @@ class PositionDependentFriction(EffortTerm):
         found = {k * half for k in range(1, 2 * _PERIODS + 1)}
         if signals.length_unit(joint) == 'rad':
             found |= {1.0, 2.0}
-        return tuple({'frequency': w} for w in sorted(found) if w <= 2 * _PERIODS * half)
+        return tuple({'frequency': w} for w in sorted(found))
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -4,11 +4,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from known_robots import SLIDER_MASS, recording, sines, slider_model, smooth_sign
 
 from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.model.terms.position_dependent_friction import PositionDependentFriction
 from sosml_friction.regression.settings import DiagnosisSettings
 
 
@@ -30,3 +33,12 @@ def test_friction_over_a_linear_axis_is_found_whatever_its_period(periods):
     assert found.verdict == 'named'
     assert {cause.effect for cause in found.causes} == {'position_dependent_friction'}
     assert found.gain.inverse_after[0] < 0.3 * found.gain.inverse_before[0]
+
+
+def test_once_per_turn_is_looked_for_over_any_number_of_turns():
+    """A shaft that turns for long has no half period of its range that is a turn."""
+    signals = SimpleNamespace(
+        length_unit=lambda joint: 'rad', scales=SimpleNamespace(span=np.array([80.0]))
+    )
+    tried = {inner['frequency'] for inner in PositionDependentFriction().grid(signals, 0)}
+    assert {1.0, 2.0} <= tried
