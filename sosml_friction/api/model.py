@@ -45,7 +45,7 @@ class Model:
     def from_urdf(
         cls,
         urdf: str,
-        armature: Mapping[str, float] | None = None,
+        armature: Mapping[str, float] | float | None = None,
         name: str = '',
         locked: Mapping[str, float] | None = None,
     ) -> Model:
@@ -55,14 +55,15 @@ class Model:
         :param urdf: the document itself, not its path.
         :param armature: by joint, the rotor's inertia at the joint, J N^2 [kg m2 or kg]; 0 where
             the URDF's bodies have it already, NaN where :func:`sosml_friction.fit` is to find it.
-            The joints are in this order; None is all joints that move, with nothing known.
+            The joints are in this order; a number is that of each joint that moves, None NaN.
         :param name: of the model; the robot's in the URDF if empty.
         :param locked: where joints of the URDF that are not in ``armature`` are held still [rad
             or m]; the others at 0. One that mimics a joint of ``armature`` follows it.
         :raises ConfigurationError: if the URDF cannot be read, or lacks a joint.
         """
-        if armature is None:
-            armature = dict.fromkeys(skeleton_model(urdf).joints, math.nan)
+        if not isinstance(armature, Mapping):
+            each = math.nan if armature is None else armature
+            armature = dict.fromkeys(skeleton_model(urdf).joints, each)
         known = [0.0 if math.isnan(value) else value for value in armature.values()]
         robot = Robot(urdf, tuple(armature), known, locked)
         units = ['kg m2' if effort == 'Nm' else 'kg' for effort in robot.effort_units]

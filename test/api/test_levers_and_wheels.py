@@ -72,3 +72,8 @@ def test_a_wheel_may_be_anywhere():
     log = recorded(4000.0 + 20.0 * t - 3.0 * np.cos(t), 0.0)
     run = sf.simulate(log, model(arm=0.0, kind='continuous'))
     assert np.isfinite(run.simulated['position']).all()
+
+
+def test_one_number_is_the_armature_of_each_joint():
+    content = sf.Model.from_urdf(model().content.urdf, ROTOR).content
+    assert content.joints['j'].armature.value == ROTOR
