@@ -75,15 +75,15 @@ def test_the_steps_by_hand_are_the_diagnosis(search):
 
 
 def test_an_effort_that_is_repeated_is_taken_where_a_new_one_came():
-    """At a tenth of the rate; the others are of an earlier time, and would read as a cause."""
+    """At a fifth of the rate; the others are of an earlier time, and would read as a cause."""
     whole = log()
-    held = replace(whole, tau=whole.tau[np.arange(len(whole)) // 10 * 10])
+    held = replace(whole, tau=whole.tau[np.arange(len(whole)) // 5 * 5])
     recordings = Recordings.checked([held], MODEL.make_robot())
     (said,) = [check for check in recordings.checks if check.kind == 'held_effort']
-    assert 'at 20 Hz' in said.sentence
+    assert 'at 40 Hz' in said.sentence
     (kept,) = recordings.logs
-    np.testing.assert_array_equal(kept.tau, whole.tau[10::10])
-    np.testing.assert_array_equal(kept.q, whole.q[10::10])
+    np.testing.assert_array_equal(kept.tau, whole.tau[5::5])
+    np.testing.assert_array_equal(kept.q, whole.q[5::5])
 
 
 def test_data_of_no_use_are_refused_by_their_own_step():
