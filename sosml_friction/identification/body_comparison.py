@@ -21,8 +21,8 @@ from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.settings import DiagnosisSettings
 
-#: What repeats over position is noise beside bodies, and its hundreds of lines are a quarter of
-#: the time of a comparison, and of an hour most of its memory.
+#: What repeats over position is noise beside bodies, and its hundreds of lines are much of the
+#: time of a comparison, and of an hour most of its memory.
 WITHOUT = ('cogging',)
 
 
