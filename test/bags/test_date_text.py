@@ -41,8 +41,10 @@ def test_one_date_of_the_file_tells_the_order_of_all():
         assert np.diff(read_dates(texts)) > 0.0
     assert np.diff(read_dates(['04.03.2026 23:59:59.5', '05.03.2026 00:00:00.5'])) == 1.0
     with pytest.raises(ValueError, match='may have the day first or the month') as caught:
-        read_dates(['', '03/04/2026 10:00:00'])
+        read_dates(['', '03/04/2026 10:00:00', '04/04/2026 10:00:00'])
     assert caught.value.args[0] == 1
+    # Of one day, differences are the same in either order.
+    assert np.diff(read_dates(['03/04/2026 10:00:00', '03/04/2026 10:00:01'])) == 1.0
 
 
 def test_minutes_and_seconds_need_no_hours():
