@@ -219,7 +219,7 @@ def _ripples(
     joints: Sequence[int],
     named: FloatArray,
 ) -> list[Leftover]:
-    """Return the strongest ripple of friction of each joint that has one beyond chance."""
+    """Return the strongest ripple of friction of each joint."""
     # Motion that repeats turns around at the same places.
     clear = laboratory.split(far & clear_of_turns(laboratory))
     parts = laboratory.split(left)

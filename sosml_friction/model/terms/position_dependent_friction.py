@@ -22,8 +22,8 @@ class PositionDependentFriction(EffortTerm):
     """
     Add s (A cos w q + B sin w q): friction with w periods per rad or m, its sign by direction.
 
-    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel, and the
-    multiples of half a period in the range of motion, which together make any course.
+    ``frequency`` w [rad/rad or rad/m]: 1 and 2 per turn, as of an eccentric wheel; along a slide
+    the multiples of half a period in the range of motion, which together make any course.
     """
 
     identifier: ClassVar[str] = 'position_dependent_friction'
@@ -42,11 +42,10 @@ class PositionDependentFriction(EffortTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        half = np.pi / float(signals.scales.span[joint])
-        found = {k * half for k in range(1, 2 * _PERIODS + 1)}
         if signals.length_unit(joint) == 'rad':
-            found |= {1.0, 2.0}
-        return tuple({'frequency': w} for w in sorted(found))
+            return ({'frequency': 1.0}, {'frequency': 2.0})
+        half = np.pi / float(signals.scales.span[joint])
+        return tuple({'frequency': k * half} for k in range(1, 2 * _PERIODS + 1))
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""
