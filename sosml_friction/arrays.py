@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The types of arrays: their shapes stand where they are used."""
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,3 +12,5 @@ FloatArray = NDArray[np.float64]
 ColumnArray = NDArray[Any]
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.int64]
+#: What an array holds, where a function returns some of it.
+Entry = TypeVar('Entry', bound=np.generic)

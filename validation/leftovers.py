@@ -1,13 +1,14 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
 """
-What free curves explain of recordings without an effect, on three plants: the floors' origin.
+What curves and ripples explain of recordings without an effect, on three plants: floors' origin.
 
     python -m validation.leftovers --seed 1
 
 The plants are those of ``axis_campaign``, ``campaign`` and ``mujoco_campaign``. Of each joint: the
-energy of its largest curve as a share of that of noise, and the share of what is left that all of
-its curves explain together (:mod:`sosml_friction.diagnosis.decision.remainder`).
+energy of its largest curve and of its largest ripple as a share of that of noise, and the share of
+what is left that all of its curves explain together
+(:mod:`sosml_friction.diagnosis.decision.remainder`).
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +17,13 @@ import numpy as np
 from mcap.records import Channel, Schema
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.bag_files import mcap_files
+from sosml_friction.bags.bag_metadata import (
+    METADATA,
+    as_mapping,
+    read_metadata,
+    refuse_compressed_messages,
+)
 from sosml_friction.bags.chunk_data import Region
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_state_layout import FIELDS
@@ -28,11 +34,10 @@ from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, 
 from sosml_friction.bags.other_bag import copy_bag, is_other_bag
 from sosml_friction.bags.serialization import deserialize, plain_string, plain_temperature
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
+from sosml_friction.bags.topic import Topic, merge_topics
 from sosml_friction.bags.wrap import unwrapped
 from sosml_friction.exceptions import BagError, ConfigurationError
-from sosml_friction.yaml_text import parse_yaml, read_yaml
-
-_ROSBAG2 = 'rosbag2_bagfile_information'
+from sosml_friction.yaml_text import parse_yaml
 
 
 class WantedMotion(NamedTuple):
@@ -48,21 +53,6 @@ class WantedMotion(NamedTuple):
     times: FloatArray
     positions: FloatArray
     velocities: FloatArray | None
-
-
-@dataclass
-class _Topic:
-    """The messages of one topic: parallel arrays in order of log time."""
-
-    type_name: str
-    encoding: str
-    region: IndexArray
-    offset: IndexArray
-    length: IndexArray
-    log_time_ns: IndexArray
-
-    def __len__(self) -> int:
-        return len(self.log_time_ns)
 
 
 class Bag:
@@ -83,10 +73,10 @@ class Bag:
         self._namespace = None if namespace is None else '/' + namespace.strip('/')
         self._regions: list[Region] = scans[0].regions
         self._scans = scans
-        self._topics = _merge_topics(path, scans)
+        self._topics = merge_topics(path, scans)
         self.messages_read = sum(len(topic) for topic in self._topics.values())
         information, said = _information(path, scans)
-        _refuse_compressed_messages(path, information)
+        refuse_compressed_messages(path, information)
         counted = information[0].get('message_count') if information else None
         self._counted = counted if isinstance(counted, int) and counted > 0 else None
         damage = [f'{s.path.name} {reason}' for s in scans for reason in s.damage]
@@ -106,7 +96,7 @@ class Bag:
         self.tags = {
             str(key): str(value)
             for part in information
-            for key, value in (_mapping(part.get('custom_data'))).items()
+            for key, value in (as_mapping(part.get('custom_data'))).items()
         }
         if not self.messages_read:
             found = f', or try sosml repair ({", ".join(damage)})' if damage else ''
@@ -117,15 +107,15 @@ class Bag:
 
     def _miscounted(self, information: Sequence[dict[Any, Any]]) -> list[str]:
         """Return what metadata.yaml counts otherwise than the files of the bag have it."""
-        if not (self.path / 'metadata.yaml').is_file() or not information:
+        if not (self.path / METADATA).is_file() or not information:
             return []
         stated = information[0].get('message_count')
         if isinstance(stated, int) and stated != self.messages_read:
             return [f'metadata.yaml counts {stated} messages']
         entries = information[0].get('topics_with_message_count')
         for entry in entries if isinstance(entries, list) else ():
-            topic = _mapping(_mapping(entry).get('topic_metadata'))
-            name, count = topic.get('name'), _mapping(entry).get('message_count')
+            topic = as_mapping(as_mapping(entry).get('topic_metadata'))
+            name, count = topic.get('name'), as_mapping(entry).get('message_count')
             found = self._topics.get(str(name))
             kind = '' if found is None else found.type_name
             if (0 if found is None else len(found)) != count or kind not in (
@@ -158,7 +148,7 @@ class Bag:
             weakref.finalize(bag, shutil.rmtree, place, ignore_errors=True)
             bag.path = path
             return bag
-        files = _mcap_files(path)
+        files = mcap_files(path)
         regions: list[Region] = []
         return cls(path, namespace, [scan(file, regions, beyond) for file in files])
 
@@ -247,7 +237,7 @@ class Bag:
         for log_time_ns, cdr in self.messages(name):
             yield log_time_ns, self._decode(name, log_time_ns, cdr)
 
-    def _decodable(self, topic: str) -> _Topic:
+    def _decodable(self, topic: str) -> Topic:
         entry = self._topics[topic]
         if entry.encoding != 'cdr':
             raise BagError(
@@ -377,7 +367,7 @@ class Bag:
             text = str(self._decode(topic, int(entry.log_time_ns[-1]), last).data)
         return text
 
-    def _in_namespace(self) -> dict[str, _Topic]:
+    def _in_namespace(self) -> dict[str, Topic]:
         """Return the topics of the chosen namespace, or all."""
         if self._namespace is None:
             return self._topics
@@ -540,79 +530,14 @@ class Bag:
         return temperature
 
 
-def _mcap_files(path: Path) -> list[Path]:
-    """Return the MCAP files of a bag in the order they were recorded."""
-    if not path.exists():
-        raise BagError(f'{path} does not exist: give a bag folder or file')
-    if path.is_file():
-        return [path]
-    try:
-        names = sorted(file.name for file in path.iterdir() if file.is_file())
-    except OSError as error:
-        raise BagError(f'{path} cannot be read: {error.strerror}') from error
-    files = [name for name in names if name.endswith('.mcap')]
-    if files:
-        # name_2.mcap comes before name_10.mcap.
-        files.sort(
-            key=lambda name: [int(p) if p.isdigit() else p for p in re.split(r'(\d+)', name)]
-        )
-        return [path / name for name in files]
-    packed = [name for name in names if name.endswith(('.mcap.zstd', '.db3.zstd'))]
-    if packed:
-        raise BagError(
-            f'{path} holds compressed files only ({packed[0]}): unpack them with `zstd -d`, or '
-            'record with --storage-preset-profile zstd_fast, which is read directly'
-        )
-    raise BagError(
-        f'{path} is no bag: the folder holds no .mcap or .db3 file; give the folder of one bag'
-    )
-
-
-def _merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, _Topic]:
-    """Join the channels of all files that carry the same topic."""
-    parts: dict[str, list[tuple[McapScan, int]]] = {}
-    kinds: dict[str, tuple[str, str]] = {}
-    for found in scans:
-        for channel_id, channel in found.channels.items():
-            kind = (found.type_name(channel), channel.message_encoding)
-            if kinds.setdefault(channel.topic, kind) != kind:
-                raise BagError(
-                    f'{channel.topic} in {path} is both {kinds[channel.topic][0]} and {kind[0]}: '
-                    'remap one of the two publishers and record again'
-                )
-            parts.setdefault(channel.topic, []).append((found, channel_id))
-    topics = {}
-    for name, channels in parts.items():
-        indexes = [found.messages[channel_id] for found, channel_id in channels]
-        region, offset, length, log_time_ns = (
-            np.concatenate([np.array(getattr(index, what), dtype=np.int64) for index in indexes])
-            for what in ('region', 'offset', 'length', 'log_time_ns')
-        )
-        # Equal log times keep the order of the file.
-        order = np.lexsort((offset, region, log_time_ns))
-        topics[name] = _Topic(
-            *kinds[name], region[order], offset[order], length[order], log_time_ns[order]
-        )
-    return topics
-
-
-def _mapping(value: Any) -> dict[Any, Any]:
-    return value if isinstance(value, dict) else {}
-
-
 def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, Any]], list[str]]:
     """Return what rosbag2 wrote about the bag, beside the files and in them, and its damage."""
     parts, damage = [], []
-    beside = path / 'metadata.yaml'
-    if beside.is_file():
-        try:
-            document = _mapping(read_yaml(beside)).get(_ROSBAG2)
-        # The messages do not depend on it, so a broken metadata.yaml is no reason to stop.
-        except ConfigurationError:
-            document = None
-        if not isinstance(document, dict):
-            damage.append('metadata.yaml cannot be read')
-        parts.append(_mapping(document))
+    if (path / METADATA).is_file():
+        stated = read_metadata(path)
+        if stated is None:
+            damage.append(f'{METADATA} cannot be read')
+        parts.append(stated or {})
     for found in scans:
         for record in found.metadata:
             if record.name != 'rosbag2':
@@ -622,19 +547,10 @@ def _information(path: Path, scans: Sequence[McapScan]) -> tuple[list[dict[Any, 
             try:
                 if checksum is not None and checksum != text_checksum(text):
                     raise ConfigurationError('the checksum does not match')
-                parts.append(_mapping(parse_yaml(text, beside.name)))
+                parts.append(as_mapping(parse_yaml(text, METADATA)))
             except ConfigurationError:
                 damage.append(f'{found.path.name} has damaged tags')
-    tags = [own for part in parts if (own := _mapping(part.get('custom_data')))]
+    tags = [own for part in parts if (own := as_mapping(part.get('custom_data')))]
     if any(own != tags[-1] for own in tags):
         damage.append('its tags are stated in two ways')
     return parts, damage
-
-
-def _refuse_compressed_messages(path: Path, information: Sequence[dict[Any, Any]]) -> None:
-    modes = {str(part.get('compression_mode') or '').lower() for part in information}
-    if 'message' in modes:
-        raise BagError(
-            f'{path} was recorded with --compression-mode message, which is not read: record with '
-            '--storage-preset-profile zstd_fast instead'
-        )

@@ -11,12 +11,16 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray, IndexArray
+from sosml_friction.bags.bag_metadata import (
+    as_mapping,
+    read_metadata,
+    refuse_compressed_messages,
+)
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.message_types import JOINT_STATE, STRING, TEMPERATURE, TRAJECTORY
 from sosml_friction.bags.recorder import BagRecorder
-from sosml_friction.exceptions import BagError, ConfigurationError
-from sosml_friction.yaml_text import read_yaml
+from sosml_friction.exceptions import BagError
 
 SUFFIXES = ('.db3', '.bag')
 _QUANTITIES = ('position', 'velocity', 'effort')
@@ -51,14 +55,9 @@ def copy_bag(source: Path, destination: Path) -> Path:
     if source.suffix == '.bag':
         log, description = _read_ros1(source)
         return write_joint_log(log, destination, description)
-    information = _information(source)
-    if str(information.get('compression_mode') or '').lower() == 'message':
-        raise BagError(
-            f'{source} was recorded with --compression-mode message, which is not read: record '
-            'without it'
-        )
-    tags = information.get('custom_data')
-    with BagRecorder(destination, tags if isinstance(tags, dict) else None) as recorder:
+    information = read_metadata(source if source.is_dir() else source.parent) or {}
+    refuse_compressed_messages(source, [information])
+    with BagRecorder(destination, as_mapping(information.get('custom_data'))) as recorder:
         for file in other_files(source):
             for topic, type_name, stamp, cdr in _messages(file):
                 recorder.add_topic(topic, type_name)
@@ -70,17 +69,6 @@ def copy_bag(source: Path, destination: Path) -> Path:
                 'record joint_states'
             )
     return destination
-
-
-def _information(source: Path) -> dict[str, Any]:
-    """Return what metadata.yaml beside the files says, {} where there is none."""
-    path = (source if source.is_dir() else source.parent) / 'metadata.yaml'
-    try:
-        found = read_yaml(path)['rosbag2_bagfile_information'] if path.is_file() else {}
-    # The messages do not depend on it.
-    except (ConfigurationError, KeyError, TypeError):
-        found = {}
-    return found if isinstance(found, dict) else {}
 
 
 def _messages(file: Path) -> Iterator[tuple[str, str, int, bytes]]:

@@ -153,7 +153,7 @@ def _as_typed(
         p.replace(annotation=hints[p.name], kind=inspect.Parameter.KEYWORD_ONLY)
         for p in own.values()
     ]
-    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    vars(command)['__signature__'] = inspect.Signature(parameters)
     command.__annotations__ = {p.name: hints[p.name] for p in parameters}
     return command
 

@@ -8,9 +8,7 @@ from typing import Any
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.diagnosis.data_checks import (
-    Check,
-)
+from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
@@ -20,9 +18,7 @@ from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.design import Design
-from sosml_friction.diagnosis.extended_model.effort_error import (
-    stages,
-)
+from sosml_friction.diagnosis.extended_model.effort_error import stages
 from sosml_friction.diagnosis.extended_model.gain import Gain
 from sosml_friction.diagnosis.extended_model.simulator_gain import SimulatorGain
 from sosml_friction.diagnosis.judgement import Judgement

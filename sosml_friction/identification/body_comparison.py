@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from sosml_friction.regression.settings import DiagnosisSettings
 
 #: What repeats over position is noise beside bodies, and its hundreds of lines are much of the
 #: time of a comparison, and of an hour most of its memory.
-WITHOUT = ('cogging',)
+_WITHOUT = ('cogging',)
 
 
 @dataclass(frozen=True)
@@ -68,17 +69,9 @@ class BodyComparison:
             return cls()
         bare = replace(model, effects=())
         settings = DiagnosisSettings(end_stops=True)
-
-        def fit_with(
-            model: RobotModelFile,
-            terms: Sequence[str],
-            tolerance: float | None,
-            settled: bool = True,
-        ) -> TermFit:
-            return fit_terms(logs, model, terms, settings, step, tolerance, settled, WITHOUT)
-
+        fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
         try:
-            fit = fit_with(bare, FRICTION, tolerance, settled=False)
+            fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
         except DataError as error:
             if unknown:
                 raise DataError(
@@ -94,14 +87,14 @@ class BodyComparison:
             return cls(rotors, _timing(fit, logs), doubt)
         shown = [term.label for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
         step('fitting beside the friction that the data show')
-        again = fit_with(bare, (*NOMINAL, *shown), fit.body.tolerance)
+        again = fit_with(bare, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
         fit = replace(again, body=fit.body)
         body = BodyRefit.of(fit, model)
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            last = fit_with(fitted, (*NOMINAL, *shown), fit.body.tolerance)
+            last = fit_with(fitted, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
         return cls(body, _timing(fit, logs))
 

@@ -79,6 +79,5 @@ def _axis(fit: TermFit, axis: str, joint: int) -> FloatArray:
             'load': s.motion.load, 'effort': s.torque, 'acceleration': s.a,
         }.get(axis)  # fmt: skip
         whole = s.time if values is None else values[:, joint]
-        count = s.band.count(len(s.q))
-        parts.append(whole[s.band.first :: s.band.factor][:count][ORDER:])
+        parts.append(s.band.at_rows(whole)[ORDER:])
     return np.concatenate(parts)

@@ -8,9 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
 from scipy.signal import firwin
 
-from sosml_friction.arrays import ColumnArray, FloatArray
+from sosml_friction.arrays import ColumnArray, Entry, FloatArray
 from sosml_friction.model.finite_differences import convolved
 
 #: Samples kept per cycle of the cut-off: Nyquist's 2, and room for the filter's transition.
@@ -58,6 +59,10 @@ class Band:
     def count(self, samples: int) -> int:
         """Return the number of filtered samples that ``samples`` give."""
         return max(0, (samples - 2 * self.half - 1) // self.factor + 1)
+
+    def at_rows(self, x: NDArray[Entry]) -> NDArray[Entry]:
+        """Return the samples of ``x`` (N, ...) that filtered ones belong to, (count(N), ...)."""
+        return x[self.first :: self.factor][: self.count(len(x))]
 
     def apply(self, x: ColumnArray) -> ColumnArray:
         """Return ``x`` (N, ...) filtered and decimated, (count(N), ...), in its precision."""

@@ -7,12 +7,11 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.arrays import FloatArray
+from sosml_friction.arrays import Entry, FloatArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Inner, Term
@@ -39,7 +38,6 @@ from sosml_friction.regression.whitening import Whitening
 
 #: Fewest whitened rows of a block. Chosen, no measurement.
 _BLOCK_ROWS = 20
-_Entry = TypeVar('_Entry', bound=np.generic)
 
 
 @dataclass(frozen=True)
@@ -176,7 +174,7 @@ class WhitenedRegression:
         """
         return _joined(self.rows.residual), _joined(self.rows.nominal_columns)
 
-    def split(self, rows: NDArray[_Entry]) -> list[NDArray[_Entry]]:
+    def split(self, rows: NDArray[Entry]) -> list[NDArray[Entry]]:
         """Return what has one entry per whitened row as one array per stretch."""
         ends = np.cumsum([len(part) - ORDER for part in self.rows.residual])[:-1]
         return np.split(rows, ends)

@@ -66,7 +66,7 @@ def flag_names(word: int) -> str:
 
 
 class ControlMode(IntEnum):
-    """Which of its loops the motor runs ."""
+    """Which of its loops the motor runs."""
 
     CURRENT = 1
     SPEED = 2

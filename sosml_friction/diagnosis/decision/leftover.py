@@ -37,6 +37,13 @@ class Leftover:
     period: float = 0.0
 
     @property
+    def form(self) -> str:
+        """Return what it is: a tone, a ripple, a power of speed or a free curve."""
+        if self.hertz:
+            return 'tone'
+        return 'ripple' if self.period else 'power of speed' if self.instead else 'free curve'
+
+    @property
     def beyond_chance(self) -> bool:
         """Tell whether it is more than noise and the model's own uncertainty make of it."""
         return self.energy > self.floor

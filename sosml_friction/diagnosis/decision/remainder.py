@@ -29,6 +29,7 @@ from sosml_friction.regression.curves.elsewhere import Elsewhere
 from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
+from sosml_friction.regression.noise_model import ORDER
 from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -201,7 +202,7 @@ def _tones(
     longest = max(range(len(parts)), key=lambda k: len(parts[k]))
     signals, rows = laboratory.signals[longest], parts[longest]
     band = signals.band
-    q = signals.q[band.first :: band.factor][: band.count(len(signals.q))][-len(rows) :]
+    q = band.at_rows(signals.q)[ORDER:]
     for i in joints:
         tone = strongest_tone(rows[:, i], laboratory.noise[i], band.output_step, band.cutoff)
         if tone.share < _TONE_SHARE or tone.chance > _TONE_CHANCE:
@@ -227,15 +228,14 @@ def _ripples(
     for i in joints:
         stretches, speeds = [], []
         for signals, rows, own in zip(laboratory.signals, parts, clear, strict=True):
-            band, at = signals.band, own[:, i]
             q, v, sign = (
-                x[band.first :: band.factor, i][: band.count(len(x))][-len(rows) :][at]
+                signals.band.at_rows(x[:, i])[ORDER:][own[:, i]]
                 for x in (signals.q, signals.v, signals.sign)
             )
-            stretches.append(Stretch(rows[at, i], q, sign))
+            stretches.append(Stretch(rows[own[:, i], i], q, sign))
             speeds.append(np.abs(v))
         first = laboratory.signals[0]
-        # Half of the rows have it within the band; otherwise where cogging is looked for.
+        # Where cogging is looked for, as far as half of the rows have it within the band.
         usual = max(float(np.median(np.concatenate([*speeds, [0.0]]))), 1e-300)
         tried = np.array([float(inner['frequency']) for inner in Cogging().grid(first, i)])
         tried = tried[tried < 2.0 * np.pi * first.band.cutoff / usual]

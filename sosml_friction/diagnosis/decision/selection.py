@@ -47,6 +47,10 @@ class Selection:
         """Return what is left, and what the BIC asks for the parameters of the accepted."""
         return self.after.cost + sum(f.score.gain - f.delta_bic for f in self.accepted)
 
+    def others(self, k: int) -> tuple[Finding, ...]:
+        """Return the accepted causes but for one."""
+        return (*self.accepted[:k], *self.accepted[k + 1 :])
+
     def refitted(self, laboratory: WhitenedRegression, accepted: Iterable[Finding]) -> 'Selection':
         """Return it with these causes accepted, fitted together."""
         accepted = tuple(accepted)

@@ -180,10 +180,9 @@ class Selector:
 
         Its inner parameters are those of the model then, as far as these data know them.
         """
-        twins = [f for f in rivals.top if f.effect.stated is not None and same_term(f, best)]
         if best.effect.stated is not None or best.failed:
             return best
-        for twin in twins:
+        for twin in (f for f in rivals.top if f.effect.stated is not None and same_term(f, best)):
             placed = [*(finding.placed for finding in result.accepted), best.placed]
             errors = estimate(self.laboratory, placed).inner_errors[-1]
             off = (abs(value - twin.inner[name]) for name, value in best.inner.items())
@@ -260,14 +259,13 @@ class Selector:
         while len(result.accepted) > 1:
             margins = []
             for k, finding in enumerate(result.accepted):
-                others = [f.columns for j, f in enumerate(result.accepted) if j != k]
-                fit = Fit.make(lab.system.extended(others), lab.y)
+                fit = result.refitted(lab, result.others(k)).fit
                 # Its products are with causes accepted before it, which others may be no more.
                 s = fit.score(finding.columns.beside_first(nominal))
                 margins.append(s.cv_gain - finding.floor)
             if min(margins) > 0.0:
                 break
-            result = result.refitted(lab, _without(result.accepted, int(np.argmin(margins))))
+            result = result.refitted(lab, result.others(int(np.argmin(margins))))
         return result
 
     def _without_impossible(self, result: Selection) -> Selection:
@@ -276,9 +274,8 @@ class Selector:
             k, reason = found
             taken = replace(result.accepted[k], objection=reason, failed=(reason,))
             self.scorer.refused[taken.key] = reason
-            result = replace(
-                result.refitted(self.laboratory, _without(result.accepted, k)), rejected=taken
-            )
+            fewer = result.refitted(self.laboratory, result.others(k))
+            result = replace(fewer, rejected=taken)
         return result
 
     def _impossible_one(self, result: Selection) -> tuple[int, str] | None:
@@ -290,10 +287,6 @@ class Selector:
             if reason := self.scorer.objection(*place, amplitude, error):
                 return k, reason
         return None
-
-
-def _without(accepted: Sequence[Finding], k: int) -> list[Finding]:
-    return [*accepted[:k], *accepted[k + 1 :]]
 
 
 def is_half_the_truth(result: Selection) -> bool:

@@ -28,9 +28,8 @@ def shown_gate(selector: Selector, selection: Selection) -> Selection:
         at = [k for k, f in enumerate(selection.accepted) if f.reported(names) in hidden]
         if len(told) < 2 or not at:
             break
-        taken = replace(selection.accepted[at[-1]], failed=(NOT_SHOWN,))
-        fewer = (*selection.accepted[: at[-1]], *selection.accepted[at[-1] + 1 :])
-        selection = selector.settled(
-            replace(selection, accepted=fewer, rejected=taken, masked=None)
-        )
+        last = at[-1]
+        taken = replace(selection.accepted[last], failed=(NOT_SHOWN,))
+        fewer = replace(selection, accepted=selection.others(last), rejected=taken, masked=None)
+        selection = selector.settled(fewer)
     return selection

@@ -24,10 +24,10 @@ def sliding(laboratory: WhitenedRegression) -> BoolArray:
     beside the reversal. A motion that is as slow and keeps its direction is a motion.
     """
     parts = []
-    for signals, rows in zip(laboratory.signals, laboratory.rows.residual, strict=True):
+    for signals in laboratory.signals:
         band, scales = signals.band, signals.scales
         stuck = still(signals.q, band, scales.sign_limit, scales.speed)
-        parts.append(stuck[band.first :: band.factor][: len(rows)][ORDER:])
+        parts.append(band.at_rows(stuck)[ORDER:])
     result = far_from_reversals(laboratory, laboratory.system.Z)
     for own, stuck in zip(result.T, np.concatenate(parts).T, strict=True):
         for begin, end in runs(np.ascontiguousarray(stuck)):

@@ -42,6 +42,7 @@ class PositionDependentFriction(EffortTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
+        # More of them leave a UR10e with twice its effort: the noise is what no column explains.
         if signals.length_unit(joint) == 'rad':
             return ({'frequency': 1.0}, {'frequency': 2.0})
         half = np.pi / float(signals.scales.span[joint])

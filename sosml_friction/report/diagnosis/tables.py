@@ -185,7 +185,7 @@ def controls(diagnosis: Diagnosis) -> str:
     for i, name in enumerate(diagnosis.names):
         if (most := selection.remainder.largest(i)) is not None:
             share, floor = percent(most.energy / known[i]), percent(most.floor / known[i])
-            rows.append((f'{most.axis}, {name}', share, floor, 'free curve'))
+            rows.append((f'{most.axis}, {name}', share, floor, most.form))
     columns = {'candidate': '', 'removed on data left out': 'n', 'floor': 'n', '': ''}
     return (
         f'<p>{settings.nulls} recordings along the same motion were '

@@ -1,0 +1,62 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""The messages of a topic, in all files of a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sosml_friction.arrays import IndexArray
+from sosml_friction.bags.mcap_scan import McapScan
+from sosml_friction.exceptions import BagError
+
+
+@dataclass
+class Topic:
+    """Hold where the messages of one topic are: parallel arrays in order of log time."""
+
+    type_name: str
+    encoding: str
+    region: IndexArray
+    offset: IndexArray
+    length: IndexArray
+    log_time_ns: IndexArray
+
+    def __len__(self) -> int:
+        return len(self.log_time_ns)
+
+
+def merge_topics(path: Path, scans: Sequence[McapScan]) -> dict[str, Topic]:
+    """
+    Join the channels of all files that carry the same topic.
+
+    :raises BagError: if a topic has two types.
+    """
+    parts: dict[str, list[tuple[McapScan, int]]] = {}
+    kinds: dict[str, tuple[str, str]] = {}
+    for found in scans:
+        for channel_id, channel in found.channels.items():
+            kind = (found.type_name(channel), channel.message_encoding)
+            if kinds.setdefault(channel.topic, kind) != kind:
+                raise BagError(
+                    f'{channel.topic} in {path} is both {kinds[channel.topic][0]} and {kind[0]}: '
+                    'remap one of the two publishers and record again'
+                )
+            parts.setdefault(channel.topic, []).append((found, channel_id))
+    topics = {}
+    for name, channels in parts.items():
+        indexes = [found.messages[channel_id] for found, channel_id in channels]
+        region, offset, length, log_time_ns = (
+            np.concatenate([np.array(getattr(index, what), dtype=np.int64) for index in indexes])
+            for what in ('region', 'offset', 'length', 'log_time_ns')
+        )
+        # Equal log times keep the order of the file.
+        order = np.lexsort((offset, region, log_time_ns))
+        topics[name] = Topic(
+            *kinds[name], region[order], offset[order], length[order], log_time_ns[order]
+        )
+    return topics
