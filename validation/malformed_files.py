@@ -18,8 +18,8 @@ from scipy.io import savemat
 
 from sosml_friction.actuators.driver.configuration import DriverConfiguration, read_parameters
 from sosml_friction.actuators.servo.dbc import Mode, ServoCommand, ServoDbc
-from sosml_friction.bags.importer import read_recording
-from sosml_friction.bags.mapping import read_mapping
+from sosml_friction.bags.tables.importer import read_recording
+from sosml_friction.bags.tables.mapping import read_mapping
 from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import parse_model, read_model
 from sosml_friction.model.robot import Robot

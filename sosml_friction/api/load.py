@@ -5,10 +5,10 @@
 from pathlib import Path
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.data_file import SUFFIXES
-from sosml_friction.bags.importer import read_recording
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.mapping import read_mapping
+from sosml_friction.bags.tables.data_file import SUFFIXES
+from sosml_friction.bags.tables.importer import read_recording
+from sosml_friction.bags.tables.mapping import read_mapping
 from sosml_friction.exceptions import ConfigurationError, DataError
 
 
@@ -23,7 +23,7 @@ def load(
 
     :param source: a bag (folder or file), or a table of any kind that sosml import reads.
     :param mapping: of a table, the YAML file that says which variable is what, in which unit; see
-        :mod:`sosml_friction.bags.mapping`.
+        :mod:`sosml_friction.bags.tables.mapping`.
     :param namespace: which robot, where a bag holds several.
     :param rate: samples per second [Hz], where the mapping of a table has no time.
     :return: the measured motion in SI units: ``t_ns`` (N,), ``q``, ``v``, ``tau`` (N, n), NaN

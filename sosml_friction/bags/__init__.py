@@ -1,3 +1,3 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: MCAP bags written, read and recovered; importers; JointLog."""
+"""Recordings: MCAP bags written, read and recovered; other bags; JointLog."""

@@ -134,8 +134,8 @@ def _guess(
     file: Path, urdf: Path | None, rate: float | None, out: Path | None, json: bool
 ) -> None:
     """Write the mapping that a file speaks for."""
-    from sosml_friction.bags.data_file import DataFile
-    from sosml_friction.bags.guess import guess_mapping
+    from sosml_friction.bags.tables.data_file import DataFile
+    from sosml_friction.bags.tables.guess import guess_mapping
 
     path = out if out is not None else Path(f'{file.stem}.yaml')
     if path.exists():

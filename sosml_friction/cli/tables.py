@@ -19,7 +19,7 @@ from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
 if TYPE_CHECKING:
-    from sosml_friction.bags.data_file import DataFile
+    from sosml_friction.bags.tables.data_file import DataFile
     from sosml_friction.model.model_folder import RobotModelFile
 
 
@@ -204,7 +204,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
 
 def _no_table(path: Path, option: str) -> str:
     """Return why a recording with an option of columns is no table, and what to do."""
-    from sosml_friction.bags.data_file import SUFFIXES
+    from sosml_friction.bags.tables.data_file import SUFFIXES
 
     if not path.exists():
         return f'{path} does not exist: give the path of a table or a bag'
@@ -292,8 +292,8 @@ def make_bag(
     :param urdf: names and kinds of the joints; ``urdf_file``: goes into the bag.
     :raises ConfigurationError: if a mapping and columns are stated, or neither.
     """
-    from sosml_friction.bags.importer import import_recording
-    from sosml_friction.bags.mapping import parse_mapping, read_mapping
+    from sosml_friction.bags.tables.importer import import_recording
+    from sosml_friction.bags.tables.mapping import parse_mapping, read_mapping
 
     if said['mapping'] is not None:
         columns = [n for n in _COLUMNS if said[n] is not None and n != 'rate']
@@ -319,9 +319,9 @@ def stated_mapping(
 
     :raises ConfigurationError: if they do not say what is needed.
     """
-    from sosml_friction.bags.data_file import DataFile
-    from sosml_friction.bags.mapping import NO_POSITION
-    from sosml_friction.bags.stated_columns import Columns, map_columns
+    from sosml_friction.bags.tables.data_file import DataFile
+    from sosml_friction.bags.tables.mapping import NO_POSITION
+    from sosml_friction.bags.tables.stated_columns import Columns, map_columns
 
     if said['position'] is None and said['velocity'] is not None:
         raise ConfigurationError(f'{table}: {NO_POSITION.format(said["velocity"])}')
@@ -348,7 +348,7 @@ def stated_mapping(
 
 def _with_unit(data: DataFile, current: str) -> str:
     """Return a column of current with its unit: as stated, as its header says, else A."""
-    from sosml_friction.bags.header_words import read_header
+    from sosml_friction.bags.tables.header_words import read_header
 
     if ':' in current:
         return current

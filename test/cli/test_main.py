@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from slider_bags import text_bag
 
-from sosml_friction.bags.data_file import SUFFIXES
+from sosml_friction.bags.tables.data_file import SUFFIXES
 from sosml_friction.cli import main
 from sosml_friction.cli.app import app
 from sosml_friction.cli.options import IMPORTED

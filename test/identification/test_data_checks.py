@@ -13,8 +13,8 @@ import pytest
 from scipy.signal import lfilter
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.importer import import_recording
 from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.bags.tables.importer import import_recording
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.data_checks import SHORTEST_S, check_data
 from sosml_friction.identification.data_finding import NOTE

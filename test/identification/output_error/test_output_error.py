@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from sosml_friction.bags.importer import import_recording
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.recorded_robot import read_recorded_robot
+from sosml_friction.bags.tables.importer import import_recording
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.output_error.controlled import fit_output_error
 from sosml_friction.identification.output_error.fits import first_guess, fit_controlled

@@ -12,7 +12,7 @@ from known_robots import slider_model
 from scipy.io import loadmat
 
 from sosml_friction.bags.bag import Bag
-from sosml_friction.bags.importer import import_recording
+from sosml_friction.bags.tables.importer import import_recording
 from sosml_friction.diagnosis.model_simulation import simulate_model
 from sosml_friction.model.model_folder import EffectTerm
 from sosml_friction.model.parameter import Parameter

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sosml_friction.bags.cell_text import is_missing, is_number, number, numbers
-from sosml_friction.bags.date_text import read_dates
-from sosml_friction.bags.long_table import widened
-from sosml_friction.bags.text_table import read_text_table
+from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
+from sosml_friction.bags.tables.date_text import read_dates
+from sosml_friction.bags.tables.long_table import widened
+from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
 TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
@@ -43,7 +43,7 @@ class DataFile(Mapping[str, NDArray[Any]]):
     """
     Map the names of a file's variables to arrays of numbers, dimensions of length 1 removed.
 
-    Text (columns, see :mod:`sosml_friction.bags.text_table`), MAT (fields of structs as
+    Text (columns, see :mod:`sosml_friction.bags.tables.text_table`), MAT (fields of structs as
     ``struct.field``), NPZ, NPY, Parquet and JSON: a list of records, an object of lists, or a
     record in each line. A field of an array of structs or records is a table. What has no names
     is called by number, counted from 0; ``rows`` or ``columns`` give names to a table that has

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from sosml_friction.bags import data_file
-from sosml_friction.bags.data_file import DataFile
+from sosml_friction.bags.tables import data_file
+from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.exceptions import DataError
 
 T = np.arange(6) * 0.5

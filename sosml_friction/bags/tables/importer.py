@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.bags.controllers import CONTROLLER_TAG
-from sosml_friction.bags.data_file import DataFile
 from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
-from sosml_friction.bags.mapping import (
+from sosml_friction.bags.sampling import repeated_rows
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.mapping import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
     TIME_UNITS,
@@ -28,7 +29,6 @@ from sosml_friction.bags.mapping import (
     Signal,
     read_mapping,
 )
-from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
@@ -63,8 +63,8 @@ def import_recording(
 
     :param mapping: a file, or what was read from one.
     :param tell: is given a sentence on everything that was done to the data unasked.
-    :raises ConfigurationError: if the mapping is wrong (see :mod:`sosml_friction.bags.mapping`)
-        or a joint is not in its URDF.
+    :raises ConfigurationError: if the mapping is wrong (see
+        :mod:`sosml_friction.bags.tables.mapping`) or a joint is not in its URDF.
     :raises DataError: if the file does not hold what the mapping says, or time does not increase.
     :raises BagError: if the bag exists or cannot be written.
     """

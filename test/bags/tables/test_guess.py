@@ -12,12 +12,12 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.guess import guess_mapping
-from sosml_friction.bags.header_words import read_header
-from sosml_friction.bags.importer import read_recording
-from sosml_friction.bags.mapping import FILL_IN, parse_mapping
-from sosml_friction.bags.stated_columns import Columns, map_columns
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.guess import guess_mapping
+from sosml_friction.bags.tables.header_words import read_header
+from sosml_friction.bags.tables.importer import read_recording
+from sosml_friction.bags.tables.mapping import FILL_IN, parse_mapping
+from sosml_friction.bags.tables.stated_columns import Columns, map_columns
 from sosml_friction.exceptions import ConfigurationError, DataError, SosmlFrictionError
 
 SPEEDS = {'rad/s': 1.0, 'deg/s': math.pi / 180, 'rpm': math.pi / 30, 'turns/s': 2 * math.pi}

@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.text_table import read_text_table
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import DataError
 
 NAMES = ('t', 'q [rad]', 'motor current (A)', 'dq', 'Temp')

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sosml_friction.bags.cell_text import is_number, number
+from sosml_friction.bags.tables.cell_text import is_number, number
 
 #: Fewer turns than these may be chance in a table of few rows. Chosen, no measurement.
 _TURNS = 10

@@ -5,8 +5,8 @@
 import numpy as np
 import pytest
 
-from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.guess import guess_mapping
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.guess import guess_mapping
 
 T = np.arange(400.0) * 0.005
 Q = {'elbow': np.sin(3.0 * T), 'wrist': np.cos(2.0 * T)}

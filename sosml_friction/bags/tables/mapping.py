@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sosml_friction.bags.header_words import known_unit, known_units
+from sosml_friction.bags.tables.header_words import known_unit, known_units
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.yaml_text import read_yaml
 

@@ -9,11 +9,11 @@ from itertools import combinations
 
 import numpy as np
 
-from sosml_friction.bags import series_evidence as evidence
-from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.mapping import NO_POSITION, UNITS
-from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.bags.recorded_columns import (
+from sosml_friction.bags.tables import series_evidence as evidence
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.mapping import NO_POSITION, UNITS
+from sosml_friction.bags.tables.proposed_mapping import Guess
+from sosml_friction.bags.tables.recorded_columns import (
     SAME,
     USUAL_POSITIONS,
     USUAL_VELOCITIES,

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from sosml_friction.bags.date_text import read_dates
+from sosml_friction.bags.tables.date_text import read_dates
 
 #: 2026-11-26 10:00:00.125 UTC.
 WHEN = 1795687200.125

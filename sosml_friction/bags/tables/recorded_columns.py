@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.bags import series_evidence as evidence
-from sosml_friction.bags.data_file import DataFile
-from sosml_friction.bags.header_words import HeaderWord, read_header
-from sosml_friction.bags.importer import recognised_wrap
-from sosml_friction.bags.mapping import FILL_IN, LINEAR_UNITS, UNITS
-from sosml_friction.bags.proposed_mapping import Guess
-from sosml_friction.bags.series_evidence import counts_samples
+from sosml_friction.bags.tables import series_evidence as evidence
+from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.header_words import HeaderWord, read_header
+from sosml_friction.bags.tables.importer import recognised_wrap
+from sosml_friction.bags.tables.mapping import FILL_IN, LINEAR_UNITS, UNITS
+from sosml_friction.bags.tables.proposed_mapping import Guess
+from sosml_friction.bags.tables.series_evidence import counts_samples
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 

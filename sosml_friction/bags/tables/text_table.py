@@ -10,8 +10,8 @@ from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
-from sosml_friction.bags.cell_text import is_missing, is_number
-from sosml_friction.bags.header_words import are_units, read_header
+from sosml_friction.bags.tables.cell_text import is_missing, is_number
+from sosml_friction.bags.tables.header_words import are_units, read_header
 from sosml_friction.exceptions import DataError
 
 #: Cells with the line each was read from, by name of the column.

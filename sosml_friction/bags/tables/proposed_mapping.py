@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
-from sosml_friction.bags.mapping import FILL_IN, open_places
+from sosml_friction.bags.tables.mapping import FILL_IN, open_places
 
 #: Words that YAML takes for something else.
 _YAML_WORDS = frozenset(('y', 'n', 'yes', 'no', 'on', 'off', 'true', 'false', 'null'))
