@@ -37,13 +37,13 @@ class BodyDoubt:
         weight = prior.copy()
         weight[own] /= UNIFORM
         # What is left beyond the noise makes the rows worth less, and not the tolerance.
-        more = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
-        A = fit.system.total / more + np.diag(fit.system.penalty() - prior + weight)
-        r = fit.target.r.sum(axis=(0, 1)) / more
-        scale = 1.0 / np.sqrt(np.diag(A))
-        inverse = np.linalg.inv(A * scale * scale[:, None])
-        mean, covariance = scale * (inverse @ (r * scale)), inverse * scale * scale[:, None]
-        P = covariance[np.ix_(own, own)]
+        worth = 1.0 / max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+        mean, P, between = _posterior(fit, worth, weight)
+        # So does what the blocks of the recording say, each by its own sum of scores: what else
+        # the model lacks, such as cogging, pulls at them in different ways.
+        worth /= max(float(np.max(between[own] / np.diag(P)[own], initial=1.0)), 1.0)
+        mean, P, _ = _posterior(fit, worth, weight)
+        P = P[np.ix_(own, own)]
         size = np.sqrt(np.diag(P))
         values, vectors = np.linalg.eigh(P / size / size[:, None])
         spread = size[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
@@ -62,3 +62,24 @@ class BodyDoubt:
         for joint, root in zip(self.rigid[~bodies] - count, off[~bodies], strict=True):
             result[:, joint] -= a[:, joint, None] * root
         return np.asarray(result)
+
+
+def _posterior(
+    fit: Fit, worth: float, weight: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """
+    Return mean (p,), covariance (p, p), and the variances (p,) that the blocks say.
+
+    :param worth: of a row; ``weight`` (p,): of the tolerances.
+    """
+    A = worth * fit.system.total + np.diag(
+        fit.system.penalty() - fit.system.prior_weight() + weight
+    )
+    scale = 1.0 / np.sqrt(np.diag(A))
+    inverse = np.linalg.inv(A * scale * scale[:, None]) * scale * scale[:, None]
+    r = fit.target.r.sum(axis=0)
+    mean = worth * inverse @ r.sum(axis=0)
+    scores = worth * (r - np.einsum('nbpq,q->bp', fit.system.G, mean))
+    spread = (scores - scores.mean(axis=0)) @ inverse
+    between = np.sum(spread**2, axis=0) * len(scores) / (len(scores) - 1)
+    return mean, inverse, between
