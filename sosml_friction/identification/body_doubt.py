@@ -41,7 +41,7 @@ class BodyDoubt:
         mean, P, between = _posterior(fit, worth, weight)
         # So does what the blocks of the recording say, each by its own sum of scores: what else
         # the model lacks, such as cogging, pulls at them in different ways.
-        worth /= max(float(np.max(between[own] / np.diag(P)[own], initial=1.0)), 1.0)
+        worth /= float(np.max(between[own] / np.diag(P)[own], initial=1.0))
         mean, P, _ = _posterior(fit, worth, weight)
         P = P[np.ix_(own, own)]
         size = np.sqrt(np.diag(P))

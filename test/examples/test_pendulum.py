@@ -36,6 +36,9 @@ def test_the_law_that_was_simulated_is_in_the_intervals_of_the_fit(run):
         low, high = intervals[name]
         assert low < names[name.upper()] < high
         assert high - low < names[name.upper()]
+    # The cogging, which the law lacks, is not taken for a weight that is off.
+    low, high = intervals['bias']
+    assert low < 0.0 < high
 
 
 def test_the_diagnosis_names_the_cogging_with_its_size_and_period(run):
