@@ -59,17 +59,13 @@ class Observation(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return stamps, joints, gains and estimates, ready for JSON; unknown is None."""
-        gains = {
-            name: {gain: list(values) for gain, values in own.items()}
-            for name, own in self.configuration.gains.items()
-        }
         return to_plain(
             {
-                'joints': list(self.log.names),
-                'units': list(self.units),
-                'gains': gains,
-                't_ns': self.log.t_ns.tolist(),
-                'friction': {name: tau_f.tolist() for name, tau_f in self.friction.items()},
+                'joints': self.log.names,
+                'units': self.units,
+                'gains': self.configuration.gains,
+                't_ns': self.log.t_ns,
+                'friction': self.friction,
             }
         )
 

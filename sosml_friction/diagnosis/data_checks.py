@@ -3,8 +3,7 @@
 """What is wrong with the data themselves: looked at first, without a model."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -67,10 +66,6 @@ class Check:
     joint: str
     sentence: str
     values: dict[str, float] = field(default_factory=dict)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings."""
-        return asdict(self)
 
 
 REST_LEFT_OUT = Check(

@@ -146,11 +146,8 @@ class BodyRefit:
         return {
             'tolerance': self.tolerance,
             'log_evidence': {f'{w:g}': value for w, value in self.log_evidence.items()},
-            'deviations': {name: p.to_dict() for name, p in self.deviations.items()},
-            'loads': [
-                {'joint': t.joint, 'parameters': {n: p.to_dict() for n, p in t.parameters.items()}}
-                for t in self.loads
-            ],
+            'deviations': self.deviations,
+            'loads': [{'joint': t.joint, 'parameters': t.parameters} for t in self.loads],
             'refused': self.refused,
         }
 

@@ -3,8 +3,7 @@
 """What is wrong with a recording, before anything is fitted to it."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -90,10 +89,6 @@ class DataChecks:
     def sentences(self) -> tuple[str, ...]:
         """Return what a person should be told: everything that is more than a note."""
         return tuple(f.sentence for f in self.findings if f.level != NOTE)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers, strings and lists for ``fit.json``; unknown is NaN."""
-        return {**asdict(self), 'findings': [asdict(finding) for finding in self.findings]}
 
 
 def check_data(

@@ -4,7 +4,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -25,6 +25,7 @@ from sosml_friction.model.model_folder import EffectTerm, FrictionParameters, Ro
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.registry import OBSERVERS
+from sosml_friction.plain_document import to_plain
 
 #: The fit that becomes the model, where there are several: the first of these, else the first.
 PREFERRED = (REGRESSION, WEAK_FORM, 'sosml')
@@ -131,7 +132,7 @@ def fit_provenance(
     command: str,
 ) -> dict[str, Any]:
     """Return what a fitted model rests on: which data, versions, gains, settings and command."""
-    return {
+    document = {
         'bag': source.name,
         'sha256': source.sha256,
         'start_ns': int(log.t_ns[0]),
@@ -140,18 +141,13 @@ def fit_provenance(
         'recovered': bool(source.recovery),
         'fitted': datetime.now(timezone.utc).isoformat(timespec='seconds'),
         'versions': versions(),
-        'observers': {
-            name: {gain: [float(x) for x in values] for gain, values in gains.items()}
-            for name, gains in configuration.gains.items()
-        },
-        'fits': {
-            joint: {observer: result.to_dict() for observer, result in fits.items()}
-            for joint, fits in fit.joints.items()
-        },
-        'unavailable': dict(fit.unavailable),
-        'settings': asdict(settings),
+        'observers': configuration.gains,
+        'fits': fit.joints,
+        'unavailable': fit.unavailable,
+        'settings': settings,
         'command': command,
     }
+    return to_plain(document)
 
 
 def versions() -> dict[str, str]:

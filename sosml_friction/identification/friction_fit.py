@@ -110,24 +110,14 @@ class JointFit:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of ``sosml fit --json``."""
-        inertia = {} if self.inertia is None else {'inertia': self.inertia.to_dict()}
         return {
             'method': self.method,
-            'law': self.fit.law,
-            'parameters': {
-                name: parameter.to_dict() for name, parameter in self.fit.parameters.items()
-            },
-            'derived': {name: each.to_dict() for name, each in self.fit.derived.items()},
-            'checks': [check.to_dict() for check in self.fit.checks],
+            **self.fit.to_dict(),
             'smoothing_velocity': self.fit.smoothing_velocity,
-            'relative_error': self.fit.relative_error,
-            'residual_std': self.fit.residual_std,
             'residual_unit': self.unit,
-            'pairs': self.fit.pairs,
-            'clusters': self.fit.clusters,
             'segments_used': sum(not segment.rejected for segment in self.segments),
             'segments_rejected': sum(bool(segment.rejected) for segment in self.segments),
-            **inertia,
+            **({} if self.inertia is None else {'inertia': self.inertia}),
         }
 
 

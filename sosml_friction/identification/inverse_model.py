@@ -86,7 +86,7 @@ class InverseFit:
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings, ready for JSON."""
         return {
-            'parameters': {name: p.to_dict() for name, p in self.parameters.items()},
+            'parameters': self.parameters,
             'relative_error': self.relative_error,
             'residual_std': self.residual_std,
             'residual_unit': self.unit,
@@ -105,16 +105,6 @@ class InverseFits:
 
     joints: Mapping[str, Mapping[str, InverseFit]]
     unavailable: Mapping[str, str]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the entry ``inverse_model`` of ``sosml fit --refit-inertia --json``."""
-        return {
-            'joints': {
-                joint: {form: fit.to_dict() for form, fit in fits.items()}
-                for joint, fits in self.joints.items()
-            },
-            'unavailable': dict(self.unavailable),
-        }
 
 
 def fit_inverse_model(

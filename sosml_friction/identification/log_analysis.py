@@ -48,6 +48,7 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.observers.configuration import ObserverConfiguration
 from sosml_friction.observers.log_conditions import configuration_for
+from sosml_friction.plain_document import to_plain
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
 
 
@@ -201,7 +202,7 @@ def analyse_log(
     provenance = fit_provenance(source, log, configuration, fit, settings, command)
     if body is not None and body.deviations:
         earlier = nominal.provenance.get('rigid_body', {})
-        provenance['rigid_body'] = {**earlier, **body.to_dict()}
+        provenance['rigid_body'] = {**earlier, **to_plain(body.to_dict())}
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
     checks = _with_averaged(checks, nominal, fit, fitted)
     return BagAnalysis(

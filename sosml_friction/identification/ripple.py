@@ -4,9 +4,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from scipy.signal.windows import dpss
@@ -62,10 +61,6 @@ class PlateauRipple:
     frequency: float
     kind: str = ''
     bias: float = math.nan
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the entry of ``fit.json``."""
-        return asdict(self)
 
 
 def measure_ripple(time: FloatArray, q: FloatArray) -> tuple[PlateauRipple, ...]:

@@ -137,20 +137,12 @@ class TermFit:
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings."""
         return {
-            'terms': [
-                {
-                    'term': term.term,
-                    'joint': term.joint,
-                    'parameters': {k: p.to_dict() for k, p in term.parameters.items()},
-                    'objection': term.objection,
-                }
-                for term in self.terms
-            ],
+            'terms': self.terms,
             'effort': {
                 name: {
-                    'before': float(self.before[i]),
-                    'after': float(self.after[i]),
-                    'measured': float(self.measured[i]),
+                    'before': self.before[i],
+                    'after': self.after[i],
+                    'measured': self.measured[i],
                     'unit': self.units[i],
                 }
                 for i, name in enumerate(self.names)
@@ -161,8 +153,8 @@ class TermFit:
             },
             'rows': self.rows,
             'band_hz': self.band_hz,
-            'left_out': dict(self.left),
-            'armature': {name: p.to_dict() for name, p in self.armature.items()},
+            'left_out': self.left,
+            'armature': self.armature,
         }
 
     def __repr__(self) -> str:

@@ -51,6 +51,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import DATA_CAUSES, TERMS
 from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.plain_document import to_plain
 from sosml_friction.yaml_text import parse_yaml
 
 #: A joint that moves by more is told not to rest [rad or m]. Chosen, no measurement: it turns a
@@ -395,8 +396,7 @@ def _parse_locked(entries: Any, where: str) -> dict[str, float]:
 
 
 def _entry(term: str, joint: str, parameters: Mapping[str, Parameter]) -> dict[str, Any]:
-    own = {key: p.to_dict() for key, p in parameters.items()}
-    return {'term': term, 'joint': joint, 'parameters': own}
+    return to_plain({'term': term, 'joint': joint, 'parameters': parameters})
 
 
 def _parse_terms(

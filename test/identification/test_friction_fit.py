@@ -22,6 +22,7 @@ from sosml_friction.observers.friction_estimator import FrictionEstimator
 from sosml_friction.observers.log_conditions import DEFAULT_OBSERVERS, configuration_for
 from sosml_friction.observers.recipe import gains_for_bandwidth
 from sosml_friction.observers.registry import make_observer
+from sosml_friction.plain_document import to_plain
 from sosml_friction.share import share_directory
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -242,7 +243,7 @@ def test_the_entry_of_a_fit_is_json_without_nan(ladder_fit):
     fit = ladder_fit
     for results in fit.joints.values():
         for result in results.values():
-            entry = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+            entry = json.loads(json.dumps(to_plain({'fit': result}), allow_nan=False))['fit']
             assert entry['parameters']['coulomb']['unit'] == 'Nm'
             assert entry['parameters']['stribeck']['value'] is None
             assert entry['segments_used'] == 20

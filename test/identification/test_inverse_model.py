@@ -15,6 +15,7 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.inverse_model import InverseSettings, fit_inverse_model
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.plain_document import to_plain
 from sosml_friction.share import share_directory
 from sosml_friction.study.plant import study_robot
 
@@ -208,6 +209,6 @@ def test_what_cannot_be_fitted_is_said():
 
 def test_the_entry_is_json_without_nan():
     fits = fit_inverse_model(slider_log(noise=1.0), slider())
-    entry = json.loads(json.dumps(fits.to_dict(), allow_nan=False))
+    entry = json.loads(json.dumps(to_plain({'fits': fits}), allow_nan=False))['fits']
     assert set(entry['joints']['slider']) == {'symmetric', 'asymmetric'}
     assert entry['joints']['slider']['symmetric']['parameters']['inertia']['unit'] == 'kg'

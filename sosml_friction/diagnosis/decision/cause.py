@@ -68,17 +68,17 @@ class Cause:
             'effect': self.effect,
             'joint': self.joint,
             'parameters': {
-                name: p.to_dict()
+                name: p
                 if self.size_known
                 else {'value': p.value, 'std_error': None, 'unit': p.unit}
                 for name, p in self.parameters.items()
             },
-            **({'stated': dict(self.stated)} if self.stated else {}),
+            **({'stated': self.stated} if self.stated else {}),
             'size_known': self.size_known,
-            'evidence': dict(self.evidence),
-            'rivals': list(self.rivals),
+            'evidence': self.evidence,
+            'rivals': self.rivals,
             'in_model': self.in_model,
-            'gain': None if self.gain is None else self.gain.to_dict(),
+            'gain': self.gain,
         }
 
 

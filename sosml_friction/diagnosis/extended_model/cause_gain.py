@@ -52,16 +52,16 @@ class CauseGain:
         return {
             'joints': {
                 name: {
-                    'without': float(self.without[i]),
-                    'with': float(self.with_it[i]),
+                    'without': self.without[i],
+                    'with': self.with_it[i],
                     'removed': self.removed[i].value,
                     'removed_std_error': self.removed[i].std_error,
                     'unit': self.units[i],
                 }
                 for i, name in enumerate(self.joints)
             },
-            'recurs': self.recurs.to_dict(),
-            'size': self.size.to_dict(),
+            'recurs': self.recurs,
+            'size': self.size,
             'phase_degrees': self.phase,
             'carries_over': self.carries_over,
         }

@@ -63,13 +63,15 @@ def extended_model(
     return replace(
         result,
         effects=(*_changed(model.effects, changes), *terms),
-        provenance={
-            **provenance,
-            'causes': [to_plain(cause.to_dict()) for cause in diagnosis.causes],
-            'tolerated': [to_plain(cause.to_dict()) for cause in diagnosis.tolerated],
-            'rigid_body': rigid,
-            'refit': to_plain(diagnosis.refit),
-        },
+        provenance=to_plain(
+            {
+                **provenance,
+                'causes': diagnosis.causes,
+                'tolerated': diagnosis.tolerated,
+                'rigid_body': rigid,
+                'refit': diagnosis.refit,
+            }
+        ),
     )
 
 

@@ -53,17 +53,17 @@ class Gain:
         return {
             name: {
                 'inverse': {
-                    'before': float(self.inverse_before[i]),
-                    'after': float(self.inverse_after[i]),
+                    'before': self.inverse_before[i],
+                    'after': self.inverse_after[i],
                     'unit': units[i],
-                    'relative_before_percent': float(self.relative_before[i]),
-                    'relative_after_percent': float(self.relative_after[i]),
+                    'relative_before_percent': self.relative_before[i],
+                    'relative_after_percent': self.relative_after[i],
                 },
                 'forward': {
-                    'before': float(self.forward_before[i]),
-                    'after': float(self.forward_after[i]),
-                    'ratio': float(self.forward_ratio[i]),
-                    'ratio_std_error': float(self.forward_error[i]),
+                    'before': self.forward_before[i],
+                    'after': self.forward_after[i],
+                    'ratio': self.forward_ratio[i],
+                    'ratio_std_error': self.forward_error[i],
                     'unit': 'rad' if units[i] == 'Nm' else 'm',
                     'horizon_s': self.horizon_s,
                 },

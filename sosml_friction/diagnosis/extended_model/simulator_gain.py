@@ -65,10 +65,10 @@ class SimulatorGain:
             'on': self.on,
             'fitted_to': self.fitted_to,
             'file': self.file,
-            'left_out': list(self.left_out),
+            'left_out': self.left_out,
             'joints': {
                 name: {
-                    'friction': {k: list(x) for k, x in self.friction.get(name, {}).items()},
+                    'friction': self.friction.get(name, {}),
                     'inverse_before_percent': self.inverse[name][0],
                     'inverse_after_percent': self.inverse[name][1],
                     'forward_before': self.forward[name][0],

@@ -14,10 +14,6 @@ class Uncertain:
     value: float
     std_error: float
 
-    def to_dict(self) -> dict[str, float]:
-        """Return both, by name."""
-        return {'value': self.value, 'std_error': self.std_error}
-
     def beyond(self, other: float) -> bool:
         """Tell whether the number differs from another one by more than chance."""
         return abs(self.value - other) > BEYOND_CHANCE * self.std_error

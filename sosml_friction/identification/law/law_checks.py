@@ -4,7 +4,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -33,10 +32,6 @@ class LawCheck:
     name: str
     passed: bool
     sentence: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the entry of ``sosml fit --json``."""
-        return {'name': self.name, 'passed': self.passed, 'sentence': self.sentence}
 
 
 def dissipation_check(

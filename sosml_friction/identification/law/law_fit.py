@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -65,6 +66,19 @@ class LawFit:
     slowest: float = float('nan')
     fastest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what is said of every law that was fitted."""
+        return {
+            'law': self.law,
+            'parameters': self.parameters,
+            'derived': self.derived,
+            'checks': self.checks,
+            'relative_error': self.relative_error,
+            'residual_std': self.residual_std,
+            'pairs': self.pairs,
+            'clusters': self.clusters,
+        }
 
     def with_variance(self, variance: Mapping[str, float]) -> LawFit:
         """Return the fit with a variance added to parameters, that its rows do not show."""

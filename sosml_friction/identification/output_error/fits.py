@@ -42,10 +42,6 @@ class ClosedLoopCheck:
     position_error: float
     effort_error: float
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings, ready for JSON."""
-        return {**vars(self), 'parameters': dict(self.parameters)}
-
 
 @dataclass(frozen=True)
 class OutputErrorFits:
@@ -68,14 +64,14 @@ class OutputErrorFits:
             'joints': {
                 joint: {
                     'mode': self.modes[joint],
-                    'parameters': {name: p.to_dict() for name, p in fit.parameters.items()},
+                    'parameters': fit.parameters,
                     'position_error': fit.position_error,
                     'effort_error': fit.effort_error,
                 }
                 for joint, fit in self.joints.items()
             },
-            'unavailable': dict(self.unavailable),
-            'closed_loop': {joint: check.to_dict() for joint, check in self.closed_loop.items()},
+            'unavailable': self.unavailable,
+            'closed_loop': self.closed_loop,
         }
 
 

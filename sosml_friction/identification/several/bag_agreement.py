@@ -4,7 +4,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -46,10 +45,6 @@ class Disagreement:
     sigmas: float
     unit: str
     sentence: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings, ready for JSON."""
-        return dict(vars(self))
 
 
 @dataclass(frozen=True)

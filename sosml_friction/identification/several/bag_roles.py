@@ -51,10 +51,6 @@ class BagRole:
     source: str
     reason: str
 
-    def to_dict(self) -> dict[str, str]:
-        """Return plain strings, ready for JSON."""
-        return dict(vars(self))
-
 
 def parse_roles(texts: Sequence[str], bags: Sequence[str]) -> dict[str, str]:
     """

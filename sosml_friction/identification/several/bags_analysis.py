@@ -28,6 +28,7 @@ from sosml_friction.identification.several.consolidation import (
     consolidate,
 )
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.plain_document import to_plain
 
 #: What the provenance of a model keeps of each bag.
 _KEPT = ('bag', 'sha256', 'start_ns', 'end_ns', 'samples', 'recovered', 'observers')
@@ -227,7 +228,7 @@ def _model(
         'consolidation': _outcome(consolidation),
     }
     own = {key: first.provenance[key] for key in _OF_MODEL if key in first.provenance}
-    return replace(first, joints=joints, provenance={**provenance, **own})
+    return replace(first, joints=joints, provenance={**to_plain(provenance), **own})
 
 
 def _outcome(consolidation: Consolidation) -> dict[str, Any]:
@@ -239,9 +240,9 @@ def _outcome(consolidation: Consolidation) -> dict[str, Any]:
                 'observer': observer,
                 'preferred': entry.preferred,
                 'reason': entry.reason,
-                'chi_square': float(entry.chi_square),
-                'degrees': int(entry.degrees),
-                'p_value': float(entry.p_value),
+                'chi_square': entry.chi_square,
+                'degrees': entry.degrees,
+                'p_value': entry.p_value,
             }
             for joint, observer in consolidation.model.items()
             for entry in [consolidation.joints[joint][observer]]

@@ -66,15 +66,6 @@ class RuleFit:
     missing: tuple[str, ...] = ()
     reason: str = ''
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain numbers and strings, ready for JSON."""
-        return {
-            'parameters': {name: p.to_dict() for name, p in self.parameters.items()},
-            'sources': {name: list(bags) for name, bags in self.sources.items()},
-            'missing': list(self.missing),
-            'reason': self.reason,
-        }
-
 
 @dataclass(frozen=True)
 class Consolidated:
@@ -146,37 +137,23 @@ class Consolidated:
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of ``sosml fit --json``."""
         fit = self.joint_fit
+        joint = None if fit is None else {**fit.to_dict(), 'residual_unit': self.unit}
         return {
-            'bags': {label: one.to_dict() for label, one in self.fits.items()},
-            'unavailable': dict(self.unavailable),
-            'rule': self.rule.to_dict(),
-            'joint': None
-            if fit is None
-            else {
-                'law': fit.law,
-                'parameters': {name: p.to_dict() for name, p in fit.parameters.items()},
-                'derived': {name: p.to_dict() for name, p in fit.derived.items()},
-                'checks': [check.to_dict() for check in fit.checks],
-                'relative_error': fit.relative_error,
-                'residual_std': fit.residual_std,
-                'residual_unit': self.unit,
-                'pairs': fit.pairs,
-                'clusters': fit.clusters,
-            },
-            'noise': dict(self.noise),
-            'bias': {label: p.to_dict() for label, p in self.by_bag.get('bias', {}).items()},
+            'bags': self.fits,
+            'unavailable': self.unavailable,
+            'rule': self.rule,
+            'joint': joint,
+            'noise': self.noise,
+            'bias': self.by_bag.get('bias', {}),
             'own_bias': self.own_bias,
-            'own': {
-                name: {label: p.to_dict() for label, p in self.by_bag[name].items()}
-                for name in self.own
-            },
-            'disagreements': [entry.to_dict() for entry in self.disagreements],
+            'own': {name: self.by_bag[name] for name in self.own},
+            'disagreements': self.disagreements,
             'chi_square': self.chi_square,
             'degrees': self.degrees,
             'p_value': self.p_value,
             'preferred': self.preferred,
             'reason': self.reason,
-            'parameters': {name: p.to_dict() for name, p in self.parameters.items()},
+            'parameters': self.parameters,
         }
 
 
@@ -199,13 +176,10 @@ class Consolidation:
     def to_dict(self) -> dict[str, Any]:
         """Return the entry ``consolidation`` of ``sosml fit --json``."""
         return {
-            'bags': list(self.bags),
-            'roles': {label: role.to_dict() for label, role in self.roles.items()},
-            'joints': {
-                joint: {observer: entry.to_dict() for observer, entry in entries.items()}
-                for joint, entries in self.joints.items()
-            },
-            'unavailable': dict(self.unavailable),
+            'bags': self.bags,
+            'roles': self.roles,
+            'joints': self.joints,
+            'unavailable': self.unavailable,
         }
 
 

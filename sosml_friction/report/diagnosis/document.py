@@ -30,29 +30,28 @@ KIND = OutputKind('diagnosis', 'diagnosis.json', FORMAT, FILES)
 
 def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return the object of ``sosml diagnose --json``: docs/schema/diagnosis.schema.json."""
-    recommendation = diagnosis.recommendation
-    gain, alike = diagnosis.gain, diagnosis.confusability
+    gain = diagnosis.gain
     document: dict[str, Any] = {
         'format': FORMAT,
         'verdict': diagnosis.verdict,
         'sentence': diagnosis.sentence,
-        'causes': [cause.to_dict() for cause in diagnosis.causes],
+        'causes': diagnosis.causes,
         'gain': None if gain is None else gain.to_dict(diagnosis.names, diagnosis.units),
-        'stages': list(diagnosis.stages),
-        'recommended_experiment': None if recommendation is None else recommendation.to_dict(),
-        'data_checks': [check.to_dict() for check in diagnosis.checks],
-        'ranking': list(diagnosis.ranking),
+        'stages': diagnosis.stages,
+        'recommended_experiment': diagnosis.recommendation,
+        'data_checks': diagnosis.checks,
+        'ranking': diagnosis.ranking,
         'rejected': diagnosis.rejected,
-        'structure': dict(diagnosis.structure),
-        'refit': dict(diagnosis.refit),
-        'tolerated': [cause.to_dict() for cause in diagnosis.tolerated],
-        'confusability': None if alike is None else alike.to_dict(),
+        'structure': diagnosis.structure,
+        'refit': diagnosis.refit,
+        'tolerated': diagnosis.tolerated,
+        'confusability': diagnosis.confusability,
         'band_hz': diagnosis.band_hz,
         'library_hash': diagnosis.library_hash,
-        'provenance': dict(provenance),
+        'provenance': provenance,
     }
     if diagnosis.simulator is not None:
-        document['simulator'] = diagnosis.simulator.to_dict()
+        document['simulator'] = diagnosis.simulator
     return to_plain(document)
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.identification.fitted_model import preferred_observer
-from sosml_friction.identification.friction_fit import JointFit
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.several.bags_analysis import BagsAnalysis
 from sosml_friction.identification.several.consolidation import JOINT, Consolidated
@@ -26,6 +25,11 @@ from sosml_friction.report.fit.segment_rows import segments_csv
 
 FORMAT = 'sosml_friction/fit/1'
 FILES = ('robot.urdf', 'model.yaml', 'report.html', 'fit.json', 'segments.csv')
+#: What is said of the law of a joint that has no fit to all recordings at once.
+_NO_FIT: dict[str, Any] = {
+    'derived': {}, 'checks': [], 'relative_error': None, 'residual_std': None, 'pairs': 0,
+    'clusters': 0,
+}  # fmt: skip
 _KIND = OutputKind('fit', 'fit.json', FORMAT, FILES)
 
 
@@ -81,14 +85,14 @@ def _bags_document(analysis: BagsAnalysis, truth: RobotModelFile | None) -> dict
             for joint, entries in consolidation.joints.items()
         },
         'alternatives': {},
-        'unavailable': dict(consolidation.unavailable),
+        'unavailable': consolidation.unavailable,
         'model': {
             joint: observer
             for joint, observer in consolidation.model.items()
             if analysis.model.joints[joint].friction is not None
         },
         'provenance': provenance,
-        'consolidation': consolidation.to_dict(),
+        'consolidation': consolidation,
     }
     if truth is not None:
         joints = analysis.model.joints
@@ -111,44 +115,33 @@ def _recording(label: str, analysis: BagAnalysis) -> dict[str, Any]:
 def _own_fits(analysis: BagAnalysis, views: Sequence[JointView]) -> dict[str, Any]:
     """Return what one recording says alone."""
     entry: dict[str, Any] = {
-        'joints': {view.name: _fits(view.fits) for view in views if view.fits},
-        'alternatives': {view.name: _fits(view.alternatives) for view in views if view.fits},
-        'unavailable': dict(analysis.fit.unavailable),
+        'joints': {view.name: view.fits for view in views if view.fits},
+        'alternatives': {view.name: view.alternatives for view in views if view.fits},
+        'unavailable': analysis.fit.unavailable,
     }
-    if analysis.inverse is not None:
-        entry['inverse_model'] = analysis.inverse.to_dict()
-    if analysis.output_error is not None:
-        entry['output_error'] = analysis.output_error.to_dict()
-    if analysis.body is not None:
-        if analysis.body.deviations:
-            entry['rigid_body'] = analysis.body.to_dict()
-        if armature := analysis.body.armature:
-            entry['armature'] = {name: p.to_dict() for name, p in armature.items()}
-    if analysis.ripple:
-        entry['ripple'] = {
-            name: [plateau.to_dict() for plateau in found]
-            for name, found in analysis.ripple.items()
-        }
-    if analysis.data_checks is not None:
-        entry['data_checks'] = analysis.data_checks.to_dict()
-    return entry
+    body = analysis.body
+    found = {
+        'inverse_model': analysis.inverse,
+        'output_error': analysis.output_error,
+        'rigid_body': body if body is not None and body.deviations else None,
+        'armature': body.armature if body is not None and body.armature else None,
+        'ripple': analysis.ripple or None,
+        'data_checks': analysis.data_checks,
+    }
+    return entry | {name: one for name, one in found.items() if one is not None}
 
 
 def _consolidated(entry: Consolidated) -> dict[str, Any]:
     """Return the preferred law of a joint in the form of a fit."""
     fit = entry.joint_fit if entry.preferred == JOINT else None
     rejected = [bool(s.rejected) for f in entry.fits.values() for s in f.segments]
+    own = _NO_FIT if fit is None else fit.to_dict()
     return {
         'method': 'consolidated',
+        **own,
         'law': entry.law,
-        'parameters': {name: p.to_dict() for name, p in entry.parameters.items()},
-        'derived': {} if fit is None else {n: p.to_dict() for n, p in fit.derived.items()},
-        'checks': [] if fit is None else [check.to_dict() for check in fit.checks],
-        'relative_error': None if fit is None else fit.relative_error,
-        'residual_std': None if fit is None else fit.residual_std,
+        'parameters': entry.parameters,
         'residual_unit': entry.unit,
-        'pairs': 0 if fit is None else fit.pairs,
-        'clusters': 0 if fit is None else fit.clusters,
         'segments_used': rejected.count(False),
         'segments_rejected': rejected.count(True),
     }
@@ -159,10 +152,6 @@ def _truth(joints: Mapping[str, FrictionParameters]) -> dict[str, Any]:
         joint: {n: {'value': p.value, 'unit': p.unit} for n, p in friction.parameters.items()}
         for joint, friction in joints.items()
     }
-
-
-def _fits(fits: Mapping[str, JointFit]) -> dict[str, Any]:
-    return {observer: fit.to_dict() for observer, fit in fits.items()}
 
 
 def figure_views(

@@ -101,7 +101,7 @@ def simulation_document(
         'steps_per_sample': found.steps,
         'joints': {
             name: {
-                'friction_displacement': float(found.displacement[i]),
+                'friction_displacement': found.displacement[i],
                 'driven': name not in found.followed,
                 'errors': {
                     what: {
@@ -116,8 +116,8 @@ def simulation_document(
             for i, name in enumerate(found.names)
         },
         'effects': [{'effect': term.effect, 'joint': term.joint} for term in model.effects],
-        'remarks': list(found.remarks),
-        'provenance': dict(provenance),
+        'remarks': found.remarks,
+        'provenance': provenance,
     }
     return to_plain(document)
 

@@ -33,7 +33,7 @@ KIND = OutputKind('fit of terms', 'fit.json', FORMAT, FILES)
 
 def term_fit_document(fit: TermFit, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return the object of ``sosml fit --terms --json``: docs/schema/term_fit.schema.json."""
-    return to_plain({'format': FORMAT, **fit.to_dict(), 'provenance': dict(provenance)})
+    return to_plain({'format': FORMAT, **fit.to_dict(), 'provenance': provenance})
 
 
 def render_terms(fit: TermFit, title: str, told: Mapping[str, str] | None = None) -> str:

@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.ripple import PlateauRipple
+from sosml_friction.identification.several.bag_roles import BagRole
 from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.plain_document import to_plain
 from sosml_friction.report.common.output import to_json
 from sosml_friction.report.fit import results
@@ -90,6 +92,15 @@ def test_json_never_holds_nan(value):
 def test_numpy_becomes_plain():
     plain = to_plain({'a': np.array([1.0, math.nan]), 'b': np.int64(3), 'c': (np.float64(2),)})
     assert plain == {'a': [1.0, None], 'b': 3, 'c': [2.0]}
+
+
+def test_a_result_becomes_what_it_says_and_another_dataclass_its_fields():
+    parameter = Parameter(1.0, 'Nm', flags=('at_bound',))
+    plain = to_plain({'parameter': parameter, 'role': BagRole('T1', 'stated', 'as told')})
+    assert plain['parameter'] == {
+        'value': 1.0, 'std_error': None, 'unit': 'Nm', 'flags': ['at_bound'],
+    }  # fmt: skip
+    assert plain['role'] == {'role': 'T1', 'source': 'stated', 'reason': 'as told'}
 
 
 def test_all_files_are_written_and_the_model_can_be_loaded(analysis, truth, tmp_path):
