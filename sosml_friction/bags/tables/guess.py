@@ -11,7 +11,7 @@ import numpy as np
 
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
-from sosml_friction.bags.tables.mapping import NO_POSITION, UNITS
+from sosml_friction.bags.tables.mapping import NO_POSITION
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.recorded_columns import (
     SAME,
@@ -20,6 +20,7 @@ from sosml_friction.bags.tables.recorded_columns import (
     RecordedColumns,
     agree,
 )
+from sosml_friction.bags.tables.units import UNITS
 from sosml_friction.exceptions import DataError
 
 #: Cosine of a slope that is one in whatever units.

@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from sosml_friction.bags.tables.units import SPELLINGS, WRITTEN, known_units, plain_unit
+
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
     'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
@@ -31,78 +33,6 @@ _FILLERS = frozenset((
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
     'filtered', 'filt', 'control', 'ist', 'istwert',
 ))  # fmt: skip
-#: How units are written beside their own names, by quantity: in small letters, without points,
-#: dashes and blanks. Letters alone count in brackets or behind a word only.
-_UNITS = {
-    'time': {
-        's': 's sec secs second seconds',
-        'ms': 'ms msec msecs millisec milliseconds',
-        'us': 'us usec usecs microsec microseconds',
-        'ns': 'ns nsec nsecs nanosec nanoseconds',
-        'min': 'min mins minutes',
-        'h': 'h hr hrs hours',
-        'd': 'd days',
-    },
-    'position': {
-        'rad': 'rad rads radian radians',
-        'deg': 'deg degs degree degrees °',
-        'turns': 'turn turns rev revs revolution revolutions',
-        'm': 'm meter meters metre metres',
-        'mm': 'mm',
-        'counts': 'counts count ticks tick inc incs cts lsb',
-        'mrad': 'mrad',
-        'gon': 'gon',
-        'arcmin': 'arcmin',
-        'arcsec': 'arcsec',
-        'cm': 'cm',
-        'um': 'um',
-        'in': 'in inch',
-    },
-    'velocity': {
-        'rad/s': 'rad/s rads radps rads1',
-        'deg/s': 'deg/s degs degps dps °/s',
-        'rpm': 'rpm 1/min u/min rev/min r/min min1 turns/min',
-        'turns/s': 'turns/s turn/s rev/s r/s rps',
-        'm/s': 'm/s mps ms1',
-        'mm/s': 'mm/s mmps',
-        'counts/s': 'counts/s count/s ticks/s inc/s cts/s',
-        'mrad/s': 'mrad/s',
-        'cm/s': 'cm/s',
-        'm/min': 'm/min',
-        'mm/min': 'mm/min',
-        'in/s': 'in/s',
-    },
-    'effort': {
-        'Nm': 'nm newtonmeter newtonmeters',
-        'mNm': 'mnm',
-        'N': 'n newton newtons',
-        'kN': 'kn',
-        'A': 'a amp amps ampere amperes arms',
-        'mA': 'ma',
-        'V': 'v volt volts',
-        'mV': 'mv',
-        'percent': '% percent pct',
-        'counts': 'counts count cts lsb',
-        'cNm': 'cnm ncm',
-        'kNm': 'knm',
-        'kgf.m': 'kgfm kgm',
-        'kgf.cm': 'kgfcm kgcm',
-        'gf.cm': 'gfcm gcm',
-        'lbf.ft': 'lbfft lbft ftlbf ftlb ftlbs',
-        'lbf.in': 'lbfin lbin inlbf inlb inlbs',
-        'ozf.in': 'ozfin ozin inozf inoz',
-        'mN': 'mn',
-        'kgf': 'kgf',
-        'lbf': 'lbf',
-    },
-    'temperature': {'degC': 'c degc °c celsius', 'K': 'k kelvin'},
-    'injected': {'Nm': 'nm', 'N': 'n', 'A': 'a', 'V': 'v'},
-}
-#: Unit by how it is written, by quantity.
-_WRITTEN = {
-    quantity: {word: unit for unit, words in units.items() for word in words.split()}
-    for quantity, units in _UNITS.items()
-}
 #: Names of two words that are one: currents of a motor's axes, and derivatives.
 _JOINED = (
     (re.compile(r'(?i)\b([iuv])[ _]q\b'), r'\1q'),
@@ -140,17 +70,16 @@ class HeaderWord(NamedTuple):
         """Return the sentence on what stands in the place of a unit, '' where all is well."""
         if not self.strange:
             return ''
-        known = f' ({known_units(self.quantity)})' if self.quantity in _UNITS else ''
+        known = f' ({known_units(self.quantity)})' if self.quantity in WRITTEN else ''
         return f'[{self.strange}] in its name is no unit that is known{known}'
 
 
 def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""
-    letters = {unit for units in _WRITTEN.values() for unit in units}
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
         re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]', '', name)),
-        key=lambda own: _plain_unit(own[1]) not in letters,
+        key=lambda own: plain_unit(own[1]) not in SPELLINGS,
     )
     bracket = brackets[0] if brackets else None
     bare = name if bracket is None else name.replace(bracket[0], ' ')
@@ -161,7 +90,9 @@ def read_header(name: str) -> HeaderWord:
     words = [
         part
         for word in words
-        for part in ([word] if word.lower() in letters else re.split(r'(?<=[a-z])(?=[A-Z])', word))
+        for part in (
+            [word] if word.lower() in SPELLINGS else re.split(r'(?<=[a-z])(?=[A-Z])', word)
+        )
     ]
     parts: list[str] = []
     for word in words:
@@ -172,21 +103,21 @@ def read_header(name: str) -> HeaderWord:
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
     quantity = _WORDS[found[-1]] if found else ''
-    said = None if bracket is None else _plain_unit(bracket[1])
-    if found and len(found[-1]) == 1 and said in letters - set(_WRITTEN.get(quantity, ())):
+    said = None if bracket is None else plain_unit(bracket[1])
+    if found and len(found[-1]) == 1 and said in SPELLINGS - set(WRITTEN.get(quantity, ())):
         # A letter may be anything, and its unit says what: t [s] and T [K], q [rad] and q [A].
         found, quantity = [], ''
     written = _written_unit(said, lower, quantity, found)
     by_word = _BY_WORD.get(found[-1], '') if found else ''
     if not quantity and said is not None:
-        quantity = next((q for q, units in _WRITTEN.items() if said in units), '')
-        written = _WRITTEN.get(quantity, {}).get(said, '')
+        quantity = next((q for q, units in WRITTEN.items() if said in units), '')
+        written = WRITTEN.get(quantity, {}).get(said, '')
     strange = ''
     if bracket is not None and not written:
         inside = re.split(r'[^a-zA-Z0-9°]+', bracket[1].lower())
         plain = all(w.isdecimal() or w in _FILLERS for w in inside)
         strange = '' if plain else bracket[1]
-    of_units = {part for own in _WRITTEN.get(quantity, ()) for part in (own, *own.split('/'))}
+    of_units = {part for own in WRITTEN.get(quantity, ()) for part in (own, *own.split('/'))}
     rest = [
         part
         for part, low in zip(parts, lower, strict=True)
@@ -205,36 +136,18 @@ def read_header(name: str) -> HeaderWord:
     )
 
 
-def known_unit(text: str, quantity: str) -> str:
-    """Return the unit of a quantity however it is written, '' if it is none that is known."""
-    units = _UNITS[quantity]
-    return text if text in units else _WRITTEN[quantity].get(_plain_unit(text), '')
-
-
-def known_units(quantity: str) -> str:
-    """Return the units of a quantity, for a sentence."""
-    return ', '.join(_UNITS[quantity])
-
-
 def are_units(cells: Sequence[str]) -> bool:
     """Tell whether most cells of a line that are not empty are units, or in brackets."""
-    letters = {unit for units in _WRITTEN.values() for unit in units}
     full = [cell for cell in cells if cell.strip('-')]
     known = [
-        _plain_unit(c) in letters or re.fullmatch(r'[\[(].*[\])]', c) is not None for c in full
+        plain_unit(c) in SPELLINGS or re.fullmatch(r'[\[(].*[\])]', c) is not None for c in full
     ]
     return 2 * sum(known) > len(full)
 
 
-def _plain_unit(text: str) -> str:
-    """Return a unit without what it may be written with: N·m and N-m are Nm, deg/sec is deg/s."""
-    bare = re.sub(r'[\s·⋅.*_-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
-    return re.sub('/sec(ond)?$', '/s', bare)
-
-
 def _written_unit(bracket: str | None, lower: list[str], quantity: str, found: list[str]) -> str:
     """Return the unit in brackets, or at the end of a name whose quantity is a whole word."""
-    units = _WRITTEN.get(quantity, {})
+    units = WRITTEN.get(quantity, {})
     if bracket is not None:
         return units.get(bracket, '')
     if not found or len(lower) < 2:

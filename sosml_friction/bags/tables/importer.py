@@ -20,15 +20,8 @@ from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.data_file import DataFile
-from sosml_friction.bags.tables.mapping import (
-    ANGULAR_UNITS,
-    LINEAR_UNITS,
-    TIME_UNITS,
-    ImportMapping,
-    Series,
-    Signal,
-    read_mapping,
-)
+from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
+from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints

@@ -15,89 +15,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sosml_friction.bags.tables.header_words import known_unit, known_units
+from sosml_friction.bags.tables.units import (
+    ANGULAR_UNITS,
+    KELVIN_OFFSET,
+    LINEAR_UNITS,
+    TIME_UNITS,
+    UNITS,
+    known_unit,
+    known_units,
+)
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.yaml_text import read_yaml
 
-TIME_UNITS = {
-    's': 1_000_000_000,
-    'ms': 1_000_000,
-    'us': 1_000,
-    'ns': 1,
-    'min': 60_000_000_000,
-    'h': 3_600_000_000_000,
-    'd': 86_400_000_000_000,
-}
-#: Of a kilogram and a pound at standard gravity [N], of an inch and a foot [m].
-_KGF, _LBF, _INCH, _FOOT = 9.80665, 4.4482216152605, 0.0254, 0.3048
-
-# Factor to SI, or None where the mapping must give it.
-UNITS: dict[str, dict[str, float | None]] = {
-    'position': {
-        'rad': 1.0,
-        'deg': math.pi / 180.0,
-        'turns': 2.0 * math.pi,
-        'm': 1.0,
-        'mm': 1e-3,
-        'counts': None,
-        'mrad': 1e-3,
-        'gon': math.pi / 200.0,
-        'arcmin': math.pi / 10_800.0,
-        'arcsec': math.pi / 648_000.0,
-        'cm': 1e-2,
-        'um': 1e-6,
-        'in': _INCH,
-    },
-    'velocity': {
-        'rad/s': 1.0,
-        'deg/s': math.pi / 180.0,
-        'rpm': math.pi / 30.0,
-        'turns/s': 2.0 * math.pi,
-        'm/s': 1.0,
-        'mm/s': 1e-3,
-        'counts/s': None,
-        'mrad/s': 1e-3,
-        'cm/s': 1e-2,
-        'm/min': 1.0 / 60.0,
-        'mm/min': 1e-3 / 60.0,
-        'in/s': _INCH,
-    },
-    'effort': {
-        'Nm': 1.0,
-        'mNm': 1e-3,
-        'N': 1.0,
-        'kN': 1e3,
-        'A': None,
-        'mA': None,
-        'V': None,
-        'mV': None,
-        'percent': None,
-        'counts': None,
-        'cNm': 1e-2,
-        'kNm': 1e3,
-        'kgf.m': _KGF,
-        'kgf.cm': 1e-2 * _KGF,
-        'gf.cm': 1e-5 * _KGF,
-        'lbf.ft': _LBF * _FOOT,
-        'lbf.in': _LBF * _INCH,
-        'ozf.in': _LBF * _INCH / 16.0,
-        'mN': 1e-3,
-        'kgf': _KGF,
-        'lbf': _LBF,
-    },
-    'temperature': {'degC': 1.0, 'K': 1.0},
-}
-KELVIN_OFFSET = -273.15
-LINEAR_UNITS = frozenset((
-    'm', 'mm', 'cm', 'um', 'in', 'm/s', 'mm/s', 'cm/s', 'm/min', 'mm/min', 'in/s',
-    'N', 'kN', 'mN', 'kgf', 'lbf',
-))  # fmt: skip
-ANGULAR_UNITS = frozenset(
-    unit
-    for quantity in ('position', 'velocity', 'effort')
-    for unit, factor in UNITS[quantity].items()
-    if factor is not None and unit not in LINEAR_UNITS
-)
 #: What to do where a joint has a velocity alone. It is not integrated unasked: a sum drifts with
 #: the bias of a velocity, and where it begins is not known, on which gravity depends.
 NO_POSITION = (

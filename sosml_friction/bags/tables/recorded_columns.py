@@ -13,9 +13,10 @@ from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header
 from sosml_friction.bags.tables.importer import recognised_wrap
-from sosml_friction.bags.tables.mapping import FILL_IN, LINEAR_UNITS, UNITS
+from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.series_evidence import counts_samples
+from sosml_friction.bags.tables.units import LINEAR_UNITS, UNITS
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 

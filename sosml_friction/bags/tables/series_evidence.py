@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.header_words import read_header
-from sosml_friction.bags.tables.mapping import TIME_UNITS
+from sosml_friction.bags.tables.units import TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 
 #: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.

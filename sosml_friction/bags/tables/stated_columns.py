@@ -12,9 +12,16 @@ import numpy as np
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import Guesser
-from sosml_friction.bags.tables.header_words import HeaderWord, known_unit, known_units
-from sosml_friction.bags.tables.mapping import ANGULAR_UNITS, FILL_IN, LINEAR_UNITS, UNITS
+from sosml_friction.bags.tables.header_words import HeaderWord
+from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.proposed_mapping import Guess
+from sosml_friction.bags.tables.units import (
+    ANGULAR_UNITS,
+    LINEAR_UNITS,
+    UNITS,
+    known_unit,
+    known_units,
+)
 from sosml_friction.exceptions import ConfigurationError, DataError
 
 

@@ -18,7 +18,8 @@ from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.tables import importer
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.importer import import_recording, read_recording
-from sosml_friction.bags.tables.mapping import LINEAR_UNITS, TIME_UNITS, UNITS, read_mapping
+from sosml_friction.bags.tables.mapping import read_mapping
+from sosml_friction.bags.tables.units import LINEAR_UNITS, TIME_UNITS, UNITS
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError, SosmlFrictionError
 from sosml_friction.share import share_directory
 
