@@ -37,7 +37,7 @@ from sosml_friction.identification.friction_fit import (
     JointFit,
     fit_friction,
 )
-from sosml_friction.identification.inverse_model import InverseSettings, fit_inverse_model
+from sosml_friction.identification.inverse_model import fit_inverse_model
 from sosml_friction.identification.output_error.fits import first_guess
 from sosml_friction.identification.output_error.windows import fit_windows
 from sosml_friction.identification.several.bag_roles import BagRole
@@ -247,7 +247,7 @@ def weak_fit(form: WeakForm, v0: float | None) -> FrictionFit:
 def inverse_entry(log: JointLog, robot: Robot) -> Entry:
     """Return the fit of the inverse model, which has no Stribeck term; its filter at 20 Hz."""
     with timed() as spent:
-        fits = fit_inverse_model(log, robot, InverseSettings(cutoff=20.0)).joints.get(JOINT)
+        fits = fit_inverse_model(log, robot, cutoff=20.0).joints.get(JOINT)
         return Entry(fits['symmetric'].parameters if fits else None, spent())
 
 

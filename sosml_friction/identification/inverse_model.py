@@ -11,7 +11,6 @@ from scipy.signal import butter, decimate, sosfiltfilt
 
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.law.jackknife import jackknife_errors, t_95
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
@@ -27,35 +26,13 @@ _COLLINEAR = 1e-6
 _ROUNDING = 1e-9
 #: Largest cut-off, as a share of the sampling frequency.
 _HIGHEST = 0.4
-#: Fewest clusters of ``cluster_s`` for a covariance by clusters. Chosen, no measurement.
+#: Cut-off of the low-pass of positions [Hz]. Chosen, no measurement.
+_CUTOFF = 100.0
+#: Length of a cluster [s]: samples in one may share their noise. Chosen, no measurement.
+_CLUSTER_S = 1.0
+#: Fewest clusters for a covariance by clusters. Chosen, no measurement.
 _FEWEST_CLUSTERS = 8
 _POSITIVE = ('inertia', 'inertia_scale')
-
-
-@dataclass(frozen=True)
-class InverseSettings:
-    """
-    Say how positions are differentiated.
-
-    ``cutoff`` [Hz]: of the zero-phase Butterworth low-pass, for slow sampling at most 0.4 times
-    the sampling frequency. ``decimation``: n keeps each n-th sample; None chooses n by the
-    cut-off. ``cluster_s`` [s]: length of a cluster; samples in one cluster may share their noise.
-    """
-
-    cutoff: float = 100.0
-    decimation: int | None = None
-    cluster_s: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name in ('cutoff', 'cluster_s'):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise ConfigurationError(
-                    f'inverse-model setting {name} is {getattr(self, name)}: it must be positive'
-                )
-        if self.decimation is not None and self.decimation < 1:
-            raise ConfigurationError(
-                f'inverse-model setting decimation is {self.decimation}: it must be 1 or more'
-            )
 
 
 @dataclass(frozen=True)
@@ -107,9 +84,7 @@ class InverseFits:
     unavailable: Mapping[str, str]
 
 
-def fit_inverse_model(
-    log: JointLog, robot: Robot, settings: InverseSettings | None = None
-) -> InverseFits:
+def fit_inverse_model(log: JointLog, robot: Robot, cutoff: float = _CUTOFF) -> InverseFits:
     """
     Fit inertia and friction of every joint to its effort.
 
@@ -119,21 +94,21 @@ def fit_inverse_model(
     central differences. The columns of the design matrix and the effort go through the same
     decimation filter, so that it changes both sides alike. 10 / cutoff seconds are cut from both
     ends of each uninterrupted stretch, where filters settle. Standard errors are those of the
-    jackknife over clusters of ``cluster_s``; intervals are 95 % with Student's t.
+    jackknife over clusters of 1 s; intervals are 95 % with Student's t.
 
     The method of A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS",
     Workshop on Nonlinear System Identification Benchmarks, 2019. Unlike the weak form it
     differentiates position twice, so that it needs a fine encoder.
 
     :param log: the recording; its joints include the robot's. Velocities in it are not used.
+    :param cutoff: of the low-pass [Hz]; for slow sampling at most 0.4 times the frequency of it.
     :raises DataError: if a joint of the robot is not in the log.
     """
-    settings = settings or InverseSettings()
     log = log.select(robot.names)
     joints: dict[str, dict[str, InverseFit]] = {}
     unavailable: dict[str, str] = {}
     for i, name in enumerate(robot.names):
-        task = _InverseTask(log, robot, i, settings)
+        task = _InverseTask(log, robot, i, cutoff)
         reason = task.problem()
         if reason:
             unavailable[name] = reason
@@ -145,13 +120,13 @@ def fit_inverse_model(
 class _InverseTask:
     """What the forms of one joint have in common: decimated columns, stretch after stretch."""
 
-    def __init__(self, log: JointLog, robot: Robot, i: int, settings: InverseSettings) -> None:
-        self.robot, self.i, self.settings = robot, i, settings
+    def __init__(self, log: JointLog, robot: Robot, i: int, cutoff: float) -> None:
+        self.robot, self.i = robot, i
         self.name, self.unit = robot.names[i], robot.effort_units[i]
         self.log = log
         time = log.time
         self.step = log.step
-        self.cutoff = min(settings.cutoff, _HIGHEST / self.step)
+        self.cutoff = min(cutoff, _HIGHEST / self.step)
         blocks = [
             self._columns(time[run], log.q[run], log.tau[run, i]) for run in self._runs(time)
         ]
@@ -199,7 +174,7 @@ class _InverseTask:
         columns = np.column_stack(
             [even, tau, inertial, gravity, w * forth, forth, w * back, -back, np.ones(count)]
         )
-        factor = self.settings.decimation or max(1, round(1.0 / self.cutoff / h))
+        factor = max(1, round(1.0 / self.cutoff / h))
         if factor > 1:
             # 1 as well: at rest the filter passes not quite all.
             columns[::factor, 1:] = decimate(columns[:, 1:], factor, _ORDER, axis=0)
@@ -214,7 +189,7 @@ class _InverseTask:
         if len(np.unique(self._groups())) < _FEWEST_CLUSTERS:
             return (
                 f'only {len(np.unique(self._groups()))} stretches of '
-                f'{self.settings.cluster_s:g} s are without a hole in position or effort: '
+                f'{_CLUSTER_S:g} s are without a hole in position or effort: '
                 f'{_FEWEST_CLUSTERS} or more are needed, record longer'
             )
         if not np.nanmax(self.log.q[:, self.i]) > np.nanmin(self.log.q[:, self.i]):
@@ -222,7 +197,7 @@ class _InverseTask:
         return ''
 
     def _groups(self) -> IndexArray:
-        return (self.rows[:, 0] / self.settings.cluster_s).astype(np.int64)
+        return (self.rows[:, 0] / _CLUSTER_S).astype(np.int64)
 
     def fit(self, form: str) -> InverseFit:
         """Return the fit of one of :data:`FORMS`."""

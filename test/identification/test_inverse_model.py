@@ -12,8 +12,7 @@ import pytest
 from scipy.stats import binom
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.identification.inverse_model import InverseSettings, fit_inverse_model
+from sosml_friction.identification.inverse_model import fit_inverse_model
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.plain_document import to_plain
 from sosml_friction.share import share_directory
@@ -78,14 +77,13 @@ def test_emps_by_direction_gives_the_published_numbers(emps):
     assert fit.relative_error == pytest.approx(3.11, abs=0.06)
 
 
-@pytest.mark.parametrize('decimation', [None, 1, 4])
-def test_exact_signals_give_back_their_parameters(decimation):
+def test_exact_signals_give_back_their_parameters():
     """
     Whatever the model says of the mass.
 
     Within 1 %: filtering turns the corners of the sign, which the filtered regressors do not have.
     """
-    fits = fit_inverse_model(slider_log(), slider(), InverseSettings(decimation=decimation))
+    fits = fit_inverse_model(slider_log(), slider())
     p = fits.joints['slider']['symmetric'].parameters
     assert p['inertia'].value == pytest.approx(MASS, rel=0.01)
     assert p['viscous'].value == pytest.approx(VISCOUS, rel=0.01)
@@ -201,10 +199,6 @@ def test_what_cannot_be_fitted_is_said():
         fits = fit_inverse_model(case, robot)
         assert fits.joints == {}
         assert reason in fits.unavailable['slider']
-    with pytest.raises(ConfigurationError, match='cutoff is 0'):
-        InverseSettings(cutoff=0.0)
-    with pytest.raises(ConfigurationError, match='decimation is 0'):
-        InverseSettings(decimation=0)
 
 
 def test_the_entry_is_json_without_nan():

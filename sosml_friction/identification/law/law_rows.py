@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_fit import LawFit
@@ -72,6 +74,22 @@ class LawRows:
                 {n: unsure * (x - way[n]) for n, x in fit.drawn.items() if n in way}
             )
         return fit
+
+    def mapped(self, change: Callable[[FloatArray], FloatArray]) -> LawRows:
+        """Return the rows with each column of numbers (K,) changed in the same way."""
+
+        def each(x: FloatArray | None) -> FloatArray | None:
+            return None if x is None else np.apply_along_axis(change, 0, np.nan_to_num(x))
+
+        return replace(
+            self,
+            y=change(np.nan_to_num(self.y)),
+            lag=lambda column: change(self.lag(column)),
+            extra=each(self.extra),
+            held=each(self.held),
+            late=each(self.late),
+            unsure=each(self.unsure),
+        )
 
     def _other_ways(self) -> Iterator[tuple[LawRows, float]]:
         """Yield rows that could be as true, and which share of what they change is unsure."""

@@ -123,19 +123,12 @@ def joined(rows: LawRows, noise: RowNoise) -> LawRows:
     mean = csr_array(
         (np.repeat(1.0 / sizes, sizes), index, bounds), shape=(len(blocks), len(rows.y))
     )
-    lag = rows.lag
     return replace(
-        rows,
-        y=mean @ np.nan_to_num(rows.y),
+        rows.mapped(lambda column: np.array(mean @ column)),
         clusters=rows.clusters[[block[0] for block in blocks]],
         keep=np.ones(len(blocks), dtype=bool),
         mean_v=mean @ np.nan_to_num(rows.mean_v),
-        lag=lambda column: np.array(mean @ lag(column)),
-        extra=None if rows.extra is None else mean @ np.nan_to_num(rows.extra),
         unsmoothed=None if rows.unsmoothed is None else joined(rows.unsmoothed, noise),
-        held=None if rows.held is None else mean @ np.nan_to_num(rows.held),
-        late=None if rows.late is None else mean @ np.nan_to_num(rows.late),
-        unsure=None if rows.unsure is None else mean @ np.nan_to_num(rows.unsure),
     )
 
 
@@ -168,28 +161,13 @@ class LawStack:
             by_bag = np.column_stack([column, *(column * (self.bag == b) for b in bags[:-1])])
             contrasts.append(np.linalg.qr(by_bag)[0][:, 1:])
         gone = np.linalg.qr(np.hstack(contrasts))[0]
-        lag = self.rows.lag
 
         def project(column: FloatArray) -> FloatArray:
             column = np.where(keep, column, 0.0)
             return np.array(column - gone @ (gone.T @ column))
 
         own = self.unsmoothed.own(names) if self.unsmoothed else None
-        rows = replace(
-            self.rows,
-            y=project(self.rows.y),
-            keep=keep,
-            lag=lambda column: project(lag(column)),
-            extra=None
-            if self.rows.extra is None
-            else np.column_stack([project(column) for column in self.rows.extra.T]),
-            unsmoothed=own.rows if own else None,
-            held=None if self.rows.held is None else project(self.rows.held),
-            late=None if self.rows.late is None else project(self.rows.late),
-            unsure=None
-            if self.rows.unsure is None
-            else np.column_stack([project(column) for column in self.rows.unsure.T]),
-        )
+        rows = replace(self.rows.mapped(project), keep=keep, unsmoothed=own.rows if own else None)
         return LawStack(rows, self.bag, own)
 
 
