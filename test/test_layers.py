@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[1] / PACKAGE
 LAYERS = (
     (
         *('arrays', 'compiled', 'exceptions', 'one_thread', 'plain_document', 'plain_number'),
-        *('registry', 'share', 'text_file', 'yaml_text'),
+        *('registry', 'share', 'text_file', 'xml_text', 'yaml_text'),
     ),
     ('model',),
     ('bags',),
@@ -42,6 +42,7 @@ ONLY = {
     'plain_document': set(),
     'plain_number': set(),
     'text_file': {'exceptions'},
+    'xml_text': set(),
     'yaml_text': {'exceptions'},
     'actuators': {'arrays', 'exceptions', 'plain_number', 'registry', 'share', 'yaml_text'}
     | {'model', 'bags', 'motion', 'simulation'},

@@ -9,6 +9,7 @@ from sosml_friction.export.common.holding import joint_terms
 from sosml_friction.export.common.target import ExportTarget
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.urdf_joints import read_joints
+from sosml_friction.xml_text import commented
 
 #: Element of ``<dynamics>`` by the constant that it holds [Nm, Nm s/rad; N, N s/m].
 _ELEMENTS = {'viscous': 'damping', 'coulomb': 'friction'}
@@ -48,5 +49,4 @@ class SdfTarget(ExportTarget):
                 ElementTree.SubElement(dynamics, 'spring_stiffness').text = repr(stiffness)
                 ElementTree.SubElement(dynamics, 'spring_reference').text = repr(rest)
         ElementTree.indent(root)
-        comment = '\n  '.join(self.notes(model)).replace('--', '- -')
-        return f'<!--\n  {comment}\n-->\n{ElementTree.tostring(root, encoding="unicode")}\n'
+        return commented(root, self.notes(model))

@@ -8,6 +8,7 @@ from typing import ClassVar
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.export.common.target import ExportTarget
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.xml_text import commented
 
 #: Attribute of ``<dynamics>`` by the constant that it holds [Nm, Nm s/rad; N, N s/m].
 _ATTRIBUTES = {'coulomb': 'friction', 'viscous': 'damping'}
@@ -22,8 +23,7 @@ class UrdfTarget(ExportTarget):
     def text(self, model: RobotModelFile) -> str:
         """Return the document; intervals and losses are in a comment at its head."""
         root = self._document(model)
-        comment = '\n  '.join(self.notes(model)).replace('--', '- -')
-        return f'<!--\n  {comment}\n-->\n{ElementTree.tostring(root, encoding="unicode")}\n'
+        return commented(root, self.notes(model))
 
     def _document(self, model: RobotModelFile) -> ElementTree.Element:
         if model.urdf is None:

@@ -78,12 +78,11 @@ def stated_terms(model: RobotModelFile) -> list[KnownTerm]:
     Those of its laws, and those that it lists. The amplitude of a gear is no number of it.
     """
     result = []
-    for i, (name, joint) in enumerate(model.joints.items()):
-        for kind, parameters in [] if joint.friction is None else joint.friction.by_term():
-            if kind not in CONSTANTS:
-                term = TERMS[kind]()
-                names = tuple(f'{name} {key}' for key in term.amplitudes)
-                result.append(KnownTerm(term, i, *term.restore(parameters), names))
+    for entry in model.law_terms():
+        if entry.effect not in CONSTANTS:
+            term, i = TERMS[entry.effect](), model.joint_names.index(entry.joint)
+            names = tuple(f'{entry.joint} {key}' for key in term.amplitudes)
+            result.append(KnownTerm(term, i, *term.restore(entry.parameters), names))
     listed = known_terms(model)
     return result + [own for own in listed if not isinstance(own.term, TransmissionTerm)]
 

@@ -281,16 +281,26 @@ class RobotModelFile:
             laws.append(joint.friction.make_law())
         return laws
 
+    def law_terms(self) -> list[EffectTerm]:
+        """Return the terms that the friction laws of the joints are made of."""
+        return [
+            EffectTerm(term, name, parameters)
+            for name, joint in self.joints.items()
+            if joint.friction is not None
+            for term, parameters in joint.friction.by_term()
+        ]
+
     def to_yaml(self, urdf: str = 'robot.urdf') -> str:
         """Return the text of ``model.yaml``; ``urdf`` is the path written into it."""
         joints: dict[str, Any] = {}
-        terms: list[dict[str, Any]] = []
         for name, joint in self.joints.items():
             joints[name] = {'armature': joint.armature.to_dict()}
             if joint.friction is not None:
                 joints[name]['smoothing_velocity'] = joint.friction.smoothing_velocity
-                terms += [_entry(term, name, own) for term, own in joint.friction.by_term()]
-        terms += [_entry(term.effect, term.joint, term.parameters) for term in self.effects]
+        terms = [
+            to_plain({'term': x.effect, 'joint': x.joint, 'parameters': x.parameters})
+            for x in (*self.law_terms(), *self.effects)
+        ]
         document: dict[str, Any] = {
             'format': FORMAT,
             'name': self.name,
@@ -393,10 +403,6 @@ def _parse_locked(entries: Any, where: str) -> dict[str, float]:
             f'{where} has locked: {entries!r}: give each joint that is held still its position '
             '[rad or m]'
         ) from error
-
-
-def _entry(term: str, joint: str, parameters: Mapping[str, Parameter]) -> dict[str, Any]:
-    return to_plain({'term': term, 'joint': joint, 'parameters': parameters})
 
 
 def _parse_terms(

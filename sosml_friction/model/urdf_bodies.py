@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.xml_text import number_list, parse_xml
 
 #: Name of the link and the joint that turn a base; a number is added where it is taken.
 _TURNED = 'turned_base'
@@ -30,7 +31,7 @@ def with_bodies(urdf: str, bodies: Mapping[str, FloatArray], held: Collection[st
     :param held: joints that are held still (:attr:`Robot.held`).
     :raises ConfigurationError: if a joint is not there or a body has no positive mass.
     """
-    root = _parse(urdf)
+    root = parse_xml(urdf)
     joints = {joint.get('name'): joint for joint in root.findall('joint')}
     links = {link.get('name'): link for link in root.findall('link')}
     for name, body in bodies.items():
@@ -54,7 +55,7 @@ def with_turned_base(urdf: str, rotation: FloatArray) -> str:
 
     :param rotation: vector (3,) [rad]: about its direction, by its length, in the root's frame.
     """
-    root = _parse(urdf)
+    root = parse_xml(urdf)
     names = {element.get('name') for element in root.iter() if element.tag in ('link', 'joint')}
     name, k = _TURNED, 1
     while name in names or f'{name}_mount' in names:
@@ -63,19 +64,13 @@ def with_turned_base(urdf: str, rotation: FloatArray) -> str:
     children = {_of(joint, 'child') for joint in root.findall('joint')}
     first = next(link for link in root.findall('link') if link.get('name') not in children)
     angles = Rotation.from_rotvec(rotation).as_euler('xyz')
-    rpy = ' '.join(repr(float(x)) for x in angles)
     joint = ElementTree.Element('joint', {'name': f'{name}_mount', 'type': 'fixed'})
     ElementTree.SubElement(joint, 'parent', {'link': name})
     ElementTree.SubElement(joint, 'child', {'link': str(first.get('name'))})
-    ElementTree.SubElement(joint, 'origin', {'xyz': '0 0 0', 'rpy': rpy})
+    ElementTree.SubElement(joint, 'origin', {'xyz': '0 0 0', 'rpy': number_list(angles)})
     root.insert(0, joint)
     root.insert(0, ElementTree.Element('link', {'name': name}))
     return _text(root)
-
-
-def _parse(urdf: str) -> ElementTree.Element:
-    builder = ElementTree.TreeBuilder(insert_comments=True)
-    return ElementTree.fromstring(urdf, ElementTree.XMLParser(target=builder))
 
 
 def _text(root: ElementTree.Element) -> str:
@@ -109,13 +104,16 @@ def _inertial(body: FloatArray) -> ElementTree.Element:
     # What is left of the difference of two equal numbers is none: all mass is in one point.
     none = np.abs(own).max(axis=0) <= _ROUNDED * np.abs(tensor).max()
     own[none], own[:, none] = 0.0, 0.0
+    return inertial_element(m, c, own)
+
+
+def inertial_element(mass: float, centre: FloatArray, tensor: FloatArray) -> ElementTree.Element:
+    """Return the element of a body: mass [kg], centre [m], inertia about the centre [kg m2]."""
     element = ElementTree.Element('inertial')
-    # repr is the shortest text that reads back as the same number.
-    xyz = ' '.join(repr(float(x)) for x in c)
-    ElementTree.SubElement(element, 'origin', {'xyz': xyz, 'rpy': '0 0 0'})
-    ElementTree.SubElement(element, 'mass', {'value': repr(m)})
+    ElementTree.SubElement(element, 'origin', {'xyz': number_list(centre), 'rpy': '0 0 0'})
+    ElementTree.SubElement(element, 'mass', {'value': repr(mass)})
     names = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
-    values = own[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+    values = tensor[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
     ElementTree.SubElement(
         element, 'inertia', {k: repr(float(x)) for k, x in zip(names, values, strict=True)}
     )

@@ -25,7 +25,6 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.known_terms import KnownTerm, known_terms, read_term
 from sosml_friction.model.model_folder import (
-    EffectTerm,
     RobotModelFile,
     parse_model,
     read_model,
@@ -106,15 +105,10 @@ class Friction:
 
     def _grouped(self, model: Any) -> list[_Part]:
         """Return what is applied at each step; a kind of term in all joints at once."""
-        own = [
-            EffectTerm(term, name, parameters)
-            for name, joint in self.content.joints.items()
-            for term, parameters in ([] if joint.friction is None else joint.friction.by_term())
-        ]
-        terms = [t for e in own for t in read_term(e, self.content)] + known_terms(self.content)
+        own = [t for e in self.content.law_terms() for t in read_term(e, self.content)]
         alone, groups = [], dict[tuple[type[EffortTerm], int], list[KnownTerm]]()
         names = self.content.joint_names
-        for known in terms:
+        for known in own + known_terms(self.content):
             term = known.term
             where = 'all joints' if known.joint < 0 else names[known.joint]
             if isinstance(term, MeasurementTerm):

@@ -29,7 +29,9 @@ from sosml_friction.model.model_folder import (
     RobotModelFile,
 )
 from sosml_friction.model.parameter import Parameter
+from sosml_friction.model.urdf_bodies import inertial_element
 from sosml_friction.mujoco.engine import compiled, engine, joint_id
+from sosml_friction.xml_text import number_list
 
 #: The gravity that a URDF is under [m/s2], and the share by which one of an MJCF may differ: some
 #: write 9.8 or 9.80665.
@@ -177,11 +179,6 @@ def _matrix(quaternion: FloatArray) -> FloatArray:
     return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
 
 
-def _numbers(values: Any) -> str:
-    # repr is the shortest text that reads back as the same number.
-    return ' '.join(repr(float(x)) for x in values)
-
-
 def _link(robot: ElementTree.Element, name: str) -> None:
     ElementTree.SubElement(robot, 'link', {'name': name})
 
@@ -195,7 +192,9 @@ def _origin(element: ElementTree.Element, frame: Frame) -> None:
         # Where two angles turn about one axis, any pair of the right sum is right.
         warnings.simplefilter('ignore', UserWarning)
         angles = Rotation.from_matrix(frame.turn).as_euler('xyz')
-    ElementTree.SubElement(element, 'origin', {'xyz': _numbers(frame.at), 'rpy': _numbers(angles)})
+    ElementTree.SubElement(
+        element, 'origin', {'xyz': number_list(frame.at), 'rpy': number_list(angles)}
+    )
 
 
 def _fixed(robot: ElementTree.Element, parent: str, child: str, frame: Frame) -> None:
@@ -217,7 +216,7 @@ def _joint(
     kind = 'revolute' if limited and turns else 'continuous' if turns else 'prismatic'
     joint = ElementTree.SubElement(robot, 'joint', {'name': m.joint(j).name, 'type': kind})
     _ends(joint, parent, child, frame)
-    ElementTree.SubElement(joint, 'axis', {'xyz': _numbers(m.jnt_axis[j])})
+    ElementTree.SubElement(joint, 'axis', {'xyz': number_list(m.jnt_axis[j])})
     if limited:
         low, high = m.jnt_range[j]
         ElementTree.SubElement(
@@ -269,14 +268,7 @@ def _inertial(link: ElementTree.Element, m: Any, body: int, frame: Frame) -> Non
         return
     own = frame.then(m.body_ipos[body], _matrix(m.body_iquat[body]))
     tensor = own.turn @ np.diag(m.body_inertia[body]) @ own.turn.T
-    inertial = ElementTree.SubElement(link, 'inertial')
-    ElementTree.SubElement(inertial, 'origin', {'xyz': _numbers(own.at), 'rpy': '0 0 0'})
-    ElementTree.SubElement(inertial, 'mass', {'value': repr(mass)})
-    names = ('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz')
-    values = tensor[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
-    ElementTree.SubElement(
-        inertial, 'inertia', {k: repr(float(x)) for k, x in zip(names, values, strict=True)}
-    )
+    link.append(inertial_element(mass, own.at, tensor))
 
 
 def _units(m: Any, j: int) -> tuple[str, str, str]:

@@ -27,6 +27,7 @@ from sosml_friction.mujoco.engine import compiled, engine, joint_id, spec_of
 from sosml_friction.mujoco.friction import RIPPLE, TEXT, embedded
 from sosml_friction.mujoco.reading import upright
 from sosml_friction.text_file import read_text
+from sosml_friction.xml_text import commented, number_list, parse_xml
 
 _IMPEDANCE = '0.999 0.9999 0.001'
 #: Least frictionloss [Nm or N]: a joint that is compiled without has no constraint for the module.
@@ -66,12 +67,12 @@ def write_mjcf(
         root = _read(base)
     else:
         assert model.urdf is not None
-        root = _parse(spec_of(_without_meshes(model.urdf))[0].to_xml())
+        root = parse_xml(spec_of(_without_meshes(model.urdf))[0].to_xml())
         _add_followers(root, model.urdf)
     joints = _joint_elements(root)
     if base is not None and any(name not in joints for name in model.joints):
         # They are in a file that it includes, or do not exist.
-        root = _parse(spec_of(base)[0].to_xml())
+        root = parse_xml(spec_of(base)[0].to_xml())
         joints = _joint_elements(root)
     missing = [name for name in model.joints if name not in joints]
     if missing:
@@ -177,21 +178,16 @@ def _snippet(model: RobotModelFile, constants: Mapping[str, Mapping[str, float]]
     return root
 
 
-def _parse(text: str) -> Element:
-    builder = ElementTree.TreeBuilder(insert_comments=True)
-    return ElementTree.fromstring(text, ElementTree.XMLParser(target=builder))
-
-
 def _read(path: Path) -> Element:
     try:
-        return _parse(read_text(path, 'MJCF'))
+        return parse_xml(read_text(path, 'MJCF'))
     except ElementTree.ParseError as error:
         raise ConfigurationError(f'MJCF {path} is no XML: {error}') from error
 
 
 def _without_meshes(urdf: str) -> str:
     """Return a URDF as MuJoCo is to read it: masses as stated, shapes that need no file."""
-    root = _parse(urdf)
+    root = parse_xml(urdf)
     for link in root.iter('link'):
         for shape in [*link.findall('visual'), *link.findall('collision')]:
             if shape.tag == 'collision' or shape.find('.//mesh') is not None:
@@ -277,7 +273,7 @@ def _write_bodies(root: Element, m: Any, before: Robot, after: Robot) -> None:
         if option is None:
             option = Element('option')
             root.insert(0, option)
-        option.set('gravity', ' '.join(repr(float(x)) for x in gravity))
+        option.set('gravity', number_list(gravity))
 
 
 def _moved(numbers: FloatArray, by: FloatArray) -> FloatArray:
@@ -319,12 +315,11 @@ def _inertial(numbers: FloatArray) -> Element:
     full = about[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
     return Element(
         'inertial',
-        {'pos': ' '.join(repr(float(x)) for x in centre), 'mass': repr(mass),
-         'fullinertia': ' '.join(repr(float(x)) for x in full)},
+        {'pos': number_list(centre), 'mass': repr(mass),
+         'fullinertia': number_list(full)},
     )  # fmt: skip
 
 
 def _text(root: Element, notes: Sequence[str]) -> str:
     ElementTree.indent(root)
-    lines = '\n  '.join(note.replace('--', '- -') for note in notes)
-    return f'<!--\n  {lines}\n-->\n{ElementTree.tostring(root, encoding="unicode")}\n'
+    return commented(root, notes)

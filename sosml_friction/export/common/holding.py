@@ -12,7 +12,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.export.common.motion import KnownMotion
 from sosml_friction.export.common.tracking import follow
 from sosml_friction.model.known_terms import KnownTerm, known_terms, read_term
-from sosml_friction.model.model_folder import EffectTerm, RobotModelFile
+from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.term import TERMS
 
@@ -63,12 +63,9 @@ class HeldJoint:
 
 def joint_terms(model: RobotModelFile) -> dict[str, list[KnownTerm]]:
     """Return the terms of each joint that are an effort of its own, those of its law first."""
-    found: dict[str, list[KnownTerm]] = {}
-    for name, joint in model.joints.items():
-        own = [] if joint.friction is None else joint.friction.by_term()
-        entries = [EffectTerm(term, name, parameters) for term, parameters in own]
-        found[name] = [known for entry in entries for known in read_term(entry, model)]
-    for known in known_terms(model):
+    found: dict[str, list[KnownTerm]] = {name: [] for name in model.joints}
+    own = [known for entry in model.law_terms() for known in read_term(entry, model)]
+    for known in own + known_terms(model):
         if isinstance(known.term, EffortTerm):
             found[model.joint_names[known.joint]].append(known)
     return found

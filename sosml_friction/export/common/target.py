@@ -32,13 +32,9 @@ class Entry(NamedTuple):
 
 def entries(model: RobotModelFile) -> Iterator[Entry]:
     """Yield every parameter of a model's terms, the laws' first."""
-    for joint, own in model.joints.items():
-        for term, parameters in [] if own.friction is None else own.friction.by_term():
-            for name, parameter in parameters.items():
-                yield Entry(joint, term, name, parameter)
-    for effect in model.effects:
-        for name, parameter in effect.parameters.items():
-            yield Entry(effect.joint, effect.effect, name, parameter)
+    for term in (*model.law_terms(), *model.effects):
+        for name, parameter in term.parameters.items():
+            yield Entry(term.joint, term.effect, name, parameter)
 
 
 def interval_text(p: Parameter) -> str:
