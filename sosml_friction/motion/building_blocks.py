@@ -116,8 +116,6 @@ class TrajectoryBuilder:
 
         :raises TrajectoryError: if ``cycles`` is no whole number.
         """
-        if cycles != int(cycles):
-            raise TrajectoryError(f'a train has {cycles} cycles: give a whole number')
         self.move(middle - v * (0.5 * plateau_s + 0.25 * turn_s), top_speed, 0.4)
         # From rest in half the time: as much acceleration as in a turn.
         self.ramp(v, 0.5 * turn_s)
@@ -172,7 +170,6 @@ def begin_motion(
     start: Mapping[str, float],
     centre: Mapping[str, float],
     scale: Sequence[float],
-    **positive: float | Sequence[float],
 ) -> tuple[TrajectoryBuilder, FloatArray, FloatArray]:
     """
     Return the motion at its start, the centre (n,) and the scale (n,) of each joint.
@@ -180,10 +177,8 @@ def begin_motion(
     :param what: the trajectory, for the error sentence.
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param scale: one for all joints or one for each; a joint with 0 stays at its centre.
-    :param positive: other numbers of the trajectory, which have to be.
-    :raises TrajectoryError: if joints differ, the scale is none or a number is not positive.
+    :raises TrajectoryError: if joints differ or the scale is none.
     """
-    require_positive(what, **positive)
     if set(start) != set(centre):
         raise TrajectoryError(
             f'{what} has centres for {", ".join(centre)} where the robot reports '
@@ -216,24 +211,6 @@ def per_joint(what: str, values: Sequence[float], n: int) -> FloatArray:
 def move_speeds(top_speed: float, scale: FloatArray) -> FloatArray:
     """Return the largest speed (n,) of the moves between pieces; a resting joint has no scale."""
     return np.asarray(top_speed * np.where(scale > 0.0, scale, 1.0))
-
-
-def require_positive(what: str, **numbers: float | Sequence[float]) -> None:
-    """
-    Refuse numbers that are not positive and finite, and lists that are empty.
-
-    :raises TrajectoryError: naming them all.
-    """
-    good = True
-    parts = []
-    for name, value in numbers.items():
-        values = np.atleast_1d(np.asarray(value, dtype=float))
-        good &= bool(values.size and (np.isfinite(values) & (values > 0.0)).all())
-        parts.append(f'{name} {values.tolist() if np.ndim(value) else value}')
-    if not good:
-        raise TrajectoryError(
-            f'{what} has {", ".join(parts)}: all must be positive and no list empty'
-        )
 
 
 def check_limits(

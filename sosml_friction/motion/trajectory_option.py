@@ -61,6 +61,8 @@ class TrajectoryOption:
         """
         numbers = np.atleast_1d(np.asarray(value, dtype=float))
         low, high = self.range or (-np.inf, np.inf)
+        if self.default and not numbers.size:
+            raise TrajectoryError(f'{self.name} is empty: give at least one number')
         if not (np.isfinite(numbers) & (numbers >= low) & (numbers <= high)).all():
             limits = f' from {low:g} to {high:g}' if self.range else ''
             raise TrajectoryError(f'{self.name} is {value}: give finite numbers{limits}')

@@ -18,7 +18,6 @@ from sosml_friction.motion.building_blocks import (
     fade,
     move_speeds,
     product,
-    require_positive,
 )
 from sosml_friction.motion.trajectory import Trajectory
 from sosml_friction.motion.trajectory_kind import TrajectoryKind
@@ -46,17 +45,10 @@ class MultisineSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        numbers = {name: value for name, value in vars(self).items() if name != 'seed'}
-        require_positive('the multisine', **numbers)
         if len(self.band) != 2 or not self.band[0] < self.band[1]:
             raise TrajectoryError(
                 f'the multisine has the band {list(self.band)} Hz: give the lowest and the '
                 'highest frequency'
-            )
-        if self.periods != int(self.periods) or self.seed != int(self.seed) or self.seed < 0:
-            raise TrajectoryError(
-                f'the multisine has {self.periods} periods and seed {self.seed}: give whole '
-                'numbers, the seed not negative'
             )
 
     @property
@@ -85,9 +77,7 @@ def multisine(
     :param settings: default: those of the exoskeleton.
     :raises TrajectoryError: if joints differ, or the band holds no line for a joint.
     """
-    motion, middle, factor = begin_motion(
-        'the multisine', start, centre, scale, top_speed=top_speed
-    )
+    motion, middle, factor = begin_motion('the multisine', start, centre, scale)
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_multisine(motion, settings or MultisineSettings(), factor).build()
 

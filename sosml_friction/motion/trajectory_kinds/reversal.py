@@ -38,12 +38,9 @@ def reversal(
 
     The arguments are the options of :class:`Reversal`.
 
-    :raises TrajectoryError: if joints differ or a number is not positive.
+    :raises TrajectoryError: if joints differ.
     """
-    motion, middle, factor = begin_motion(
-        'the reversal', start, centre, scale,
-        amplitude=amplitude, frequency=frequency, cycles=cycles, ramp=ramp_s, top_speed=top_speed,
-    )  # fmt: skip
+    motion, middle, factor = begin_motion('the reversal', start, centre, scale)
     motion.move(middle, move_speeds(top_speed, factor), 0.4)
     return add_sinusoid(motion, amplitude * factor, frequency, cycles, ramp_s).build()
 

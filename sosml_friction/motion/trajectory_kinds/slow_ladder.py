@@ -29,12 +29,9 @@ def slow_ladder(
 
     The arguments are the options of :class:`SlowLadder`.
 
-    :raises TrajectoryError: if joints differ or a number is not positive.
+    :raises TrajectoryError: if joints differ.
     """
-    motion, middle, factor = begin_motion(
-        'the slow ladder', start, centre, scale,
-        speeds=speeds, plateau=plateau_s, way=way, ramp=ramp_s, top_speed=top_speed,
-    )  # fmt: skip
+    motion, middle, factor = begin_motion('the slow ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)
     plateaus = [max(plateau_s, way / speed) for speed in speeds]
     add_ladder(motion, middle, speeds, plateaus, ramp_s, top, factor)

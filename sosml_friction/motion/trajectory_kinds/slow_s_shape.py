@@ -29,12 +29,9 @@ def slow_s_shape(
 
     The arguments are the options of :class:`SlowSShape`.
 
-    :raises TrajectoryError: if joints differ or a number is not positive.
+    :raises TrajectoryError: if joints differ.
     """
-    motion, middle, factor = begin_motion(
-        'the slow S-shape', start, centre, scale,
-        speed=speed, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
-    )  # fmt: skip
+    motion, middle, factor = begin_motion('the slow S-shape', start, centre, scale)
     top = move_speeds(top_speed, factor)
     motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
     return motion.move(middle, top, 0.4).build()

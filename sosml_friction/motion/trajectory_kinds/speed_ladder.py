@@ -32,12 +32,9 @@ def speed_ladder(
 
     :param start: present position of each joint, at rest [rad or m]; its order is kept.
     :param centre: middle of the plateaus of each joint [rad or m].
-    :raises TrajectoryError: if joints differ or a number is not positive.
+    :raises TrajectoryError: if joints differ.
     """
-    motion, middle, factor = begin_motion(
-        'the ladder', start, centre, scale,
-        speeds=speeds, plateau=plateau_s, ramp=ramp_s, top_speed=top_speed,
-    )  # fmt: skip
+    motion, middle, factor = begin_motion('the ladder', start, centre, scale)
     top = move_speeds(top_speed, factor)
     add_ladder(motion, middle, speeds, [plateau_s] * len(speeds), ramp_s, top, factor)
     return motion.move(middle, top, 0.4).build()

@@ -31,12 +31,9 @@ def symmetric_reversals(
     The arguments are the options of :class:`SymmetricReversals`.
 
     :param plateau_s: with an encoder of 16 bit the evaluation needs 0.55 s of it.
-    :raises TrajectoryError: if joints differ or a number is not positive.
+    :raises TrajectoryError: if joints differ.
     """
-    motion, middle, factor = begin_motion(
-        'the train of reversals', start, centre, scale,
-        speeds=speeds, plateau=plateau_s, turn=turn_s, cycles=cycles, top_speed=top_speed,
-    )  # fmt: skip
+    motion, middle, factor = begin_motion('the train of reversals', start, centre, scale)
     top = move_speeds(top_speed, factor)
     for speed in [*speeds, *reversed(speeds)]:
         motion.to_and_fro(middle, speed * factor, plateau_s, turn_s, cycles, top)
