@@ -85,14 +85,8 @@ def block_means(
 
     first = log.t_ns[block[:, 0]]
     late = sum(log.t_ns[block[:, k]] - first for k in range(1, count)) / count
-    return replace(
-        log,
-        t_ns=first + np.rint(late).astype(np.int64),
-        q=means(log.q),
-        v=means(log.v),
-        tau=means(tau),
-        temperature=None if log.temperature is None else means(log.temperature),
-    ), count
+    t_ns = first + np.rint(late).astype(np.int64)
+    return replace(log, tau=tau).mapped(means, t_ns=t_ns), count
 
 
 def block_sentence(log: JointLog, count: int) -> str:

@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording cut where it has holes, at even steps in between."""
 
+from functools import partial
+
 import numpy as np
 
+from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 
 
@@ -36,16 +39,12 @@ def even_stretches(log: JointLog) -> list[JointLog]:
         if count < 3:
             continue
         even = np.linspace(time[run[0]], time[run[-1]], count)
-        columns = {
-            name: np.column_stack([np.interp(even, time[run], x) for x in array[run].T])
-            for name, array in (('q', log.q), ('v', log.v), ('tau', log.tau))
-        }
-        temperature = None
-        if log.temperature is not None:
-            temperature = np.column_stack(
-                [np.interp(even, time[run], x) for x in log.temperature[run].T]
-            )
         t_ns = log.t_ns[0] + np.rint(even * 1e9).astype(np.int64)
-        q, v, tau = columns['q'], columns['v'], columns['tau']
-        stretches.append(JointLog(log.names, t_ns, q, v, tau, temperature))
+        part = log.rows(run)
+        stretches.append(part.mapped(partial(on_lines, even, time[run]), t_ns=t_ns))
     return stretches
+
+
+def on_lines(when: FloatArray, time: FloatArray, x: FloatArray) -> FloatArray:
+    """Return columns (N, n) interpolated linearly at other times."""
+    return np.column_stack([np.interp(when, time, column) for column in x.T])

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -104,20 +105,24 @@ class JointLog:
                 found[name] = (float(known[0]), float(np.ptp(known)))
         return found
 
+    def mapped(self, change: Callable[[FloatArray], FloatArray], **others: Any) -> JointLog:
+        """Return the log with position, velocity, effort and temperature changed alike."""
+        return replace(
+            self,
+            q=change(self.q),
+            v=change(self.v),
+            tau=change(self.tau),
+            temperature=None if self.temperature is None else change(self.temperature),
+            **others,
+        )
+
     def rows(self, rows: IndexArray | BoolArray) -> JointLog:
         """
         Return the log of the samples ``rows``, all joints.
 
         :raises DataError: if there are none.
         """
-        return replace(
-            self,
-            t_ns=self.t_ns[rows],
-            q=self.q[rows],
-            v=self.v[rows],
-            tau=self.tau[rows],
-            temperature=None if self.temperature is None else self.temperature[rows],
-        )
+        return self.mapped(lambda x: x[rows], t_ns=self.t_ns[rows])
 
     def select(self, names: Sequence[str]) -> JointLog:
         """
@@ -138,12 +143,4 @@ class JointLog:
         own = says[:, index].any(axis=1) | ~says.any(axis=1)
         if not own.all():
             return self.rows(np.flatnonzero(own)).select(names)
-        temperature = None if self.temperature is None else self.temperature[:, index]
-        return replace(
-            self,
-            names=tuple(names),
-            q=self.q[:, index],
-            v=self.v[:, index],
-            tau=self.tau[:, index],
-            temperature=temperature,
-        )
+        return self.mapped(lambda x: x[:, index], names=tuple(names))

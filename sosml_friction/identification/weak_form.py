@@ -45,6 +45,14 @@ _NOISES, _STRAIGHT = 5.0, 40.0
 _STANDSTILL = 0.8
 #: Share of the torque below which what a law leaves is rounding.
 _EXACT = 1e-6
+#: Length of a test function [s]: a longer one averages more noise, but blurs friction that changes
+#: within it. Chosen, no measurement.
+_SUPPORT_S = 0.1
+#: Length of the local cubic whose slope is the velocity at which the law is evaluated [s]. Chosen,
+#: no measurement.
+_WINDOW_S = 0.12
+#: Length of a cluster, whose test functions may share their noise [s]. Chosen, no measurement.
+_CLUSTER_S = 1.0
 #: Samples on either side of a change of sign that a smoothed velocity leaves unsure.
 _SMOOTHED = 5
 
@@ -54,26 +62,19 @@ class WeakSettings:
     """
     Say how the weak form looks at a recording.
 
-    ``support_s`` [s]: length of a test function; a longer one averages more noise, but blurs
-    friction that changes within it. ``window_s`` [s]: length of the local cubic whose slope is
-    the velocity at which the law is evaluated. ``cluster_s`` [s]: length of a cluster; test
-    functions in one cluster may share their noise. ``zero_band`` [rad/s or m/s]: slower is
-    standstill, where the law jumps. ``refit_inertia``: whether the joint's inertia is fitted too.
+    ``zero_band`` [rad/s or m/s], positive: slower is standstill, where the law jumps.
+    ``refit_inertia``: whether the joint's inertia is fitted too.
     """
 
-    support_s: float = 0.1
-    window_s: float = 0.12
-    cluster_s: float = 1.0
     zero_band: float = 1e-3
     refit_inertia: bool = False
     form: LawForm = field(default_factory=LawForm)
 
     def __post_init__(self) -> None:
-        for name in ('support_s', 'window_s', 'cluster_s', 'zero_band'):
-            if not getattr(self, name) > 0.0:
-                raise ConfigurationError(
-                    f'weak-form setting {name} is {getattr(self, name)}: it must be positive'
-                )
+        if not self.zero_band > 0.0:
+            raise ConfigurationError(
+                f'weak-form setting zero_band is {self.zero_band}: it must be positive'
+            )
 
 
 @dataclass(frozen=True)
@@ -148,7 +149,7 @@ class WeakForm:
         steps = np.diff(self.time)
         self._step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
         # A cubic needs more than four samples.
-        self._half = max(2, round(0.5 * self.settings.window_s / self._step))
+        self._half = max(2, round(0.5 * _WINDOW_S / self._step))
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
         self._q_noise = [white_noise(q) for q in log.q.T]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
@@ -158,7 +159,7 @@ class WeakForm:
         if timing is not None:
             self._sampler.later_weight[:] = timing.later(self._step)
             self._unsure = timing.std_error / self._step
-        self._support = max(self.settings.support_s, _FEWEST_SAMPLES * self._step)
+        self._support = max(_SUPPORT_S, _FEWEST_SAMPLES * self._step)
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
         self._unsmoothed: WeakForm | None = None
@@ -302,7 +303,7 @@ class WeakForm:
         pieces = [piece for piece in self._pieces if piece.count]
         if not pieces:
             raise DataError(
-                f'no {self.settings.support_s:g} s of the recording are without a hole in '
+                f'no {_SUPPORT_S:g} s of the recording are without a hole in '
                 'position, which the weak form needs: record without gaps'
             )
         v = np.concatenate([piece.v[:, i] for piece in pieces])
@@ -358,7 +359,7 @@ class WeakForm:
             return LawRows(
                 around,
                 y,
-                (middle / self.settings.cluster_s).astype(np.int64),
+                (middle / _CLUSTER_S).astype(np.int64),
                 known,
                 means(v),
                 unbiased,

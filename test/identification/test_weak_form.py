@@ -410,8 +410,8 @@ def test_what_cannot_be_fitted_is_one_sentence():
         with pytest.raises(DataError, match=reason) as caught:
             WeakForm(case, robot).fit(0)
         assert '\n' not in str(caught.value)
-    with pytest.raises(ConfigurationError, match='support_s is 0'):
-        WeakSettings(support_s=0.0)
+    with pytest.raises(ConfigurationError, match='zero_band is 0'):
+        WeakSettings(zero_band=0.0)
 
 
 def test_speeds_of_whole_quanta_a_sample_do_not_cost_the_fit():

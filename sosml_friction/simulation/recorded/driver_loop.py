@@ -4,12 +4,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from sosml_friction.arrays import FloatArray
-from sosml_friction.bags.even_stretches import even_stretches
+from sosml_friction.bags.even_stretches import even_stretches, on_lines
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.simulation.forward_model import ForwardModel
 from sosml_friction.simulation.forward_simulation import simulate
@@ -48,9 +48,7 @@ def bridged(log: JointLog) -> JointLog:
     t = np.sort(np.concatenate([time, *added]))
     t_ns = log.t_ns[0] + np.rint(t * 1e9).astype(np.int64)
 
-    q, v, tau = (_on_lines(t, time, x) for x in (log.q, log.v, log.tau))
-    temperature = None if log.temperature is None else _on_lines(t, time, log.temperature)
-    return JointLog(log.names, t_ns, q, v, tau, temperature, log.tags)
+    return log.mapped(partial(on_lines, t, time), t_ns=t_ns)
 
 
 def simulate_driver_loop(
@@ -109,18 +107,13 @@ def simulate_driver_loop(
         even = np.arange(-at, len(s.q) - at, dtype=np.float64) * period
         simulated = (
             CubicHermiteSpline(grid, run.q[0], run.v[0])(when),
-            _on_lines(when, grid, run.v[0]),
+            on_lines(when, grid, run.v[0]),
             drive.reported(),
         )
         for x in simulated:
             x[:, followed] = np.nan
-        v = _on_lines(when, even, smooth_velocity(s))
+        v = on_lines(when, even, smooth_velocity(s))
         measured = (log.q[rows][cycles], v, log.tau[rows][cycles])
         begins = begins_every(len(when), len(when))
         runs.append(RecordedRun(log.time[rows][cycles], measured, simulated, begins))
     return RecordedRun.joined(runs)
-
-
-def _on_lines(when: FloatArray, time: FloatArray, x: FloatArray) -> FloatArray:
-    """Return columns (N, n) interpolated at other times."""
-    return np.column_stack([np.interp(when, time, column) for column in x.T])
