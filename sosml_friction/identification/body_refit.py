@@ -197,8 +197,8 @@ def _law(fit: TermFit, i: int) -> LawFit:
     parameters = {}
     for name, k in zip(known, index, strict=True):
         value, error = fit.refit[nominal.names[k]], fit.refit_errors[nominal.names[k]]
+        told = Parameter.estimated(value, unit_of(name, unit), error, Z_95)
         low, high = value - Z_95 * error, value + Z_95 * error
-        told = Parameter(value, unit_of(name, unit), error, (low, high))
         if name != 'bias' and low <= 0.0:
             reason = (
                 f'its 95 % interval, {low:.3g} to {high:.3g} {told.unit}, does not leave out 0'
@@ -206,12 +206,10 @@ def _law(fit: TermFit, i: int) -> LawFit:
             told = replace(told, value=np.nan, flags=(NOT_IDENTIFIABLE,), reason=reason)
         parameters[name] = told
     for name in ('stribeck', 'stribeck_velocity'):
-        parameters[name] = Parameter(
-            np.nan,
+        parameters[name] = Parameter.not_told(
             unit_of(name, unit),
-            flags=(NOT_IDENTIFIABLE,),
-            reason='beside the bodies, Coulomb and viscous friction and friction by load were '
-            'fitted: sosml fit --terms fits any',
+            'beside the bodies, Coulomb and viscous friction and friction by load were fitted: '
+            'sosml fit --terms fits any',
         )
     left = fit.residual()[:, i]
     own = sum(fit.explained(t)[:, i] for t in fit.terms if t.term in FRICTION)

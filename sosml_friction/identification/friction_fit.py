@@ -24,7 +24,7 @@ from sosml_friction.identification.segments import (
     unsure_sign,
 )
 from sosml_friction.model.laws import law_definition, unit_of
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.observer import Observer
 from sosml_friction.regression.body_width import check_tolerance
@@ -310,14 +310,8 @@ class _JointTask:
         )
         parameters = dict(fit.parameters)
         for name in ('stribeck', 'stribeck_velocity'):
-            parameters[name] = Parameter(
-                np.nan,
-                parameters[name].unit,
-                interval=(0.0, np.inf),
-                flags=(NOT_IDENTIFIABLE,),
-                reason=reason,
-                experiment=experiment,
-            )
+            unit = parameters[name].unit
+            parameters[name] = Parameter.not_told(unit, reason, (0.0, np.inf), experiment)
         law = self.settings.form.identifier(False)
         names = law_definition(law).parameter_names
         kept = {n: x for n, x in parameters.items() if n in names or n in _KNEE}

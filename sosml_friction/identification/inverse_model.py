@@ -13,7 +13,7 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.jackknife import jackknife_errors, t_95
 from sosml_friction.model.laws import unit_of
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.regression.column_norms import column_norms
 
@@ -233,14 +233,12 @@ class _InverseTask:
         parameters = {}
         for k, (name, (unit, _)) in enumerate(named.items()):
             if self._left(X, k) < _COLLINEAR:
-                parameters[name] = Parameter(np.nan, unit, flags=(NOT_IDENTIFIABLE,))
+                parameters[name] = Parameter.not_told(unit)
                 continue
             value, half = float(theta[k] / norms[k]), quantile * float(errors[k])
             low, high = value - half, value + half
             if name in _POSITIVE and low <= 0.0:
-                parameters[name] = Parameter(
-                    np.nan, unit, interval=(0.0, max(high, 0.0)), flags=(NOT_IDENTIFIABLE,)
-                )
+                parameters[name] = Parameter.not_told(unit, '', (0.0, max(high, 0.0)))
             else:
                 parameters[name] = Parameter(value, unit, float(errors[k]), (low, high))
         size = float(np.linalg.norm(tau))

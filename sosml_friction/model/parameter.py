@@ -37,6 +37,23 @@ class Parameter:
     reason: str = ''
     experiment: str = ''
 
+    @classmethod
+    def estimated(cls, value: float, unit: str, error: float, quantile: float) -> Parameter:
+        """Return one with an interval of ``quantile`` standard errors to both sides."""
+        half = quantile * error
+        return cls(value, unit, error, (value - half, value + half))
+
+    @classmethod
+    def not_told(
+        cls,
+        unit: str,
+        reason: str = '',
+        interval: tuple[float, float] | None = None,
+        experiment: str = '',
+    ) -> Parameter:
+        """Return one that the data do not tell: its value is NaN, and it is flagged."""
+        return cls(math.nan, unit, math.nan, interval, (NOT_IDENTIFIABLE,), reason, experiment)
+
     def with_variance(self, more: float) -> Parameter:
         """
         Return the parameter with a variance added, of an error independent of its own.

@@ -148,19 +148,12 @@ class LawSummary:
                 experiment=experiment_for(name, reach) if reason else '',
             )
         error = float(np.sqrt(self.C[name, name]))
-        interval = (value - quantile * error, value + quantile * error)
-        reason = '' if name in self.problem.extra else reason_for(name, reach, interval)
+        low, high = value - quantile * error, value + quantile * error
+        reason = '' if name in self.problem.extra else reason_for(name, reach, (low, high))
         if reason:
-            low = max(interval[0], 0.0) if name in NON_NEGATIVE else interval[0]
-            return Parameter(
-                np.nan,
-                unit,
-                interval=(low, interval[1]),
-                flags=(NOT_IDENTIFIABLE,),
-                reason=reason,
-                experiment=experiment_for(name, reach),
-            )
-        return Parameter(value, unit, error, interval)
+            low = max(low, 0.0) if name in NON_NEGATIVE else low
+            return Parameter.not_told(unit, reason, (low, high), experiment_for(name, reach))
+        return Parameter.estimated(value, unit, error, quantile)
 
     def _along(self, name: str, found: Parameter, profile: LawProfile) -> Parameter:
         """
@@ -225,10 +218,7 @@ class LawSummary:
         units = {n: unit_of(n, reach.effort_unit) for n in ('stribeck', 'stribeck_velocity')}
         if profile is None:
             reason = 'the law that was asked for has no such term'
-            return {
-                n: Parameter(np.nan, unit, flags=(NOT_IDENTIFIABLE,), reason=reason)
-                for n, unit in units.items()
-            }, False
+            return {n: Parameter.not_told(unit, reason) for n, unit in units.items()}, False
         v_s = profile.velocity_interval() if shown else (0.0, np.inf)
         reason = reason_for('stribeck_velocity', reach, v_s)
         if shown and not reason:
@@ -260,31 +250,14 @@ class LawSummary:
         reaches = v_s[0] >= self.search.slowest
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
         # C + S is the level at standstill, and C not negative.
-        flags: tuple[str, ...] = (NOT_IDENTIFIABLE,)
         if not shown:
-            low = 0.0
-            high = self._largest_hidden(profile)
-            if self.problem.stribeck_at(self.search.full) <= 0.0:
-                flags = (NOT_IDENTIFIABLE, AT_BOUND)
+            low, high = 0.0, self._largest_hidden(profile)
+        ranges = {'stribeck': (low, high), 'stribeck_velocity': v_s if shown else None}
         experiment = experiment_for('stribeck', reach)
-        return {
-            'stribeck': Parameter(
-                np.nan,
-                units['stribeck'],
-                interval=(low, high),
-                flags=flags,
-                reason=reason,
-                experiment=experiment,
-            ),
-            'stribeck_velocity': Parameter(
-                np.nan,
-                units['stribeck_velocity'],
-                interval=v_s if shown else None,
-                flags=(NOT_IDENTIFIABLE,),
-                reason=reason,
-                experiment=experiment,
-            ),
-        }, False
+        knee = {n: Parameter.not_told(units[n], reason, ranges[n], experiment) for n in units}
+        if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
+            knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
+        return knee, False
 
     def _at_slowest(self, profile: LawProfile) -> Parameter:
         """Return the extra friction at the slowest speed of the data."""
@@ -327,10 +300,6 @@ class LawSummary:
                 error = float(
                     np.sqrt(max(C[one, one] + C[two, two] + 2.0 * way * C[one, two], 0.0))
                 )
-                result[f'{one}_{side}'] = Parameter(
-                    value,
-                    unit_of(one, self.reach.effort_unit),
-                    error,
-                    (value - quantile * error, value + quantile * error),
-                )
+                unit = unit_of(one, self.reach.effort_unit)
+                result[f'{one}_{side}'] = Parameter.estimated(value, unit, error, quantile)
         return result

@@ -11,7 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.model.laws import unit_of
-from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import AT_BOUND, Parameter
 
 
 @dataclass(frozen=True)
@@ -42,18 +42,9 @@ class OutputErrorFit:
         names = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
         S = self.parameters.get('stribeck')
         law = 'stribeck' if S is not None and np.isfinite(S.value) else 'coulomb_viscous'
-        parameters = {
-            name: self.parameters.get(
-                name,
-                Parameter(
-                    np.nan,
-                    unit_of(name, effort_unit),
-                    flags=(NOT_IDENTIFIABLE,),
-                    reason='the simulation has Coulomb and viscous friction only',
-                ),
-            )
-            for name in names
-        }
+        reason = 'the simulation has Coulomb and viscous friction only'
+        unknown = {n: Parameter.not_told(unit_of(n, effort_unit), reason) for n in names}
+        parameters = {n: self.parameters.get(n, unknown[n]) for n in names}
         return LawFit(
             law,
             parameters,

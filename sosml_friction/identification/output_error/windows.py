@@ -19,7 +19,7 @@ from sosml_friction.identification.output_error.output_error_fit import (
 )
 from sosml_friction.identification.segments import centred_difference
 from sosml_friction.model.laws import unit_of
-from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.observers.momentum_sampler import MomentumSampler
 from sosml_friction.simulation.joint_windows import simulate_joint_windows
@@ -182,15 +182,11 @@ class _Windows:
         # What the data leave open of S at the width that fits best.
         high = np.inf if amplitude is None else amplitude[1]
         reason = 'the simulated motion does not show it'
+        unit = unit_of('stribeck_velocity', self.unit)
         flagged = {
-            'stribeck': Parameter(
-                np.nan, self.unit, np.nan, (0.0, high), (NOT_IDENTIFIABLE,), reason
-            ),
-            'stribeck_velocity': Parameter(
-                np.nan, unit_of('stribeck_velocity', self.unit), np.nan, None,
-                (NOT_IDENTIFIABLE,), reason,
-            ),
-        }  # fmt: skip
+            'stribeck': Parameter.not_told(self.unit, reason, (0.0, high)),
+            'stribeck_velocity': Parameter.not_told(unit, reason),
+        }
         return self._result(plain, self._parameters(plain) | flagged, width)
 
     def _solve(

@@ -64,6 +64,10 @@ class Agreement:
     disagreements: tuple[Disagreement, ...]
     own: dict[str, dict[str, Parameter]]
 
+    def odds(self) -> dict[str, float]:
+        """Return chi-square, its degrees of freedom and its p-value by name."""
+        return {'chi_square': self.chi_square, 'degrees': self.degrees, 'p_value': self.p_value}
+
     @property
     def differing(self) -> tuple[str, ...]:
         """Return the parameters in which bags differ, in the order of the law."""
@@ -289,8 +293,7 @@ class _Comparison:
         for name in names:
             for bag in self.present.tolist():
                 value, error = map(float, next(errors))
-                half = error * t_95(self._freedom(bag))
-                result.setdefault(name, {})[self.labels[bag]] = Parameter(
-                    value, unit_of(name, self.unit), error, (value - half, value + half)
+                result.setdefault(name, {})[self.labels[bag]] = Parameter.estimated(
+                    value, unit_of(name, self.unit), error, t_95(self._freedom(bag))
                 )
         return result

@@ -57,7 +57,7 @@ def bag_points(fit: FrictionFit, joint: str, observer: str) -> BagPoints | None:
 
 def own_bias(entry: Consolidated, bag: str, common: float) -> float:
     """Return the bias of a recording in the joint fit, ``common`` where it has none of its own."""
-    biases = entry.by_bag.get('bias', {})
+    biases = entry.agreement.own.get('bias', {})
     if not entry.own_bias or bag not in biases:
         return common
     own = biases[bag].value

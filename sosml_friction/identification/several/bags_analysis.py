@@ -240,9 +240,7 @@ def _outcome(consolidation: Consolidation) -> dict[str, Any]:
                 'observer': observer,
                 'preferred': entry.preferred,
                 'reason': entry.reason,
-                'chi_square': entry.chi_square,
-                'degrees': entry.degrees,
-                'p_value': entry.p_value,
+                **entry.agreement.odds(),
             }
             for joint, observer in consolidation.model.items()
             for entry in [consolidation.joints[joint][observer]]

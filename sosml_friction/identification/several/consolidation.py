@@ -23,7 +23,6 @@ from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.several.bag_agreement import (
     Agreement,
-    Disagreement,
     find_agreement,
 )
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
@@ -75,12 +74,9 @@ class Consolidated:
     ``fits`` are the fits of single bags, ``unavailable`` says why a bag has none; both by the
     label of the bag. ``rule`` is the paper's, ``joint_fit`` the law fitted to all bags at once,
     None where that is not possible; its residual is in units of a bag of usual noise. ``noise`` is
-    the standard deviation that each bag's rows were weighted by [Nm or N]. ``by_bag``: what each
-    bag says of a parameter, by name and label, at a common law; ``own``: the parameters that the
-    joint fit leaves to each bag.
-
-    ``chi_square`` of ``degrees`` of freedom holds the bags against one law for all, ``p_value`` is
-    how often it would be as large by chance. ``preferred`` is ``joint`` or ``rule``, empty where
+    the standard deviation that each bag's rows were weighted by [Nm or N]. ``own``: the parameters
+    that the joint fit leaves to each bag; ``agreement`` holds the bags against one law for all.
+    ``preferred`` is ``joint`` or ``rule``, empty where
     there is neither; ``reason`` is one sentence on why.
     """
 
@@ -92,12 +88,8 @@ class Consolidated:
     rule: RuleFit
     joint_fit: LawFit | None
     noise: Mapping[str, float]
-    by_bag: Mapping[str, Mapping[str, Parameter]]
     own: tuple[str, ...]
-    disagreements: tuple[Disagreement, ...]
-    chi_square: float
-    degrees: int
-    p_value: float
+    agreement: Agreement
     preferred: str
     reason: str
 
@@ -115,7 +107,7 @@ class Consolidated:
 
     def _of_bags(self) -> dict[str, Parameter]:
         """Return what differs between bags: a bias by the rule where it has one, else a spread."""
-        result = {name: spread_over(self.by_bag[name]) for name in self.own}
+        result = {name: spread_over(self.agreement.own[name]) for name in self.own}
         if self.own_bias and self.rule.sources.get('bias'):
             result['bias'] = self.rule.parameters['bias']
         return result
@@ -144,13 +136,11 @@ class Consolidated:
             'rule': self.rule,
             'joint': joint,
             'noise': self.noise,
-            'bias': self.by_bag.get('bias', {}),
+            'bias': self.agreement.own.get('bias', {}),
             'own_bias': self.own_bias,
-            'own': {name: self.by_bag[name] for name in self.own},
-            'disagreements': self.disagreements,
-            'chi_square': self.chi_square,
-            'degrees': self.degrees,
-            'p_value': self.p_value,
+            'own': {name: self.agreement.own[name] for name in self.own},
+            'disagreements': self.agreement.disagreements,
+            **self.agreement.odds(),
             'preferred': self.preferred,
             'reason': self.reason,
             'parameters': self.parameters,
@@ -218,7 +208,6 @@ def consolidate(
     width = float(np.median(widths)) if widths else None
     found = _JointFit(rows, unit, own_bias, width)
     preferred, reason = _choose(found, rule)
-    agreement = found.agreement
     return Consolidated(
         joint,
         observer,
@@ -228,12 +217,8 @@ def consolidate(
         rule,
         found.fit,
         {label: noise.effective for label, noise in found.noise.items()},
-        agreement.own,
         found.own,
-        agreement.disagreements,
-        agreement.chi_square,
-        agreement.degrees,
-        agreement.p_value,
+        found.agreement,
         preferred,
         reason,
     )
@@ -375,9 +360,7 @@ def _open(name: str, unit: str, own: Sequence[Parameter], wanted: Sequence[str])
     low = max((r[0] for r in ranges), default=np.nan)
     high = min((r[1] for r in ranges), default=np.nan)
     interval = (low, high) if ranges and not low > high else None
-    return Parameter(
-        np.nan, unit_of(name, unit), np.nan, interval, (NOT_IDENTIFIABLE,), reason, experiment
-    )
+    return Parameter.not_told(unit_of(name, unit), reason, interval, experiment)
 
 
 def spread_over(bags: Mapping[str, Parameter]) -> Parameter:

@@ -156,7 +156,7 @@ def test_three_bags_through_the_tool(bags, tmp_path, monkeypatch, capsys):
 def test_ten_percent_more_coulomb_in_a_bag_is_said_to_be_that(bags, record):
     changed = record('t3', coulomb=1.1, seed=1)
     found = consolidated([bags['t1'], bags['t2'], changed])
-    (only,) = found.disagreements
+    (only,) = found.agreement.disagreements
     assert (only.parameter, only.bag) == ('coulomb', 't3')
     assert only.difference == pytest.approx(2.0, abs=4.0 * only.std_error)
     assert only.sigmas > 5.0
@@ -166,7 +166,7 @@ def test_ten_percent_more_coulomb_in_a_bag_is_said_to_be_that(bags, record):
 def test_an_offset_in_a_bag_is_said_to_be_a_bias_and_friction_stays(bags, record):
     changed = record('t1', bias=2.0, seed=1)
     found = consolidated([changed, bags['t2'], bags['t3']])
-    (only,) = found.disagreements
+    (only,) = found.agreement.disagreements
     assert (only.parameter, only.bag) == ('bias', 't1')
     assert only.difference == pytest.approx(2.0, abs=4.0 * only.std_error)
     assert found.own_bias

@@ -69,7 +69,7 @@ def test_the_joint_fit_knows_what_no_bag_does_and_bags_that_agree_are_said_to():
     inside = dict.fromkeys(TRUTH, 0)
     for seed in range(12):
         found = together(all_bags(seed))
-        assert (found.preferred, found.disagreements) == (JOINT, ())
+        assert (found.preferred, found.agreement.disagreements) == (JOINT, ())
         assert 'agree' in found.reason
         assert found.unavailable == dict.fromkeys(SPEEDS, 'alone')
         for name, truth in TRUTH.items():
@@ -91,11 +91,11 @@ def test_bags_in_other_postures_agree_within_what_the_bodies_may_be_off_by():
     }
     off = {label: replace(part, y=part.y + shifts[label]) for label, part in parts.items()}
     found = together(off)
-    assert found.disagreements == ()
+    assert found.agreement.disagreements == ()
     low, high = found.parameters['bias'].interval
     assert low < 0.0 < high < 0.3
     known = together({label: replace(part, unsure=None) for label, part in off.items()})
-    assert {entry.parameter for entry in known.disagreements} == {'bias'}
+    assert {entry.parameter for entry in known.agreement.disagreements} == {'bias'}
 
 
 def test_a_bag_counts_by_its_own_noise():
@@ -111,12 +111,12 @@ def test_a_bag_counts_by_its_own_noise():
 @pytest.mark.parametrize('bag', list(SPEEDS))
 def test_ten_percent_more_coulomb_in_one_bag_is_told_as_that_and_nothing_else(bag):
     found = together(all_bags(2, None, **{bag: {'coulomb': 0.88}}))
-    (only,) = found.disagreements
+    (only,) = found.agreement.disagreements
     assert (only.parameter, only.bag, only.unit) == ('coulomb', bag, 'Nm')
     assert only.difference == pytest.approx(0.08, abs=4.0 * only.std_error)
     assert only.sigmas > 4.0
     assert f'{bag} differs in coulomb: 0.0' in only.sentence
-    assert found.p_value < 0.01
+    assert found.agreement.p_value < 0.01
     assert only.sentence in found.reason
 
 
@@ -127,7 +127,7 @@ def test_coulomb_friction_that_differs_is_given_by_bag_and_never_excluded(bag):
     assert (found.preferred, found.own) == (JOINT, ('coulomb',))
     truth = dict.fromkeys(SPEEDS, 0.8) | {bag: 0.88}
     for label, coulomb in truth.items():
-        own = found.by_bag['coulomb'][label]
+        own = found.agreement.own['coulomb'][label]
         assert own.value == pytest.approx(coulomb, abs=4.0 * own.std_error)
     spread = found.parameters['coulomb']
     assert spread.interval[0] < 0.8 < 0.88 < spread.interval[1]
@@ -142,12 +142,12 @@ def test_coulomb_friction_that_differs_is_given_by_bag_and_never_excluded(bag):
 @pytest.mark.parametrize('bag', list(SPEEDS))
 def test_an_offset_in_one_bag_is_told_as_bias_and_the_law_is_what_it_was(bag):
     found = together(all_bags(3, None, **{bag: {'bias': 0.1}}))
-    (only,) = found.disagreements
+    (only,) = found.agreement.disagreements
     assert (only.parameter, only.bag) == ('bias', bag)
     assert found.own_bias
     assert found.preferred == JOINT
     assert 'agree in friction and not in bias' in found.reason
-    assert found.by_bag['bias'][bag].value == pytest.approx(0.1, abs=0.02)
+    assert found.agreement.own['bias'][bag].value == pytest.approx(0.1, abs=0.02)
     low, high = found.parameters['bias'].interval
     assert low < 0.0 < 0.1 < high
     plain = together(all_bags(3), own_bias=True)
@@ -159,14 +159,16 @@ def test_an_offset_in_one_bag_is_told_as_bias_and_the_law_is_what_it_was(bag):
 
 def test_bags_that_agree_are_seldom_said_to_differ():
     """1 % of false alarms are allowed for: 3 or more of 30 have a chance of less than 1 %."""
-    alarms = sum(bool(together(all_bags(100 + seed)).disagreements) for seed in range(30))
+    alarms = sum(
+        bool(together(all_bags(100 + seed)).agreement.disagreements) for seed in range(30)
+    )
     assert alarms <= 2
 
 
 def test_of_two_bags_the_difference_is_told_of_the_second():
     parts = {name: rows(name, 4) for name in ('ladder', 'slow')}
     parts['slow'] = rows('slow', 4, bias=0.1)
-    (only,) = together(parts).disagreements
+    (only,) = together(parts).agreement.disagreements
     assert (only.parameter, only.bag) == ('bias', 'slow')
     assert only.sentence.startswith('slow differs in bias: 0.099 Nm more than ladder says')
 
