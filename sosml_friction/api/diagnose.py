@@ -133,7 +133,7 @@ def diagnose(
     :raises DataError: if a joint of the model is not in a recording.
     """
     recordings = [(log_source(log, label), log) for label, log in labelled(logs).items()]
-    refuse_copies({source.name: source.sha256 for source, _ in recordings})
+    refuse_copies(source for source, _ in recordings)
     other = None if holdout is None else (log_source(holdout, 'holdout'), holdout)
     nominal = as_recorded(one_model(model, mjcf), recordings[0][1])
     told = dict(trust or {})

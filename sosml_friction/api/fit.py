@@ -203,7 +203,7 @@ def fit(
             'give the others too, or leave them out'
         )
     sources = {label: log_source(log, label) for label, log in recordings.items()}
-    refuse_copies({label: source.sha256 for label, source in sources.items()})
+    refuse_copies(sources.values())
     compared = None
     if several:
         nominal = as_recorded(content, next(iter(recordings.values())))

@@ -77,6 +77,6 @@ def fit_terms_of(
 ) -> Terms:
     """Fit terms; parameters and errors as of :func:`sosml_friction.fit` with ``terms``."""
     recordings = {log_source(log, label): log for label, log in labelled(logs).items()}
-    refuse_copies({source.name: source.sha256 for source in recordings})
+    refuse_copies(recordings)
     nominal = as_recorded(model, next(iter(recordings.values())))
     return Terms(*fit_log_terms(recordings, nominal, terms))

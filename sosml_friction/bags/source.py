@@ -3,7 +3,7 @@
 """Which recording a result rests on: its name and its hash."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -74,15 +74,14 @@ def log_source(log: JointLog, name: str) -> Source:
     return Source(name, digest.hexdigest())
 
 
-def refuse_copies(sources: Mapping[str, str]) -> None:
+def refuse_copies(sources: Iterable[Source]) -> None:
     """
     Refuse one recording under two labels.
 
-    :param sources: SHA-256 by label.
     :raises ConfigurationError: if two are the same.
     """
     labels: dict[str, str] = {}
-    for label, digest in sources.items():
+    for label, digest, _ in sources:
         copy_of = labels.setdefault(digest, label)
         if copy_of != label:
             raise ConfigurationError(

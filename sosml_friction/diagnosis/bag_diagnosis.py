@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
-from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
+from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
+from sosml_friction.bags.recordings import read_recordings, require_same_robot
+from sosml_friction.bags.source import Source, bag_source
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_comparison import BodyComparison
-from sosml_friction.model.known_terms import known_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
 
@@ -65,30 +65,22 @@ def diagnose_bags(
     :raises DataError: if no joint has effort.
     """
     make_library(tuple(without))
-    labels = bag_labels(bags)
-
-    def read(path: str | Path, name: str) -> RecordedRobot:
-        step(f'reading {name}')
-        try:
-            return read_recorded_robot(path, model, urdf, namespace, own_urdf=model is not None)
-        except DataError as error:
-            raise DataError(f'bag {name}: {error}') from error
-
-    recorded = {label: read(path, label) for label, path in labels.items()}
-    first, nominal = next((label, robot.nominal) for label, robot in recorded.items())
-    known_terms(nominal)
-    logs: list[tuple[Source, JointLog]] = []
-    for label, path in labels.items():
-        source = bag_source(path, recorded[label].bag)._replace(name=label)
-        logs.append((source, recorded[label].log))
-        refuse_copies({known.name: known.sha256 for known, _ in logs})
-        _require_same_robot(first, nominal, label, recorded[label].nominal)
+    own_urdf = model is not None
+    recorded = read_recordings(bags, model, urdf, namespace, own_urdf, step)
+    first, nominal = next((source.name, robot.nominal) for source, robot in recorded.items())
+    for source, robot in recorded.items():
+        require_same_robot(first, nominal, source.name, robot.nominal, whole=True)
+    logs = [(source, robot.log) for source, robot in recorded.items()]
     other = None
     if holdout is not None:
         name = Path(holdout).name
-        left_out = read(holdout, f'{name} (holdout)')
+        step(f'reading {name} (holdout)')
+        try:
+            left_out = read_recorded_robot(holdout, model, urdf, namespace, own_urdf)
+        except DataError as error:
+            raise DataError(f'bag {name} (holdout): {error}') from error
         other = bag_source(holdout, left_out.bag), left_out.log
-        _require_same_robot(first, nominal, name, left_out.nominal)
+        require_same_robot(first, nominal, name, left_out.nominal, whole=True)
     return diagnose_logs(logs, nominal, other, without, settings, step, keep_all)
 
 
@@ -158,27 +150,3 @@ def diagnose_logs(
     diagnosis = replace(diagnosis, checks=(*diagnosis.checks, *cut, *held, *fitted))
     other = None if holdout is None else holdout[1]
     return BagDiagnosis(diagnosis, nominal, provenance, other)
-
-
-def _require_same_robot(
-    first: str, one: RobotModelFile, second: str, other: RobotModelFile
-) -> None:
-    """
-    Refuse recordings of different robots or models.
-
-    :raises ConfigurationError: if joints, URDF, or the models written into the bags differ.
-    """
-    if one.joint_names != other.joint_names:
-        raise ConfigurationError(
-            f'bags {first} and {second} are not of the same robot: their joints are '
-            f'{", ".join(one.joint_names)} and {", ".join(other.joint_names)}: diagnose them one '
-            'by one'
-        )
-    urdfs = [''.join((x.urdf or '').split()) for x in (one, other)]
-    texts = [replace(x, name='', provenance={}).to_yaml() for x in (one, other)]
-    if urdfs[0] != urdfs[1] or texts[0] != texts[1]:
-        what = 'URDFs' if urdfs[0] != urdfs[1] else 'models'
-        raise ConfigurationError(
-            f'bags {first} and {second} have different {what}: say with --model which one is put '
-            'to the test'
-        )

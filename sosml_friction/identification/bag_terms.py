@@ -12,9 +12,9 @@ import numpy as np
 
 from sosml_friction.bags.block_means import block_means, block_sentence
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import ModelSource, RecordedRobot, read_recorded_robot
-from sosml_friction.bags.source import Source, bag_labels, bag_source, refuse_copies
-from sosml_friction.exceptions import ConfigurationError
+from sosml_friction.bags.recorded_robot import ModelSource
+from sosml_friction.bags.recordings import read_recordings
+from sosml_friction.bags.source import Source
 from sosml_friction.identification.data_checks import check_data
 from sosml_friction.identification.term_fit import TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile
@@ -102,28 +102,11 @@ def fit_bag_terms(
         term is unknown or can act in no joint.
     :raises DataError: if no joint has effort, or the recordings are too short.
     """
-    labels = bag_labels(bags)
-    robots: dict[str, RecordedRobot] = {}
-    for label, path in labels.items():
-        step(f'reading {label}')
-        robots[label] = read_recorded_robot(
-            path, model, urdf, namespace, own_urdf=model is not None
-        )
-    sources = {
-        label: bag_source(path, robots[label].bag)._replace(name=label)
-        for label, path in labels.items()
-    }
-    refuse_copies({label: source.sha256 for label, source in sources.items()})
-    first, one = next(iter(robots.items()))
-    for label, other in robots.items():
-        if one.nominal.joint_names != other.nominal.joint_names:
-            raise ConfigurationError(
-                f'bags {first} and {label} are not of the same robot: their joints are '
-                f'{", ".join(one.nominal.joint_names)} and {", ".join(other.nominal.joint_names)}'
-            )
-    logs = {sources[label]: robot.log for label, robot in robots.items()}
-    fit, own = fit_log_terms(logs, one.nominal, terms, step, body_tolerance)
+    robots = read_recordings(bags, model, urdf, namespace, model is not None, step)
+    nominal = next(iter(robots.values())).nominal
+    logs = {source: robot.log for source, robot in robots.items()}
+    fit, own = fit_log_terms(logs, nominal, terms, step, body_tolerance)
     now = datetime.now(timezone.utc).isoformat(timespec='seconds')
     provenance = {**own, 'fitted': now, 'command': command}
-    fitted = replace(fit.model, provenance={**one.nominal.provenance, **provenance})
+    fitted = replace(fit.model, provenance={**nominal.provenance, **provenance})
     return BagTerms(replace(fit, model=fitted), provenance)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.source import bag_name, log_source, refuse_copies
+from sosml_friction.bags.source import Source, bag_name, log_source, refuse_copies
 from sosml_friction.exceptions import ConfigurationError
 
 
@@ -39,9 +39,9 @@ def test_logs_that_differ_in_anything_measured_are_two(log, what):
 
 
 def test_a_recording_under_two_labels_is_refused():
-    refuse_copies({'t1': 'aa', 't2': 'bb'})
+    refuse_copies([Source('t1', 'aa'), Source('t2', 'bb')])
     with pytest.raises(ConfigurationError, match='t1 and t3 are copies of one recording'):
-        refuse_copies({'t1': 'aa', 't2': 'bb', 't3': 'aa'})
+        refuse_copies([Source('t1', 'aa'), Source('t2', 'bb'), Source('t3', 'aa')])
 
 
 def test_a_bag_is_called_by_its_folder_or_file(tmp_path):

@@ -15,7 +15,8 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.recorder import BagRecorder
 from sosml_friction.diagnosis.library import searched_terms
-from sosml_friction.model.model_folder import read_model
+from sosml_friction.model.model_folder import EffectTerm, read_model
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.share import share_directory
 
 CONFIG = share_directory() / 'config'
@@ -87,11 +88,10 @@ def test_two_bags_of_different_robots(refused, tmp_path):
 def test_two_bags_that_were_recorded_with_different_models(refused, tmp_path):
     """Which of them is put to the test is for the user to say."""
     known = read_model(CONFIG / 'emps')
-    joint = known.joints['slider']
-    armature = replace(joint.armature, value=joint.armature.value + 1.0)
-    heavier = replace(known, joints={'slider': replace(joint, armature=armature)})
+    numbers = {'stiffness': Parameter(10.0, 'N/m'), 'offset': Parameter(0.0, 'N')}
+    sprung = replace(known, effects=(EffectTerm('spring', 'slider', numbers),))
     first = bag_of(tmp_path / 'first')
-    second = write_joint_log(log_of(seed=1), tmp_path / 'second', heavier.urdf, heavier.to_yaml())
+    second = write_joint_log(log_of(seed=1), tmp_path / 'second', sprung.urdf, sprung.to_yaml())
     err = refused(first, second)
     assert 'different models' in err
     assert '--model' in err

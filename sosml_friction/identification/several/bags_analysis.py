@@ -8,13 +8,11 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import ModelSource, read_nominal, read_recorded_robot
-from sosml_friction.bags.source import bag_hash, bag_labels, refuse_copies
-from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.bags.recorded_robot import ModelSource
+from sosml_friction.bags.recordings import read_recordings
+from sosml_friction.bags.source import bag_labels
+from sosml_friction.exceptions import DataError
 from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_checks import check_data
@@ -77,18 +75,11 @@ def analyse_bags(
     """
     labels = bag_labels(paths)
     parse_roles(roles, list(labels))
-    models: dict[str, RobotModelFile] = {}
-    hashes: dict[str, str] = {}
-    for label, path in labels.items():
-        progress(f'reading {label}')
-        models[label] = read_nominal(Bag.open(path, namespace), path, model, urdf)
-        hashes[label] = bag_hash(path)
-        refuse_copies(hashes)
-        require_same_robot(models)
-    robots = [read_recorded_robot(path, model, urdf, namespace) for path in labels.values()]
-    logs = {f'bag {label}': one.log for label, one in zip(labels, robots, strict=True)}
+    robots = read_recordings(paths, model, urdf, namespace, step=progress)
+    nominal = next(iter(robots.values())).nominal
+    logs = {f'bag {source.name}': robot.log for source, robot in robots.items()}
     settings = settings or FitSettings()
-    compared = compare_together(logs, robots[0].nominal, settings, progress)
+    compared = compare_together(logs, nominal, settings, progress)
     analyses: dict[str, BagAnalysis] = {}
     for label, path in labels.items():
         progress(f'reading and fitting {label}')
@@ -169,36 +160,6 @@ def consolidate_analyses(
     }
     consolidation = Consolidation(tuple(analyses), found, joints, chosen, unavailable)
     return BagsAnalysis(analyses, consolidation, _model(analyses, consolidation, command))
-
-
-def require_same_robot(models: Mapping[str, RobotModelFile]) -> None:
-    """
-    Refuse bags of different robots: the last of ``models``, by label, against the others.
-
-    :raises ConfigurationError: if joints, inertia of the rotors or URDF differ.
-    """
-    second, other = list(models.items())[-1]
-    for first, one in models.items():
-        said = f'bags {first} and {second} are not of the same robot: '
-        if one.joint_names != other.joint_names:
-            raise ConfigurationError(
-                f'{said}their joints are {", ".join(one.joint_names)} and '
-                f'{", ".join(other.joint_names)}; fit them one by one'
-            )
-        for name, joint in one.joints.items():
-            armature = other.joints[name].armature
-            own = joint.armature
-            same = np.array_equal([own.value], [armature.value], equal_nan=True)
-            if not same or own.unit != armature.unit:
-                raise ConfigurationError(
-                    f'{said}the armature of {name} is {own.value:g} and '
-                    f'{armature.value:g} {armature.unit}; give the right model for both with '
-                    '--model'
-                )
-        if ''.join((one.urdf or '').split()) != ''.join((other.urdf or '').split()):
-            raise ConfigurationError(
-                f'{said}their URDFs differ; give the right one for both with --urdf'
-            )
 
 
 def _model(
