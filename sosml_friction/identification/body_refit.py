@@ -224,7 +224,6 @@ def _law(fit: TermFit, i: int) -> LawFit:
         drawn={name: fit.refit[nominal.names[k]] for name, k in zip(known, index, strict=True)},
         drawn_law='coulomb_viscous',
         slowest=float(np.quantile(speed, _TURNING)),
-        fastest=float(speed.max()),
     )
 
 

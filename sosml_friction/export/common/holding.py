@@ -30,16 +30,14 @@ class HeldJoint:
     """
     Hold what a target is given for a joint.
 
-    ``constants``: ``coulomb`` and ``viscous``; ``refitted``: whether they stand for more than the
-    model's own. ``error``: root mean square of the effort that is missing all the same, and
-    ``friction`` that of all friction [Nm or N], None where the motion does not tell them.
-    ``standing``: friction from standstill, the model's.
+    ``constants``: ``coulomb`` and ``viscous``. ``error``: root mean square of the effort that is
+    missing all the same, and ``friction`` that of all friction [Nm or N], None where the motion
+    does not tell them. ``standing``: friction from standstill, the model's.
     """
 
     constants: Mapping[str, float]
     standing: float
     unit: str
-    refitted: bool = False
     error: float | None = None
     friction: float | None = None
     lost: tuple[str, ...] = ()
@@ -108,7 +106,7 @@ def hold(
             constants, error, friction = found
             values = dict(zip(CONSTANTS, map(float, constants), strict=True))
             most = max(standing, values['coulomb'])
-            result[name] = HeldJoint(values, most, unit, True, error, friction, names)
+            result[name] = HeldJoint(values, most, unit, error, friction, names)
     return result
 
 

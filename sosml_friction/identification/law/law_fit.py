@@ -45,7 +45,7 @@ class LawFit:
     for the sign itself. ``derived`` is what the data tell beside the parameters, by the names in
     ``DERIVED``; ``checks`` say whether the law is friction at all. ``covariance`` (P, P) is that
     of the estimates of ``covariance_of``, in their units. ``profile`` is None without a Stribeck
-    term; ``slowest`` and ``fastest`` [rad/s or m/s] are the speeds of the data, ``extra`` the
+    term; ``slowest`` [rad/s or m/s] is the least speed of the data, ``extra`` the
     factors of the columns that the caller added.
     """
 
@@ -64,7 +64,6 @@ class LawFit:
     covariance_of: tuple[str, ...] = ()
     profile: LawProfile | None = None
     slowest: float = float('nan')
-    fastest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:

@@ -39,12 +39,10 @@ class RowNoise:
 
     ``std`` is that of a single row, ``effective`` what it would be if rows were independent and
     their sums as noisy as they are: that of a row times the root of how many share their noise.
-    ``clusters``: how many independent pieces there are.
     """
 
     std: float
     effective: float
-    clusters: int
 
     @property
     def shared(self) -> float:
@@ -87,7 +85,7 @@ def row_noise(rows: LawRows, smoothing_velocity: float | None = None) -> RowNois
     sums = np.bincount(groups, weights=residual) if len(y) else np.zeros(1)
     left = max(len(labels) - int(rank), 1)
     effective = float(np.sqrt(sums @ sums / len(y) * len(labels) / left)) if len(y) else 0.0
-    return RowNoise(std, max(effective, std), len(labels))
+    return RowNoise(std, max(effective, std))
 
 
 def joined(rows: LawRows, noise: RowNoise) -> LawRows:

@@ -115,7 +115,6 @@ class LawSummary:
             covariance_of=of,
             profile=self.profile,
             slowest=search.slowest,
-            fastest=search.fastest,
             extra=extra,
         )
         for other in search.unshown(self.shown):

@@ -119,7 +119,6 @@ def fit_output_error(
         parameters,
         relative_error(run.q, q),
         relative_error(run.effort, effort),
-        float(np.std(run.q - q)),
         len(q),
         int(groups.max()) + 1,
         smoothing_velocity,

@@ -20,14 +20,13 @@ class OutputErrorFit:
     Hold the fit of one joint.
 
     ``position_error`` and ``effort_error`` [%] are 100 |simulated - measured| / |measured|; effort
-    that drives the simulation has none, NaN. ``residual_std`` [rad or m] is of the position, over
-    ``samples`` in ``clusters`` independent pieces; ``smoothing_velocity`` is what was simulated.
+    that drives the simulation has none, NaN. Both are over ``samples`` in ``clusters`` independent
+    pieces; ``smoothing_velocity`` is what was simulated.
     """
 
     parameters: Mapping[str, Parameter]
     position_error: float
     effort_error: float
-    residual_std: float
     samples: int
     clusters: int
     smoothing_velocity: float

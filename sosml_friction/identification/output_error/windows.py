@@ -250,7 +250,6 @@ class _Windows:
             parameters,
             relative_error(centred - rest, centred),
             np.nan,
-            float(np.std(rest)),
             int(rest.size),
             int(self.groups.max()) + 1,
             width,

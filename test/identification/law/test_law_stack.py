@@ -40,7 +40,7 @@ def recording(bias, inertia=None):
 def test_inertia_form_and_the_search_for_v0_are_passed_on(mean):
     parts = [recording(0.1, 0.2), recording(-0.1, 0.2)]
     if mean:
-        parts = [joined(rows, RowNoise(1.0, np.sqrt(5.0), 20)) for rows in parts]
+        parts = [joined(rows, RowNoise(1.0, np.sqrt(5.0))) for rows in parts]
         assert len(parts[0].y) < 100
     rows = stack_rows(parts, [1.0, 2.0]).own(('bias',)).rows
     assert rows.find_smoothing
