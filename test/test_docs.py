@@ -17,8 +17,8 @@ from sosml_friction.model.laws import TERM_LISTS
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.term import TERMS
-from sosml_friction.model.terms_table import terms_document
 from validation.constants import constants, constants_document
+from validation.terms_table import terms_document
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*ROOT.glob('*.md'), *(ROOT / 'docs').glob('*.md')])
@@ -35,7 +35,7 @@ SYMBOLS = {
 
 
 def test_the_page_of_terms_is_what_the_terms_say():
-    """Run ``python -m sosml_friction.model.terms_table > docs/terms.md`` if it fails."""
+    """Run ``python -m validation.terms_table > docs/terms.md`` if it fails."""
     assert (ROOT / 'docs' / 'terms.md').read_text() == terms_document()
 
 

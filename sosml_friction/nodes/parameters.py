@@ -7,7 +7,7 @@ A name may hold ``{joint}``: it then stands for one parameter per joint,
 ``shoulder.torque_constant`` for ``{joint}.torque_constant``.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,19 +112,3 @@ def _declare_one(node: Node, name: str, spec: ParameterSpec) -> None:
     if spec.default == [] and node._parameters[name].type_ == Parameter.Type.NOT_SET:
         # Not even rclpy can declare an empty array; without a value, no tool shows any parameter.
         node._parameters[name] = Parameter(name, _TYPES[spec.type], [])
-
-
-def markdown_table(specs: Sequence[ParameterSpec]) -> str:
-    """Return the table of parameters for the README."""
-    lines = [
-        '| parameter | type | default | unit | range | what it is |',
-        '|---|---|---|---|---|---|',
-    ]
-    for spec in specs:
-        default = 'required' if spec.default is None else f'`{spec.default}`'
-        limits = (
-            f'{spec.range[0]:g} .. {spec.range[1]:g}' if spec.range else ', '.join(spec.choices)
-        )
-        cells = (f'`{spec.name}`', spec.type, default, spec.unit, limits, spec.description)
-        lines.append(f'| {" | ".join(cells)} |')
-    return '\n'.join(lines)

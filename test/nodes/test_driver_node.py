@@ -27,8 +27,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from sosml_friction.exceptions import TrajectoryError
 from sosml_friction.nodes.demo import PATIENT_DRIVER, PATIENT_HARDWARE
 from sosml_friction.nodes.driver_node import PARAMETERS, trajectory_from_message
-from sosml_friction.nodes.parameters import markdown_table
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
+from validation.parameter_tables import markdown_table
 
 HANGING = np.array([-np.pi / 2, 0.0])
 

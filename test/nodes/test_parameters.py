@@ -19,9 +19,9 @@ from sosml_friction.nodes import (
     observer_node,
     replay_node,
 )
-from sosml_friction.nodes.parameter_tables import parameter_document
 from sosml_friction.nodes.parameters import ParameterSpec, declare
 from sosml_friction.share import share_directory
+from validation.parameter_tables import parameter_document
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 TABLES = {
@@ -50,7 +50,7 @@ def make_node():
 
 
 def test_the_page_of_parameters_is_what_the_tables_say():
-    """Run ``python -m sosml_friction.nodes.parameter_tables > docs/parameters.md`` if it fails."""
+    """Run ``python -m validation.parameter_tables > docs/parameters.md`` if it fails."""
     assert (REPOSITORY / 'docs' / 'parameters.md').read_text() == parameter_document()
 
 

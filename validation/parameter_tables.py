@@ -3,8 +3,10 @@
 """
 Write ``docs/parameters.md`` from the nodes' own tables.
 
-``python -m sosml_friction.nodes.parameter_tables > docs/parameters.md``
+``python -m validation.parameter_tables > docs/parameters.md``
 """
+
+from collections.abc import Sequence
 
 from sosml_friction.nodes import (
     driver_node,
@@ -13,7 +15,7 @@ from sosml_friction.nodes import (
     observer_node,
     replay_node,
 )
-from sosml_friction.nodes.parameters import markdown_table
+from sosml_friction.nodes.parameters import ParameterSpec
 
 _NODES = (driver_node, observer_node, identifier_node, replay_node, emulator_node)
 
@@ -31,6 +33,22 @@ def parameter_document() -> str:
         name = node.__name__.rpartition('.')[2]
         text += f'\n## {name}\n\n{markdown_table(node.PARAMETERS)}\n'
     return text
+
+
+def markdown_table(specs: Sequence[ParameterSpec]) -> str:
+    """Return the table of parameters for the README."""
+    lines = [
+        '| parameter | type | default | unit | range | what it is |',
+        '|---|---|---|---|---|---|',
+    ]
+    for spec in specs:
+        default = 'required' if spec.default is None else f'`{spec.default}`'
+        limits = (
+            f'{spec.range[0]:g} .. {spec.range[1]:g}' if spec.range else ', '.join(spec.choices)
+        )
+        cells = (f'`{spec.name}`', spec.type, default, spec.unit, limits, spec.description)
+        lines.append(f'| {" | ".join(cells)} |')
+    return '\n'.join(lines)
 
 
 if __name__ == '__main__':

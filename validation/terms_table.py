@@ -3,7 +3,7 @@
 """
 Write ``docs/terms.md`` from what the terms say of themselves.
 
-``python -m sosml_friction.model.terms_table > docs/terms.md``
+``python -m validation.terms_table > docs/terms.md``
 """
 
 import inspect
@@ -15,7 +15,7 @@ from sosml_friction.model.terms.kinds.term import TERMS, Term
 _HEAD = """\
 # Terms
 
-Written by `python -m sosml_friction.model.terms_table > docs/terms.md`; a test compares the two.
+Written by `python -m validation.terms_table > docs/terms.md`; a test compares the two.
 
 A model is a rigid body and a list of terms. A term adds to the effort that the actuator reports,
 linear in its amplitudes. `sosml fit BAG --terms NAME,NAME` fits any of them; `sosml diagnose`
