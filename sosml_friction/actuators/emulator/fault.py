@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The faults the emulator can be given at run time: one table, and the words for them."""
+"""The faults the emulator can be given at run time: one table, docs/faults.md in code."""
 
 import math
 from collections.abc import Sequence
@@ -30,8 +30,6 @@ class FaultArgument:
 
     name: str
     default: float | str
-    description: str
-    unit: str = ''
     low: float = 0.0
     high: float = math.inf
     choices: tuple[str, ...] = ()
@@ -48,7 +46,6 @@ class FaultKind:
 
     name: str
     place: FaultPlace
-    description: str
     arguments: tuple[FaultArgument, ...] = ()
     event: bool = False
 
@@ -57,68 +54,49 @@ class FaultKind:
         return next((own for own in self.arguments if own.name == name), None)
 
 
-_FRACTION = FaultArgument('fraction', 1.0, 'share of the frames it meets', high=1.0)
-_DIRECTION = FaultArgument('direction', BOTH, 'which frames', choices=(REQUESTS, REPLIES, BOTH))
-_REPLIES = FaultArgument('direction', REPLIES, 'which frames', choices=(REQUESTS, REPLIES, BOTH))
-_DARK = FaultArgument('seconds', 1.1, 'how long it does not answer', 's', high=3600.0)
+#: Share of the frames that a fault meets, which frames these are, and how long an actuator does
+#: not answer [s].
+_FRACTION = FaultArgument('fraction', 1.0, high=1.0)
+_DIRECTION = FaultArgument('direction', BOTH, choices=(REQUESTS, REPLIES, BOTH))
+_REPLIES = FaultArgument('direction', REPLIES, choices=(REQUESTS, REPLIES, BOTH))
+_DARK = FaultArgument('seconds', 1.1, high=3600.0)
 
 FAULTS = (
-    FaultKind('drop', FaultPlace.FRAMES, 'frames are lost', (_FRACTION, _DIRECTION)),
-    FaultKind(
-        'delay',
-        FaultPlace.FRAMES,
-        'frames arrive later, in order',
-        (FaultArgument('seconds', 0.01, 'by how much', 's', high=3600.0), _REPLIES),
-    ),
-    FaultKind('duplicate', FaultPlace.FRAMES, 'frames arrive twice', (_FRACTION, _DIRECTION)),
-    FaultKind(
-        'reorder',
-        FaultPlace.FRAMES,
-        'of two replies of an actuator the second arrives first, whatever lies between them',
-        (_FRACTION,),
-    ),
-    FaultKind(
-        'bit_errors',
-        FaultPlace.FRAMES,
-        'one bit of the data is turned over, as on a serial line without a checksum',
-        (_FRACTION, _REPLIES),
-    ),
-    FaultKind(
-        'silent',
-        FaultPlace.ACTUATOR,
-        'its cable is cut: powered, but it neither hears nor answers',
-    ),
-    FaultKind(
-        'reboot', FaultPlace.ACTUATOR, 'it starts anew: output off, dark meanwhile', (_DARK,), True
-    ),
+    # Frames are lost.
+    FaultKind('drop', FaultPlace.FRAMES, (_FRACTION, _DIRECTION)),
+    # Frames arrive so much later [s], in order.
+    FaultKind('delay', FaultPlace.FRAMES, (FaultArgument('seconds', 0.01, high=3600.0), _REPLIES)),
+    # Frames arrive twice.
+    FaultKind('duplicate', FaultPlace.FRAMES, (_FRACTION, _DIRECTION)),
+    # Of two replies of an actuator the second arrives first, whatever lies between them.
+    FaultKind('reorder', FaultPlace.FRAMES, (_FRACTION,)),
+    # One bit of the data is turned over, as on a serial line without a checksum.
+    FaultKind('bit_errors', FaultPlace.FRAMES, (_FRACTION, _REPLIES)),
+    # Its cable is cut: powered, but it neither hears nor answers.
+    FaultKind('silent', FaultPlace.ACTUATOR),
+    # It starts anew: output off, dark meanwhile.
+    FaultKind('reboot', FaultPlace.ACTUATOR, (_DARK,), True),
+    # As reboot, and its angle is wrong by motor turns, 360 degrees / gear ratio each, until the
+    # fault is cleared.
     FaultKind(
         'power_cycle',
         FaultPlace.ACTUATOR,
-        'as reboot, and its angle is wrong by motor turns, 360 degrees / gear ratio each, until '
-        'cleared',
-        (_DARK, FaultArgument('turns', 1.0, 'motor turns', low=-1e6, high=1e6)),
+        (_DARK, FaultArgument('turns', 1.0, low=-1e6, high=1e6)),
     ),
-    FaultKind('watchdog', FaultPlace.ACTUATOR, 'its own watchdog trips now', (), True),
-    FaultKind(
-        'error_bits',
-        FaultPlace.ACTUATOR,
-        'it reports these bits of its error word or status and keeps its output off',
-        (FaultArgument('bits', 2.0, 'the word, 0x0002 or 2', high=0xFFFF),),
-    ),
-    FaultKind('stuck_encoder', FaultPlace.ACTUATOR, 'its position does not change any more'),
-    FaultKind(
-        'bus_off',
-        FaultPlace.BUS,
-        'no frame passes; a controller that can, says so in an error frame; up to 10 frames wait '
-        'in the transmit queue and leave at the end',
-    ),
-    FaultKind(
-        'tx_full',
-        FaultPlace.BUS,
-        'no frame can be sent: sending fails, or the adapter stops reading',
-        (FaultArgument('errno', 0.0, 'of the failure: 105, or 0 for none', high=105.0),),
-    ),
-    FaultKind('adapter_gone', FaultPlace.BUS, 'the adapter is unplugged'),
+    # Its own watchdog trips now.
+    FaultKind('watchdog', FaultPlace.ACTUATOR, (), True),
+    # It reports these bits of its error word or status, 0x0002 or 2, and keeps its output off.
+    FaultKind('error_bits', FaultPlace.ACTUATOR, (FaultArgument('bits', 2.0, high=0xFFFF),)),
+    # Its position does not change any more.
+    FaultKind('stuck_encoder', FaultPlace.ACTUATOR),
+    # No frame passes; a controller that can, says so in an error frame; up to 10 frames wait in
+    # the transmit queue and leave at the end.
+    FaultKind('bus_off', FaultPlace.BUS),
+    # No frame can be sent: sending fails with this errno, 105, or 0 for none, or the adapter stops
+    # reading.
+    FaultKind('tx_full', FaultPlace.BUS, (FaultArgument('errno', 0.0, high=105.0),)),
+    # The adapter is unplugged.
+    FaultKind('adapter_gone', FaultPlace.BUS),
 )
 _BY_NAME = {kind.name: kind for kind in FAULTS}
 
