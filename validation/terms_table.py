@@ -74,8 +74,9 @@ def _parameters(kind: type[Term]) -> str:
 
 
 def _kind(kind: type[Term]) -> str:
-    """Return the name of the base class of terms that a term is made from."""
-    return next(base.__name__ for base in kind.__mro__ if 'identifier' not in vars(base))
+    """Return the name of the base class that makes the columns of a term."""
+    bases = (base for base in kind.__mro__ if 'identifier' not in vars(base))
+    return next(base.__name__ for base in bases if 'columns' in vars(base))
 
 
 def _code(names: tuple[str, ...]) -> str:

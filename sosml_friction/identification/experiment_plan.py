@@ -13,7 +13,7 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.segments import SegmentSettings
 from sosml_friction.model.laws import FRICTION_LAWS
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 
 #: From information (..., 5, 5) to what is minimised (...).

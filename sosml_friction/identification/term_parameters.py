@@ -17,7 +17,7 @@ from sosml_friction.identification.identifiability import (
 from sosml_friction.identification.number_text import format_interval, plus_minus
 from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Z_95, Parameter
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.estimate import Estimate
 from sosml_friction.regression.profile import Profile
 from sosml_friction.regression.whitened import WhitenedRegression

@@ -14,6 +14,7 @@ from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
+from sosml_friction.model.terms.kinds.term import TERMS
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,8 @@ class JointFriction:
         for name, change in left.items():
             kind = next(
                 k
-                for k in EffortTerm.__subclasses__()
-                if k.of_law and name in k.amplitudes and not k.inner
+                for k in TERMS.values()
+                if issubclass(k, EffortTerm) and k.of_law and name in k.amplitudes and not k.inner
             )
             parts[kind.identifier] = _Part(kind(), {}, {name: change})
         result._parts = tuple(parts.values())

@@ -19,9 +19,9 @@ from sosml_friction.model.finite_differences import first_derivative, second_der
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.smooth_sign import softened
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.scales import Scales
-from sosml_friction.model.terms.stribeck import fade
 from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise

@@ -7,7 +7,7 @@ from numba.extending import register_jitable
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.simulation.integrator import runge_kutta_step
 
 _fade = register_jitable(fade)

@@ -11,7 +11,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.compiled import compiled
 from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.robot import Robot
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.simulation.integrator import runge_kutta_step
 
 Drive = Callable[[FloatArray, FloatArray], FloatArray]

@@ -11,7 +11,7 @@ from scipy.optimize import lsq_linear, minimize_scalar
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.laws import FrictionLaw, make_friction_law
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.study.metrics import SCORED_FROM_S
 from sosml_friction.study.plant import SMOOTHING_VELOCITY
 from sosml_friction.study.run import Study, rmse_mean

@@ -9,7 +9,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_checks import LawCheck, odd_even_check
 from sosml_friction.identification.law.law_problem import LawProblem, LawSolution
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.column_norms import column_norms
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.number_text import rounded
 from sosml_friction.model.laws import unit_of
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'

@@ -16,7 +16,7 @@ from sosml_friction.identification.law.jackknife import jackknife_covariance
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.column_norms import column_norms
 
 #: Parameters that friction has not below zero.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 
 #: Rows are joined to means if as many neighbours or more share their noise. Chosen, no
 #: measurement.

@@ -25,7 +25,7 @@ from sosml_friction.identification.law.stribeck_profile import about_best, strib
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 
 #: Number of points of the profile at which the other parameters are solved for.
 _ALONG = 5

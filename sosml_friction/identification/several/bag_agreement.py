@@ -18,7 +18,7 @@ from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.stribeck import fade
+from sosml_friction.model.terms.kinds.fading_term import fade
 from sosml_friction.regression.column_norms import column_norms
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
