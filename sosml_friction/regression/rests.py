@@ -4,6 +4,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
@@ -13,6 +14,7 @@ from sosml_friction.arrays import BoolArray, ColumnArray, FloatArray
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.column_norms import column_norms
 from sosml_friction.regression.kernels import runs
+from sosml_friction.regression.noise_model import ORDER
 
 #: A joint stands still where it is slower than this share of its top speed over one cycle of the
 #: band. Chosen, no measurement.
@@ -23,6 +25,9 @@ _STOP, _STOP_S = 3.0, 0.2
 #: Singular values below this share of the largest are no direction of their own. Chosen below the
 #: filter's stop band, 2e-3 (-53 dB).
 _RANK = 1e-3
+#: Rests that overlap are one for so many rows of the band at most: time and memory of one base
+#: grow with the third and the second power. At a parting some thirty rows are lost, 6 %.
+_LONGEST = 512
 
 
 @dataclass(frozen=True)
@@ -232,25 +237,64 @@ def _span(columns: FloatArray) -> FloatArray:
 
 
 def _joined(rests: Sequence[Rest]) -> tuple[Rest, ...]:
-    """Return the rests with those of a joint that see the same rows as one."""
+    """
+    Return the rests with those of a joint that see the same rows as one.
+
+    A long chain of them is parted: the rows that both parts see, and as many as the whitening
+    filter reaches, then say nothing.
+    """
     result: list[Rest] = []
+    for chain in _chains(rests):
+        if chain[0].base is None:
+            result += chain
+            continue
+        parts: list[list[Rest]] = []
+        for rest in chain:
+            if not parts or rest.rows.start - parts[-1][0].rows.start > _LONGEST:
+                parts.append([])
+            parts[-1].append(rest)
+        begin, last = chain[0].rows.start, max(rest.rows.stop for rest in chain)
+        for part, after in zip_longest(parts, parts[1:]):
+            end = after[0].rows.start if after else last
+            if end > begin:
+                result.append(_together(part, slice(begin, end)))
+            if after:
+                begin = min(max(end + ORDER, *(rest.rows.stop for rest in part)), last)
+                result.append(Rest(chain[0].joint, slice(end, begin), None))
+    return tuple(result)
+
+
+def _chains(rests: Sequence[Rest]) -> list[list[Rest]]:
+    """Return groups of rests of a joint, each of which sees rows that one before it sees."""
+    result: list[list[Rest]] = []
+    stop = 0
     for rest in rests:
-        before = result[-1] if result else None
+        before = result[-1][-1] if result else None
         if (
             before is None
             or before.joint != rest.joint
-            or before.rows.stop <= rest.rows.start
+            or stop <= rest.rows.start
             or before.base is None
             or rest.base is None
         ):
-            result.append(rest)
-            continue
-        first, last = before.rows.start, max(before.rows.stop, rest.rows.stop)
-        both = np.zeros((last - first, before.base.shape[1] + rest.base.shape[1]))
-        both[: len(before.base), : before.base.shape[1]] = before.base
-        both[rest.rows.start - first :, before.base.shape[1] :][: len(rest.base)] = rest.base
-        result[-1] = Rest(rest.joint, slice(first, last), _span(both))
-    return tuple(result)
+            result.append([])
+            stop = 0
+        result[-1].append(rest)
+        stop = max(stop, rest.rows.stop)
+    return result
+
+
+def _together(rests: Sequence[Rest], rows: slice) -> Rest:
+    """Return several rests of a joint as one, in ``rows`` alone."""
+    begin = min(rest.rows.start for rest in rests)
+    bases = [(rest.rows.start - begin, rest.base) for rest in rests if rest.base is not None]
+    columns = np.zeros((max(rest.rows.stop for rest in rests) - begin,
+                        sum(base.shape[1] for _, base in bases)))  # fmt: skip
+    k = 0
+    for first, base in bases:
+        columns[first : first + len(base), k : k + base.shape[1]] = base
+        k += base.shape[1]
+    return Rest(rests[0].joint, rows, _span(columns[rows.start - begin : rows.stop - begin]))
 
 
 class WhitenedRests:
@@ -329,8 +373,13 @@ def _clusters(
             begin = max(rest.rows.start, rest.rows.stop - order)
             base = np.eye(rest.rows.stop - begin)
         end = min(len(inside), begin + len(base) + order)
+        # What is spread into rows that say nothing ties no rests to each other.
+        known = np.flatnonzero(~inside[begin:end])
+        if not len(known):
+            continue
+        end = begin + int(known[-1]) + 1
         columns = np.zeros((end - begin, base.shape[1]))
-        columns[: len(base)] = base
+        columns[: len(base)] = base[: end - begin]
         columns = lfilter(weights, [1.0], columns, axis=0)
         columns[inside[begin:end]] = 0.0
         if result and begin < result[-1][0] + len(result[-1][1]):

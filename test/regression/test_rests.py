@@ -90,6 +90,37 @@ def test_rests_that_the_filter_sees_at_once_are_taken_out_together(seed):
     assert np.abs(after).max() < 0.02 * np.abs(before).max()
 
 
+def test_a_chain_of_rests_is_parted_where_it_is_long_and_every_rest_is_taken_out():
+    """A joint stops five times a second for minutes: a base has 512 rows and one rest more."""
+    rng = np.random.default_rng(7)
+    v = np.zeros(200_000)
+    for k in range(100, len(v), 100):
+        v[k : k + 40] = 0.7 * (-1.0) ** (k // 1000)
+    q = v.cumsum()[:, None] * STEP
+    rests = find_rests(q, BAND, LIMIT, TOP, [0])
+    rows = BAND.count(len(v))
+    longest = max(rest.rows.stop - rest.rows.start for rest in rests if rest.base is not None)
+    assert rows > 2000
+    assert longest < 512 + 3 * BAND.half // BAND.factor + 60
+    stands = np.zeros(len(v))
+    for begin, end in resting(q[:, 0], BAND, 1e-3):
+        stands[begin:end] = rng.uniform(-1.0, 1.0)
+    before = BAND.apply(stands[:, None])
+    after = without_rests(before.copy(), [0], rests)
+    assert np.abs(before).max() > 0.5
+    assert np.abs(after).max() < 0.02 * np.abs(before).max()
+    model = NoiseModel(np.array([1.6, -0.8, 0.0, 0.0, 0.0, 0.0]), 0.1)
+    known = WhitenedRests([rests], [rows], [model.whitening])
+    whitened = model.whiten(before[:, 0])[:, None]
+    left = known.take_out(whitened.copy(), [0])
+    assert np.abs(left).max() < 0.02 * np.abs(whitened).max()
+    # What is lost by parting is little: some rows of each 512.
+    alone = rows - sum(
+        r.rows.stop - r.rows.start if r.base is None else r.base.shape[1] for r in rests
+    )
+    assert 0.8 * alone < float(known.known()[0]) <= rows
+
+
 def test_whitened_rows_do_not_know_what_was_at_rest_and_noise_in_motion_stays_noise():
     """
     Noise of AR(2), as drawn; the whitening filter amplifies what is cut out before it 20 times.
