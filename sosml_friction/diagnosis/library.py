@@ -34,8 +34,11 @@ def make_library(without: tuple[str, ...] = ()) -> dict[str, Term]:
 
 
 def library_hash(library: Mapping[str, Term]) -> str:
-    """Return the SHA-256 of the source of the terms: what was looked for, fixed beforehand."""
+    """Return the SHA-256 of the source of terms and their kinds: what was looked for."""
+    kinds = {
+        kind for term in library.values() for kind in type(term).__mro__ if issubclass(kind, Term)
+    }
     digest = hashlib.sha256()
-    for name in sorted(library):
-        digest.update(Path(inspect.getfile(type(library[name]))).read_bytes())
+    for file in sorted(map(inspect.getfile, kinds)):
+        digest.update(Path(file).read_bytes())
     return digest.hexdigest()
