@@ -232,6 +232,8 @@ def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
         sf.fit(log, model, roles={'log': 'T1'})
     with pytest.raises(ConfigurationError, match="law is 'cubic'"):
         sf.fit(log, model, law='cubic')
+    with pytest.raises(ConfigurationError, match='body'):
+        sf.fit(log, model, body_tolerance=-0.1)
 
 
 def test_observers_say_what_the_friction_is(log, model):
