@@ -144,6 +144,11 @@ def test_a_model_is_made_from_a_urdf_written_and_read_again(model, fitted, tmp_p
     assert (armature.value, armature.unit) == (0.5, 'kg')
     assert made.parameters() == {'slider': {}}
     assert np.isnan(made.friction([0.1, 0.2])).all()
+    (tmp_path / 'axis.urdf').write_text(model.urdf)
+    for path in (tmp_path / 'axis.urdf', str(tmp_path / 'axis.urdf')):
+        assert sf.Model.from_urdf(path, {'slider': 0.5}, 'axis').content == made.content
+    with pytest.raises(ConfigurationError, match=r'none\.urdf'):
+        sf.Model.from_urdf('none.urdf')
     with pytest.raises(ConfigurationError, match='moves the joints slider'):
         sf.Model.from_urdf(model.urdf, {'elbow': 0.5})
     again = sf.Model.read(fitted.model.write(tmp_path / 'model'))
