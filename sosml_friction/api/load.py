@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.tables.data_file import SUFFIXES
+from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.bags.tables.importer import read_recording
 from sosml_friction.bags.tables.mapping import read_mapping
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -35,12 +35,12 @@ def load(
     """
     if not Path(source).exists():
         raise DataError(f'{source} does not exist: give the path of a bag or a table')
-    is_table = Path(source).suffix.lower() in SUFFIXES
-    if is_table != (mapping is not None):
+    is_from_table = is_table(Path(source))
+    if is_from_table != (mapping is not None):
         raise ConfigurationError(
             f'{source} does not say which number is what: give a mapping file, such as '
             f'sosml import {source} --guess proposes'
-            if is_table
+            if is_from_table
             else f'{source} is a bag, which says itself what it holds: leave the mapping out'
         )
     if mapping is not None:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, is_table, parse_names, parse_numbers
+from sosml_friction.cli.options import RateOption, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -171,7 +172,7 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
         raise ConfigurationError(_no_table(paths[0], stated_columns[0]))
-    bags = {path: place / str(k) / path.stem for k, path in enumerate(tables)}
+    bags = {path: place / str(k) / table_name(path) for k, path in enumerate(tables)}
     simple = _simple_model(said, paths[0])
     if simple is not None:
         if given['model'] is not None or given['urdf'] is not None:
@@ -204,8 +205,6 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
 
 def _no_table(path: Path, option: str) -> str:
     """Return why a recording with an option of columns is no table, and what to do."""
-    from sosml_friction.bags.tables.data_file import SUFFIXES
-
     if not path.exists():
         return f'{path} does not exist: give the path of a table or a bag'
     if path.is_dir() and any(is_table(file) for file in path.iterdir()):
@@ -216,8 +215,8 @@ def _no_table(path: Path, option: str) -> str:
     if path.is_dir() or path.suffix in ('.mcap', '.db3', '.bag'):
         return f'{option} is of a table, and {path} is a bag: leave it out'
     return (
-        f'{path} is neither a table nor a bag: give a table of the kind {", ".join(SUFFIXES)}, '
-        'unpacked, or a bag'
+        f'{path} is neither a table nor a bag: give a table of the kind {", ".join(SUFFIXES)}, or '
+        'a bag'
     )
 
 

@@ -210,13 +210,13 @@ def test_a_bag_in_sqlite_is_as_good_as_one_in_mcap(sosml, tmp_path, slider_bag):
     [
         ('axes.csv', 'axes.csv does not exist: give the path of a table or a bag'),
         ('folder', 'folder is a folder of tables: name the files, or let sosml fleet fit folder'),
-        ('axis.csv.gz', 'axis.csv.gz is neither a table nor a bag: give a table of the kind .mat'),
+        ('axis.tar.gz', 'axis.tar.gz is neither a table nor a bag: give a table of the kind .mat'),
     ],
 )
 def test_what_is_no_table_is_told(sosml, tmp_path, given, sentence):
     (tmp_path / 'folder').mkdir()
     write_table(tmp_path / 'folder')
-    (tmp_path / 'axis.csv.gz').write_bytes(b'')
+    (tmp_path / 'axis.tar.gz').write_bytes(b'')
     code, _, err = sosml(*FIT, given, '--position', 'q', '--effort', 'f', *ROBOT)
     assert code == 2
     assert sentence in err

@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.tables.date_text import read_dates
+from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
 from sosml_friction.bags.tables.long_table import widened
+from sosml_friction.bags.tables.packed_file import check_size, most_unpacked, read_unpacked
 from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
-TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
-SUFFIXES = (
-    '.mat', '.npz', '.npy', '.parquet', '.json', '.jsonl', '.ndjson', *TEXT_SUFFIXES,
-)  # fmt: skip
 #: Types of what stands in a MAT file of version 5: an array, a packed one, and all of an array.
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
@@ -32,9 +30,6 @@ _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
 _UNIT = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
 
 
-#: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
-#: joints at 200 Hz are 200 MB, and recordings pack to a tenth.
-_UNPACKED, _TIMES = 2**28, 50
 #: Bytes of a value by the types that Parquet stores; those of any other are 8 at least.
 _WIDTHS = {'BOOLEAN': 1, 'INT32': 4, 'FLOAT': 4}
 
@@ -63,16 +58,18 @@ class DataFile(Mapping[str, NDArray[Any]]):
         columns: Sequence[str] | None = None,
     ) -> None:
         self.path = Path(path)
-        suffix = self.path.suffix.lower()
+        kind = file_kind(self.path)
         if not self.path.is_file():
             raise DataError(f'{self.path} does not exist: give the file to import')
-        if suffix not in SUFFIXES:
+        if kind not in (*SUFFIXES, *PACKED):
             raise DataError(
                 f'{self.path} is not of a kind that can be imported: give one of '
                 f'{", ".join(SUFFIXES)}; a table of text under another name is read as .csv'
             )
+        if kind in _READERS and self.path.suffix.lower() != kind:
+            raise DataError(f'{self.path} is packed, as tables of text may be: unpack it first')
         try:
-            self._variables = _READERS.get(suffix, read_text_table)(self.path)
+            self._variables = _READERS.get(kind, _read_text)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)
@@ -258,22 +255,13 @@ def _by_name(value: Any) -> Any:
     return value
 
 
-def _check_size(path: Path, unpacked: int) -> None:
-    """Refuse a file that unpacks to far more than it takes, before it does."""
-    if unpacked > max(_UNPACKED, _TIMES * path.stat().st_size):
-        raise DataError(
-            f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '
-            'save the variables that are needed, or save them unpacked'
-        )
-
-
 def _unpacked_mat(path: Path) -> int:
     """
     Return what the packed variables of a MAT file unpack to [bytes], or too much.
 
     :raises DataError: if it has data of a type that is none.
     """
-    most, found = max(_UNPACKED, _TIMES * path.stat().st_size), 0
+    most, found = most_unpacked(path), 0
     with path.open('rb') as stream:
         # Version and order of bytes; another version packs nothing, or is read by h5py.
         order = {b'\x00\x01IM': '<', b'\x01\x00MI': '>'}.get(stream.read(128)[124:])
@@ -309,7 +297,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
     try:
-        _check_size(path, _unpacked_mat(path))
+        check_size(path, _unpacked_mat(path))
     except zlib.error as error:
         raise DataError(f'{path} is no readable MAT file: {error}') from error
     try:
@@ -343,7 +331,7 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
             # A field of an array of structs, or a cell array.
             parts = [item.file[reference] for reference in item[()].ravel() if reference]
         size = sum(x.nbytes for x in (*variables.values(), *parts))
-        _check_size(path, size)
+        check_size(path, size)
         values = [np.asarray(part).T for part in parts]
         if parts != [item] and len({x.size for x in values}) == 1:
             values = [np.column_stack([x.ravel() for x in values])]
@@ -364,7 +352,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as content:
             if isinstance(content, np.ndarray):
                 raise ValueError('it is an NPY file')
-            _check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
+            check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
             for name in content.files:
                 try:
                     variables.update(_flatten({name: content[name]}))
@@ -416,7 +404,7 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             'table as CSV'
         ) from None
     try:
-        _check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
+        check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
     except DataError:
         raise
@@ -433,10 +421,18 @@ def _read_parquet(path: Path) -> dict[str, Any]:
     return variables
 
 
-def _read_json(path: Path) -> dict[str, Any]:
+def _read_text(path: Path) -> dict[str, Any]:
+    """Read a table of text or JSON, which may be packed."""
+    kind, content = read_unpacked(path)
+    if kind in JSON_SUFFIXES:
+        return _read_json(path, content)
+    return dict(read_text_table(path, content))
+
+
+def _read_json(path: Path, raw: bytes) -> dict[str, Any]:
     """Read an object of lists, a list of records, or a record in each line."""
     try:
-        text = path.read_text(encoding='utf-8-sig')
+        text = raw.decode('utf-8-sig')
         try:
             content = json.loads(text)
         except json.JSONDecodeError:
@@ -495,7 +491,4 @@ _READERS: dict[str, Callable[[Path], dict[str, Any]]] = {
     '.npz': _read_npz,
     '.npy': _read_npy,
     '.parquet': _read_parquet,
-    '.json': _read_json,
-    '.jsonl': _read_json,
-    '.ndjson': _read_json,
 }

@@ -34,9 +34,9 @@ class _Row(NamedTuple):
     cells: list[str]
 
 
-def read_text_table(path: Path) -> Columns:
+def read_text_table(path: Path, raw: bytes) -> Columns:
     """
-    Return the cells of each column.
+    Return the cells of each column of a text, ``raw``, that stands in a file.
 
     The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
     comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
@@ -49,7 +49,7 @@ def read_text_table(path: Path) -> Columns:
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
     # Minus signs of typesetting, and blanks between thousands.
-    text = _BETWEEN.sub('', _text(path).replace('\u2212', '-'))
+    text = _BETWEEN.sub('', _text(path, raw).replace('\u2212', '-'))
     rows, first = _rows(path, text)
     above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
@@ -110,8 +110,7 @@ def _without_words(rows: list[_Row]) -> list[_Row]:
     return table if 2 * len(table) > len(rows) else list(rows)
 
 
-def _text(path: Path) -> str:
-    raw = path.read_bytes()
+def _text(path: Path, raw: bytes) -> str:
     is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     if raw[1:4:2] == b'\0\0' and 0 not in raw[:4:2]:
         return raw.decode('utf-16-le', errors='replace')

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from sosml_friction.bags.tables import data_file
+from sosml_friction.bags.tables import packed_file
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.exceptions import DataError
 
@@ -185,7 +185,7 @@ def test_a_cell_that_only_python_takes_for_a_number_is_refused(tmp_path, cell, s
 
 
 def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_path, monkeypatch):
-    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    monkeypatch.setattr(packed_file, '_UNPACKED', 2**20)
     zeros = np.zeros(2**18)
     np.savez_compressed(tmp_path / 'x.npz', t=T, zeros=zeros)
     savemat(tmp_path / 'x.mat', {'t': T, 'zeros': zeros}, do_compression=True)
@@ -213,7 +213,7 @@ def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
 def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monkeypatch):
     pa = pytest.importorskip('pyarrow')
     parquet = pytest.importorskip('pyarrow.parquet')
-    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    monkeypatch.setattr(packed_file, '_UNPACKED', 2**20)
     path, rows = tmp_path / 'x.parquet', 2**13
     # 0.4 MB, where 8 bytes for each value were 3.3 MB.
     wide = {f'flag{k}': np.zeros(rows, dtype=bool) for k in range(48)}

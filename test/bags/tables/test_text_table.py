@@ -169,7 +169,7 @@ def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
 def test_one_name_for_two_columns_is_refused(tmp_path):
     (tmp_path / 'x.csv').write_text('t,q,q\n0,1,2\n1,2,3\n')
     with pytest.raises(DataError, match='the header t, q, q: each column needs its own name'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
 
 
 def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
@@ -189,7 +189,7 @@ def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
 def test_what_is_no_text_is_refused(tmp_path):
     (tmp_path / 'x.csv').write_bytes(bytes(range(256)))
     with pytest.raises(DataError, match='save it as text'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
 
 
 @pytest.mark.parametrize('header', ['t,q', 't,q,'])
@@ -216,7 +216,7 @@ def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
     path = tmp_path_factory.mktemp('any') / 'x.csv'
     path.write_text(text, encoding='utf-8')
     try:
-        table = read_text_table(path)
+        table = read_text_table(path, path.read_bytes())
     except DataError as error:
         sentence = str(error)
     else:
@@ -228,4 +228,4 @@ def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
 def test_lines_of_other_lengths_are_refused_by_number(tmp_path):
     (tmp_path / 'x.csv').write_text('0 1 2\n1 2 3\n2 3\n3 4 5\n')
     with pytest.raises(DataError, match='line 3 has 2 cells where the first row has 3'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
