@@ -27,7 +27,8 @@ def import_(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar='FILE', help='Table (CSV, JSON, packed or not, MAT, NPZ, NPY, Parquet) or bag.'
+            metavar='FILE',
+            help='Table (CSV, JSON, packed or not, MAT, HDF5, NPZ, NPY, Parquet) or bag.',
         ),
     ],
     said: dict[str, Any],

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.tables.date_text import read_dates
 from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
+from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
 from sosml_friction.bags.tables.long_table import widened
 from sosml_friction.bags.tables.packed_file import check_size, most_unpacked, read_unpacked
 from sosml_friction.bags.tables.text_table import read_text_table
@@ -249,7 +250,9 @@ def _by_name(value: Any) -> Any:
     if isinstance(value, Mapping) and value and all(str(key).isdecimal() for key in value):
         # A column by the numbers of its rows, as pandas writes it.
         return list(value.values())
-    is_list = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
+    is_list = isinstance(value, list) or (
+        isinstance(value, np.ndarray) and value.dtype == object and value.ndim > 0
+    )
     if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
         return _columns([_plain(record) for record in value])
     return value
@@ -296,6 +299,9 @@ def _check_types(path: Path, data: memoryview, order: str) -> None:
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
+    with path.open('rb') as stream:
+        if stream.read(len(SIGNATURE)) == SIGNATURE:
+            return _read_hdf5(path)
     try:
         check_size(path, _unpacked_mat(path))
     except zlib.error as error:
@@ -313,37 +319,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:
-    """Read a MAT file of version 7.3, whose tables are stored the other way around."""
-    try:
-        import h5py
-    except ImportError:
-        raise DataError(
-            f"{path} is of MATLAB version 7.3 (HDF5), which needs h5py: save it with '-v7', or "
-            'pip install h5py'
-        ) from None
-    variables: dict[str, Any] = {}
-
-    def take(name: str, item: Any) -> None:
-        if not isinstance(item, h5py.Dataset) or name.startswith('#'):
-            return
-        parts = [item]
-        if h5py.check_ref_dtype(item.dtype):
-            # A field of an array of structs, or a cell array.
-            parts = [item.file[reference] for reference in item[()].ravel() if reference]
-        size = sum(x.nbytes for x in (*variables.values(), *parts))
-        check_size(path, size)
-        values = [np.asarray(part).T for part in parts]
-        if parts != [item] and len({x.size for x in values}) == 1:
-            values = [np.column_stack([x.ravel() for x in values])]
-        if len(values) == 1:
-            variables[name.replace('/', '.')] = values[0]
-
-    try:
-        with h5py.File(path, 'r') as content:
-            content.visititems(take)
-    except OSError as error:
-        raise DataError(f'{path} is no readable MAT file: {error}') from error
-    return variables
+    return _flatten(read_hdf5(path))
 
 
 def _read_npz(path: Path) -> dict[str, Any]:
@@ -488,6 +464,8 @@ def _plain(record: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
 
 _READERS: dict[str, Callable[[Path], dict[str, Any]]] = {
     '.mat': _read_mat,
+    '.h5': _read_hdf5,
+    '.hdf5': _read_hdf5,
     '.npz': _read_npz,
     '.npy': _read_npy,
     '.parquet': _read_parquet,

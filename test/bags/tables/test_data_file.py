@@ -144,31 +144,6 @@ def test_parquet_needs_pyarrow_or_is_read(tmp_path):
     assert list(DataFile(path).series()) == ['t', 'q[0]', 'q[1]']
 
 
-def test_matlab_7_3_needs_h5py_or_is_read(tmp_path):
-    path = tmp_path / 'x.mat'
-    try:
-        import h5py
-    except ImportError:
-        head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
-        path.write_bytes(head + b'\x89HDF\r\n\x1a\n')
-        with pytest.raises(DataError, match='needs h5py: save it with'):
-            DataFile(path)
-        return
-    with h5py.File(path, 'w', userblock_size=512) as content:
-        content['arm/q'] = Q.T
-        content['t'] = T[None, :]
-        cells = [
-            content.create_dataset(f'#refs#/{k}', data=x[None]).ref for k, x in enumerate((T, -T))
-        ]
-        content.create_dataset('joints/q', data=np.array([cells], dtype=h5py.ref_dtype))
-    head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
-    with path.open('r+b') as stream:
-        stream.write(head)
-    data = DataFile(path)
-    assert list(data.series()) == ['arm.q[0]', 'arm.q[1]', 'joints.q[0]', 'joints.q[1]', 't']
-    np.testing.assert_array_equal(data['joints.q[1]'], -T)
-
-
 @pytest.mark.parametrize(
     ('cell', 'sentence'),
     [
