@@ -28,7 +28,7 @@ def import_(
         list[Path],
         typer.Argument(
             metavar='FILE',
-            help='Table (CSV, JSON, packed or not, MAT, HDF5, NPZ, NPY, Parquet) or bag.',
+            help='Table (CSV, JSON, packed or not, MAT, HDF5, Excel, NPZ, NPY, Parquet) or bag.',
         ),
     ],
     said: dict[str, Any],

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.tables.date_text import read_dates
+from sosml_friction.bags.tables.excel_file import read_excel
 from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
 from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
 from sosml_friction.bags.tables.long_table import widened
@@ -59,6 +60,9 @@ class DataFile(Mapping[str, NDArray[Any]]):
         columns: Sequence[str] | None = None,
     ) -> None:
         self.path = Path(path)
+        #: Sentences on what was passed over.
+        self.remarks: list[str] = []
+        self._variables: dict[str, Any] = {}
         kind = file_kind(self.path)
         if not self.path.is_file():
             raise DataError(f'{self.path} does not exist: give the file to import')
@@ -70,7 +74,10 @@ class DataFile(Mapping[str, NDArray[Any]]):
         if kind in _READERS and self.path.suffix.lower() != kind:
             raise DataError(f'{self.path} is packed, as tables of text may be: unpack it first')
         try:
-            self._variables = _READERS.get(kind, _read_text)(self.path)
+            if kind == '.xlsx':
+                self._variables, self.remarks = read_excel(self.path)
+            else:
+                self._variables = _READERS.get(kind, _read_text)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)

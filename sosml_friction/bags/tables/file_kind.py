@@ -7,7 +7,7 @@ from pathlib import Path
 TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
 JSON_SUFFIXES = ('.json', '.jsonl', '.ndjson')
 SUFFIXES = (
-    '.mat', '.npz', '.npy', '.parquet', '.h5', '.hdf5', *JSON_SUFFIXES, *TEXT_SUFFIXES,
+    '.mat', '.npz', '.npy', '.parquet', '.h5', '.hdf5', '.xlsx', *JSON_SUFFIXES, *TEXT_SUFFIXES,
 )  # fmt: skip
 #: Tables of text and of JSON may be packed.
 PACKED = ('.gz', '.bz2', '.xz', '.lzma', '.zip')

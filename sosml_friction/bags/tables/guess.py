@@ -403,6 +403,8 @@ class Guesser(RecordedColumns):
 
     def _put_remarks(self) -> None:
         taken = self._taken()
+        for sentence in self.data.remarks:
+            self._remark(sentence)
         strange = [joint for joint in self.roles if self.kinds and joint not in self.kinds]
         if strange:
             self._remark(

@@ -119,6 +119,8 @@ def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent
 
 def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog, IndexArray]:
     """Return the log, and the stamps (N,) of all samples of the file [ns]."""
+    for sentence in data.remarks:
+        tell(sentence)
     names = tuple(plan.joints)
     first = plan.joints[names[0]]['position'].series
     count = len(_series(data, first if plan.time is None else plan.time))

@@ -96,6 +96,8 @@ def _of_archive(path: Path, stream: Any, most: int) -> tuple[str, bytes]:
     """Return the kind and the first bytes of the one table in an archive."""
     known = (*TEXT_SUFFIXES, *JSON_SUFFIXES)
     with zipfile.ZipFile(stream) as archive:
+        if '[Content_Types].xml' in archive.namelist():
+            raise DataError(f'{path} is a spreadsheet and no text: rename it .xlsx')
         files = [
             entry
             for entry in archive.infolist()

@@ -29,7 +29,9 @@ _HEADER = 4
 _LOOK = 200
 
 
-class _Row(NamedTuple):
+class Row(NamedTuple):
+    """Hold the cells of a row, and which line it is, counted from 1."""
+
     line: int
     cells: list[str]
 
@@ -51,6 +53,22 @@ def read_text_table(path: Path, raw: bytes) -> Columns:
     # Minus signs of typesetting, and blanks between thousands.
     text = _BETWEEN.sub('', _text(path, raw).replace('\u2212', '-'))
     rows, first = _rows(path, text)
+    return _columns(path, rows, first, not text.endswith(('\n', '\r')))
+
+
+def read_rows(path: Path, rows: list[Row]) -> Columns:
+    """
+    Return the cells of each column of a table that was not written as text.
+
+    :raises DataError: if rows differ in their number of cells, or columns in no name.
+    """
+    text = '\n'.join(cell for row in rows for cell in row.cells if ',' in cell)
+    rows = _with_points(rows, ';', text) if text else rows
+    return _columns(path, rows, _first_of_numbers(rows), False)
+
+
+def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Columns:
+    """Return the columns by the names above the first row of numbers."""
     above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
@@ -59,7 +77,7 @@ def read_text_table(path: Path, raw: bytes) -> Columns:
     above = [cells for cells in above if len(cells) == width]
     names = _names(above, width)
     table = _without_words(rows[first:])
-    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
+    if table and len(table[-1].cells) < width and may_be_cut:
         # A logger that was cut off.
         table.pop()
     for line, cells in table:
@@ -79,14 +97,14 @@ def read_text_table(path: Path, raw: bytes) -> Columns:
     return dict(_without_unit(name, column) for name, column in columns.items())
 
 
-def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
+def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     """Return the rows of a text without its comments, and the index of the first of the table."""
     lines = [(k, line) for k, line in enumerate(_lines(text), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
     try:
-        rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
+        rows = [Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
     if ',' in text and (delimiter != ',' or '"' in text):
@@ -97,14 +115,14 @@ def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
         # Names of several words, with more than one blank between two of them.
         names = re.split(r'\s{2,}', lines[k][1].strip())
         if len(rows[k].cells) != width == len(names):
-            rows[k] = _Row(rows[k].line, names)
+            rows[k] = Row(rows[k].line, names)
     rows = [row for k, row in enumerate(rows) if k < first or not _COMMENT.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     return rows, first
 
 
-def _without_words(rows: list[_Row]) -> list[_Row]:
+def _without_words(rows: list[Row]) -> list[Row]:
     """Return the rows without those of words alone: a header that comes again, or a remark."""
     table = [row for row in rows if any(is_number(c) or is_missing(c) for c in row.cells)]
     return table if 2 * len(table) > len(rows) else list(rows)
@@ -176,7 +194,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
+def _with_points(rows: list[Row], delimiter: str, text: str) -> list[Row]:
     """Return the rows with decimals behind a point, and without marks between thousands."""
     # A number with both marks says which is which; where commas part cells, it is in quotes.
     before, behind = ('"', '"') if delimiter == ',' else (r'(?<![\d.,])', r'(?![\d.,])')
@@ -198,22 +216,22 @@ def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
             cell.replace(',', '.') if decimal == ',' and _DECIMAL_COMMA.fullmatch(cell) else cell
         )
 
-    return [_Row(k, [plain(cell) for cell in row]) for k, row in rows]
+    return [Row(k, [plain(cell) for cell in row]) for k, row in rows]
 
 
-def _has_commas(rows: list[_Row]) -> bool:
+def _has_commas(rows: list[Row]) -> bool:
     cells = [cell for _, row in rows for cell in row]
     points = sum('.' in cell and is_number(cell) for cell in cells)
     return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
 
 
-def _form(row: _Row) -> tuple[int, int, int]:
+def _form(row: Row) -> tuple[int, int, int]:
     """Return how many cells a row has, how many numbers, and how many values are missing."""
     cells = row.cells
     return len(cells), sum(map(is_number, cells)), sum(map(is_missing, cells))
 
 
-def _first_of_numbers(rows: list[_Row]) -> int:
+def _first_of_numbers(rows: list[Row]) -> int:
     """
     Return the index of the first row of the table itself.
 
