@@ -14,6 +14,7 @@ from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header
 from sosml_friction.bags.tables.importer import recognised_wrap
 from sosml_friction.bags.tables.mapping import FILL_IN
+from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.series_evidence import counts_samples
 from sosml_friction.bags.tables.units import LINEAR_UNITS, UNITS
@@ -84,6 +85,11 @@ class RecordedColumns:
         ):
             # A shaft that turns one way grows all the time too.
             self.time = evidence.Time('', '', '')
+        for name, values in self.series.items():
+            if name not in (self.time.name, self.time.nanoseconds):
+                markers = missing_markers(values, self.words[name].quantity)
+                is_marker = np.isin(values, markers)
+                self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
         if self.time.name and self.time.unit and rate is None:
