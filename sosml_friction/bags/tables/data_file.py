@@ -261,8 +261,29 @@ def _by_name(value: Any) -> Any:
         isinstance(value, np.ndarray) and value.dtype == object and value.ndim > 0
     )
     if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
-        return _columns([_plain(record) for record in value])
+        return _channels(value) or _columns([_plain(record) for record in value])
     return value
+
+
+def _channels(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """
+    Return the series of records that hold one each beside its name, {} if they are no such.
+
+    They are the signals of a scope of Simulink and of a recorder of dSPACE. A unit stands behind
+    the name; without names of their own they are called by number.
+    """
+    found: dict[str, Any] = {}
+    for k, record in enumerate(records):
+        own = {key.lower(): value for key, value in record.items()}
+        said = own.get('label', own.get('name', 0))
+        series = [x for x in own.values() if isinstance(x, np.ndarray) and len(x) > len(records)]
+        if len(series) != 1 or not (isinstance(said, str) or np.size(said) == 0):
+            return {}
+        name = said if isinstance(said, str) and said else str(k)
+        unit = own.get('unit')
+        name = f'{name} [{unit}]' if isinstance(unit, str) and unit else name
+        found[name if name not in found else f'{name} {k}'] = series[0]
+    return found
 
 
 def _unpacked_mat(path: Path) -> int:

@@ -224,3 +224,33 @@ def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
 def test_a_unit_may_stand_behind_a_stroke_or_a_comma(tmp_path, header):
     (tmp_path / 'x.csv').write_text(f'{header}\n0,5;1,5\n0,75;2,5\n')
     assert DataFile(tmp_path / 'x.csv')['Winkel'].tolist() == [1.5, 2.5]
+
+
+def structs(**fields):
+    """Return an array of structs as MATLAB has it, (N,)."""
+    made = np.zeros(len(next(iter(fields.values()))), dtype=[(name, 'O') for name in fields])
+    for name, values in fields.items():
+        for k, value in enumerate(values):
+            made[name][k] = value
+    return made
+
+
+def test_signals_of_a_scope_have_their_names_and_units(tmp_path):
+    scope = structs(values=[Q, -Q], dimensions=[2, 2], label=['q', 'tau'])
+    recorder = structs(Name=['M/q', 'M/i'], Data=[T[None], -T[None]], Unit=['deg', 'A'])
+    unnamed = structs(values=[Q, -Q], label=['', ''])
+    content = {'scope': {'time': T, 'signals': scope}, 'rec': {'Y': recorder}, 'x': unnamed}
+    savemat(tmp_path / 'x.mat', content)
+    data = DataFile(tmp_path / 'x.mat')
+    assert set(data) == {
+        *('scope.time', 'scope.signals.q', 'scope.signals.tau'),
+        *('rec.Y.M/q [deg]', 'rec.Y.M/i [A]', 'x.0', 'x.1'),
+    }
+    np.testing.assert_array_equal(data['scope.signals.tau[1]'], -Q[:, 1])
+    np.testing.assert_array_equal(data['rec.Y.M/i [A]'], -T)
+
+
+def test_records_of_samples_are_no_signals(tmp_path):
+    records = structs(name=['a'] * 6, t=list(T), q=list(Q))
+    savemat(tmp_path / 'x.mat', {'log': records})
+    assert list(DataFile(tmp_path / 'x.mat').series()) == ['log.t', 'log.q[0]', 'log.q[1]']
