@@ -32,6 +32,9 @@ _EXPLAINED = 0.05
 _ROUGHER = 10.0
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
+#: So many columns beside a position that are as smooth are no efforts: of one joint there are not
+#: as many. Chosen, no measurement.
+_JOINTS = 3
 _CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -207,6 +210,13 @@ class Guesser(RecordedColumns):
         (name,) = self._joint_names(['']).values()
         self.roles[name] = {'position': measured}
         self.alike.update(alike)
+        others = [n for n in order if n not in alike]
+        if len(others) >= _JOINTS and rough[others[-1]] < _SMOOTHER * rough[smoothest]:
+            self._remark(
+                f'{measured}, {", ".join(others)} are about as smooth as each other: positions of '
+                'several joints, it seems, and no effort'
+            )
+            self.alike.update(others)
 
     def _best_pair(self, rough: Mapping[str, float]) -> tuple[str, str]:
         """Return, of the smooth columns, that whose motion explains another best, and why."""
@@ -217,7 +227,7 @@ class Guesser(RecordedColumns):
             (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
             for one in smooth
             for other in rough
-            if rough[other] > rough[one] and not self._nearly_same(one, other)
+            if rough[other] > _SMOOTHER * rough[one] and not self._nearly_same(one, other)
         }
         best = max(shares, key=lambda pair: shares[pair], default=('', ''))
         if not best[0] or shares[best] < _EXPLAINED:

@@ -37,8 +37,8 @@ _SLOPES = {
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
 USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
-#: Whole numbers above this are no measurement in A or V: its resolution would be too coarse for
-#: that. Chosen, no measurement.
+#: Whole numbers above this are no measurement in A, V, Nm or N: its resolution would be too
+#: coarse for that. Chosen, no measurement.
 _COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
@@ -241,10 +241,10 @@ class RecordedColumns:
                 told += f'; {unit} by its name'
             reasons[f'joints.{joint}.effort'] = told
             most = self._whole_numbers(effort)
-            if unit in ('A', 'V') and most > _COARSE:
+            if unit in ('A', 'V', 'Nm', 'N') and most > _COARSE:
                 self._remark(
                     f'{effort} has whole numbers up to {most:g} and is taken as {unit}: if it is '
-                    f'm{unit} or counts, say so, as {effort}:m{unit}'
+                    f'm{unit}, percent or counts, say so, as {effort}:m{unit}'
                 )
         if 'temperature' in roles:
             name = roles['temperature']
