@@ -235,7 +235,7 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
             f'{len(log)}): publish all joints in one message'
         )
     runs = np.split(whole, np.flatnonzero(np.diff(whole)) + 1)
-    has_effort = np.isfinite(log.tau).any(axis=1)
+    has_effort = np.asarray(np.isfinite(log.tau).any(axis=1))
     if has_effort.any() and not has_effort[whole].any():
         raise DataError(
             f'no sample has both a position and an effort ({int(whole.sum())} and '

@@ -393,7 +393,7 @@ def test_the_measured_emps_axis_passes(data_directory, tmp_path):
 def test_positions_and_efforts_at_stamps_of_their_own_are_refused(good, robot):
     q, tau = good.q.copy(), good.tau.copy()
     q[1::2], tau[::2] = np.nan, np.nan
-    with pytest.raises(DataError, match='no sample has both a position and an effort .*: they co'):
+    with pytest.raises(DataError, match=r'has both a position and an effort .*: they come'):
         check_data(replace(good, q=q, tau=tau), robot)
     # Some that have both are fitted.
     tau[::6] = good.tau[::6]

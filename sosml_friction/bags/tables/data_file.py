@@ -430,6 +430,11 @@ def _read_text(path: Path) -> dict[str, Any]:
     kind, content = read_unpacked(path)
     if kind in JSON_SUFFIXES:
         return _read_json(path, content)
+    if content.startswith(b'header:'):
+        raise DataError(
+            f'{path} is what ros2 topic echo prints: let it write a table, with --csv, or record '
+            'a bag'
+        )
     return dict(read_text_table(path, content))
 
 
@@ -447,7 +452,13 @@ def _read_json(path: Path, raw: bytes) -> dict[str, Any]:
             'record in each line can be read'
         ) from error
     if isinstance(content, Mapping):
-        return _flatten(content)
+        # As pandas writes a table with its names beside it, or a record by the number of each row.
+        if isinstance(content.get('columns'), list) and isinstance(content.get('data'), list):
+            rows = zip(*content['data'], strict=False)
+            return _flatten(dict(zip(map(str, content['columns']), rows, strict=False)))
+        if not all(key.isdecimal() and isinstance(x, Mapping) for key, x in content.items()):
+            return _flatten(content)
+        content = list(content.values())
     if isinstance(content, list) and content and all(isinstance(x, list) for x in content):
         return _flatten({str(k): part for k, part in enumerate(zip(*content, strict=False))})
     if not isinstance(content, list) or not all(isinstance(x, Mapping) for x in content):

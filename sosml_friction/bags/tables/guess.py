@@ -78,6 +78,13 @@ class Guesser(RecordedColumns):
             )
         self._add_slopes()
         self._add_efforts()
+        positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
+        for one, other in combinations(positions, 2):
+            if self._nearly_same(one, other):
+                self._remark(
+                    f'{one} and {other} are nearly the same: one may be the reference of a '
+                    'controller, and no joint'
+                )
         self.result.content['joints'] = {}
         for joint, roles in self.roles.items():
             self._put_joint(joint, roles)
@@ -130,13 +137,6 @@ class Guesser(RecordedColumns):
                 roles[quantity] = name
                 self.why[name] = 'its name says so'
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
-        positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
-        for one, other in combinations(positions, 2):
-            if self._nearly_same(one, other):
-                self._remark(
-                    f'{one} and {other} are nearly the same: one may be the reference of a '
-                    'controller, and no joint'
-                )
         return bool(self.roles)
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
@@ -272,6 +272,8 @@ class Guesser(RecordedColumns):
         free = set(self._free())
         may = set(filter(self._may_be_position, free))
         slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
+        # Of two encoders of one joint, dqm is the slope of qm.
+        slopes.sort(key=lambda s: s.velocity not in (f'd{s.position}', f'{s.position}dot'))
         # A velocity's own slope is an acceleration, or an effort that goes with it.
         velocities = {s.velocity for s in slopes if s.cosine > 1.0 - SAME / 10.0}
         pairs: dict[str, evidence.Slope] = {}

@@ -37,6 +37,9 @@ _SLOPES = {
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
 USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
+#: deg per rpm and rad per turns/s are 5 % apart, which a factor must tell; those of measured
+#: velocities are within 1 % as a rule.
+_SURELY_SAME = 0.01
 #: Whole numbers above this are no measurement in A, V, Nm or N: its resolution would be too
 #: coarse for that. Chosen, no measurement.
 _COARSE = 20.0
@@ -179,6 +182,11 @@ class RecordedColumns:
                 is_kind = slides == (unit in LINEAR_UNITS)
                 if si and factor and is_kind and agree(slope.factor * factor, si):
                     return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
+        is_timed = bool(self.time.unit) or self.rate is not None
+        if slope is not None and velocity and is_timed and not self.words[velocity].unit:
+            fitting = self._units_by_slope(self.kinds.get(joint), slope.factor)
+            if len(fitting) == 1:
+                return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
         spans = {
             j: float(np.ptp(self.moving[r['position']]))
             for j, r in self.roles.items()
@@ -197,6 +205,20 @@ class RecordedColumns:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
             return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+
+    def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
+        """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""
+        fitting = []
+        for unit in USUAL_POSITIONS:
+            slides = unit in LINEAR_UNITS
+            speeds = [
+                UNITS['velocity'][u] for u in USUAL_VELOCITIES if (u in LINEAR_UNITS) == slides
+            ]
+            own = factor * (UNITS['position'][unit] or 0.0)
+            is_kind = kind is None or (kind == 'prismatic') == slides
+            if is_kind and any(si and abs(own / si - 1.0) < _SURELY_SAME for si in speeds):
+                fitting.append(unit)
+        return fitting
 
     def _wrap(self, name: str, unit: str = '') -> float | None:
         return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)

@@ -254,3 +254,20 @@ def test_records_of_samples_are_no_signals(tmp_path):
     records = structs(name=['a'] * 6, t=list(T), q=list(Q))
     savemat(tmp_path / 'x.mat', {'log': records})
     assert list(DataFile(tmp_path / 'x.mat').series()) == ['log.t', 'log.q[0]', 'log.q[1]']
+
+
+@pytest.mark.parametrize('form', ['split', 'index'])
+def test_a_table_of_pandas_in_json_has_its_names(tmp_path, form):
+    rows = np.column_stack([T, Q[:, 0]]).tolist()
+    split = {'columns': ['t', 'q'], 'index': list(range(len(T))), 'data': rows}
+    index = {str(k): {'t': t, 'q': q} for k, (t, q) in enumerate(rows)}
+    (tmp_path / 'x.json').write_text(json.dumps(split if form == 'split' else index))
+    data = DataFile(tmp_path / 'x.json')
+    assert list(data) == ['t', 'q']
+    np.testing.assert_array_equal(data['q'], Q[:, 0])
+
+
+def test_messages_that_were_printed_are_no_table(tmp_path):
+    (tmp_path / 'x.txt').write_text('header:\n  stamp:\n    sec: 1\nposition:\n- 0.5\n---\n' * 3)
+    with pytest.raises(DataError, match='ros2 topic echo prints: let it write a table, with --cs'):
+        DataFile(tmp_path / 'x.txt')

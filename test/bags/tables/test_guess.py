@@ -712,3 +712,33 @@ def test_seconds_and_nanoseconds_without_names_are_the_time(tmp_path):
     guess = guess_mapping(DataFile(tmp_path / 'x.csv'))
     assert guess.content['time'] == {'variable': 0, 'unit': 's', 'nanoseconds': 1}
     assert roles(guess) == {'joint': {'position': 4, 'velocity': 5, 'effort': 6}}
+
+
+@pytest.mark.parametrize('speed', ['rad/s', 'rpm'])
+def test_a_small_angle_in_degrees_is_told_by_its_slope_in_another_unit(tmp_path, speed):
+    t, q, v, tau = joint(9)
+    # It moves 5 degrees, which rad would be too.
+    size = 5.0 * math.pi / 180.0 / np.ptp(q)
+    columns = [t, size * q / ANGLES['deg'], size * v / SPEEDS[speed], tau]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'angle', 'velocity', 'tau']))
+    (own,) = guess.content['joints'].values()
+    assert own['position'] == {'variable': 'angle', 'unit': 'deg'}
+    assert own['velocity'] == {'variable': 'velocity', 'unit': speed}
+
+
+def test_of_two_encoders_of_a_joint_each_has_its_own_velocity(tmp_path):
+    t, q, v, tau = joint(9)
+    columns = {'t': t, 'qm': q, 'ql': q + 1e-3 * np.sin(t), 'dqm': v, 'dql': v, 'tau': tau}
+    columns['dql'] = v + 1e-3 * np.cos(t)
+    columns['dqm'] = v + 2e-2 * np.cos(5.0 * t)
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    assert {own['position']: own['velocity'] for own in roles(guess).values()} == {
+        'qm': 'dqm',
+        'ql': 'dql',
+    }
+    assert any('qm and ql are nearly the same' in remark for remark in guess.remarks)
+
+
+@pytest.mark.parametrize('name', ['/ee_pose/pose/position/x', 'imu.position.x', 'odom_position_x'])
+def test_the_pose_of_a_body_is_no_joint(name):
+    assert read_header(name).is_wish
