@@ -82,7 +82,9 @@ class DataFile(Mapping[str, NDArray[Any]]):
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)
         if {np.ndim(x) for x in self._variables.values() if not isinstance(x, list)} <= {1}:
-            self._variables = widened(self._variables) or self._variables
+            wide, told = widened(self._variables)
+            self._variables = wide or self._variables
+            self.remarks += [f'{self.path}: {sentence}' for sentence in told]
 
     def _name_parts(self, rows: Sequence[str] | None, columns: Sequence[str] | None) -> None:
         """Give the parts of a table without names those of the mapping."""

@@ -266,6 +266,9 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         units, rest = None, [len(above) - 1]
     says = [sum(read_header(cell).quantity != '' for cell in above[k]) for k in rest]
     own = rest[says.index(max(says))] if any(says) else rest[-1]
+    # Of two lines the one with gaps has the groups: "Position", two empty cells, "Velocity".
+    filled = [sum(map(bool, cells)) for cells in above]
+    own = next((k for k in rest if k > own and filled[k] > filled[own]), own)
     below = above[own + 1] if units is None and own + 1 < len(above) else ['0']
     if not any(is_number(cell) or read_header(cell).quantity for cell in below):
         # What nobody knows, in the place of the units: it is told where the unit is needed.

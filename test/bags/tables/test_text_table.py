@@ -229,3 +229,12 @@ def test_lines_of_other_lengths_are_refused_by_number(tmp_path):
     (tmp_path / 'x.csv').write_text('0 1 2\n1 2 3\n2 3\n3 4 5\n')
     with pytest.raises(DataError, match='line 3 has 2 cells where the first row has 3'):
         read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
+
+
+def test_groups_with_gaps_stand_above_the_names(tmp_path):
+    groups, names, units = 'Time,Position,,Torque,', ',J1,J2,J1,J2', 's,deg,deg,Nm,Nm'
+    (tmp_path / 'x.csv').write_text('\n'.join([groups, names, units, '0,1,2,3,4', '1,2,3,4,5']))
+    assert list(DataFile(tmp_path / 'x.csv')) == [
+        'Time [s]',
+        *('Position J1 [deg]', 'Position J2 [deg]', 'Torque J1 [Nm]', 'Torque J2 [Nm]'),
+    ]
