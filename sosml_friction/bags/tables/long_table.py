@@ -41,6 +41,7 @@ def widened(variables: Mapping[str, Any]) -> tuple[dict[str, Any] | None, list[s
     """
     if len({len(column) for column in variables.values()}) != 1:
         return None, []
+    told: list[str] = []
     for name, column in variables.items():
         word = re.sub('[^a-z]', '', name.lower())
         if word not in _NAMES:
@@ -54,16 +55,16 @@ def widened(variables: Mapping[str, Any]) -> tuple[dict[str, Any] | None, list[s
             continue
         rows = _turns(np.array([joints.index(cell) for cell in cells]), word not in _ANYTHING)
         if not len(rows):
-            told = (
+            told.append(
                 f'{name} may be the joint of each row ({", ".join(joints[:4])}), and they take no '
                 'turns: if it is, give a table with a column for each'
             )
-            return None, [told]
+            continue
         lost = len(cells) - rows.size
-        told = f'{lost} of {len(cells)} rows are of turns in which not every {name} is: left out'
+        what = f'{lost} of {len(cells)} rows are of turns in which not every {name} is: left out'
         others = {n: x for n, x in variables.items() if n != name}
-        return _wide(others, joints, rows), [told] if lost > len(joints) else []
-    return None, []
+        return _wide(others, joints, rows), [what] if lost > len(joints) else []
+    return None, told
 
 
 def _plain(cell: Any) -> str:
