@@ -69,6 +69,9 @@ def read_rows(path: Path, rows: list[Row]) -> Columns:
 
 def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Columns:
     """Return the columns by the names above the first row of numbers."""
+    if first == 0 and len(rows) > 1 and _are_numbers(rows[0].cells, rows[1].cells):
+        # What pandas writes above columns without names is no sample.
+        rows = rows[1:]
     above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
@@ -120,6 +123,16 @@ def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     return rows, first
+
+
+def _are_numbers(cells: list[str], below: list[str]) -> bool:
+    """Tell whether a row has the numbers of the columns, and what is below it has decimals."""
+    own = cells[1:] if cells[0] == '' else cells
+    return (
+        len(own) > 2
+        and own == [str(k) for k in range(len(own))]
+        and not all(cell.isdecimal() for cell in below)
+    )
 
 
 def _without_words(rows: list[Row]) -> list[Row]:

@@ -238,3 +238,17 @@ def test_groups_with_gaps_stand_above_the_names(tmp_path):
         'Time [s]',
         *('Position J1 [deg]', 'Position J2 [deg]', 'Torque J1 [Nm]', 'Torque J2 [Nm]'),
     ]
+
+
+@pytest.mark.parametrize(('head', 'first'), [('0,1,2', ''), (',0,1,2', '0,'), ('0,1,2', '-')])
+def test_the_numbers_of_columns_above_a_table_are_no_sample(tmp_path, head, first):
+    rows = [f'{first}0,0.5,1.5', f'{first}1,1.5,2.5']
+    (tmp_path / 'x.csv').write_text('\n'.join([head, *rows]))
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == [str(k) for k in range(rows[0].count(',') + 1)]
+    assert list(data.values())[-1].tolist() == [1.5, 2.5]
+
+
+def test_whole_numbers_below_the_same_are_samples(tmp_path):
+    (tmp_path / 'x.csv').write_text('0,1,2\n1,2,3\n')
+    assert DataFile(tmp_path / 'x.csv')['2'].tolist() == [2, 3]
