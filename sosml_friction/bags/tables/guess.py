@@ -223,11 +223,13 @@ class Guesser(RecordedColumns):
         may = [name for name in rough if self._may_be_position(name)]
         smoothest = min(may, key=lambda name: rough[name])
         smooth = [name for name in may if rough[name] <= _ROUGHER * rough[smoothest]]
+        # One of many that are as smooth as the position is that of another joint.
+        rougher = _SMOOTHER if len(rough) > _JOINTS else 1.0
         shares = {
             (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
             for one in smooth
             for other in rough
-            if rough[other] > _SMOOTHER * rough[one] and not self._nearly_same(one, other)
+            if rough[other] > rougher * rough[one] and not self._nearly_same(one, other)
         }
         best = max(shares, key=lambda pair: shares[pair], default=('', ''))
         if not best[0] or shares[best] < _EXPLAINED:

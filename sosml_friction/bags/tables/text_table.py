@@ -80,6 +80,8 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
     above = [cells for cells in above if len(cells) == width]
     names = _names(above, width)
     table = _without_words(rows[first:])
+    if len(table) > 1 and _says_the_end(table[-1].cells) and not _says_the_end(table[-2].cells):
+        table.pop()
     if table and len(table[-1].cells) < width and may_be_cut:
         # A logger that was cut off.
         table.pop()
@@ -133,6 +135,11 @@ def _are_numbers(cells: list[str], below: list[str]) -> bool:
         and own == [str(k) for k in range(len(own))]
         and not all(cell.isdecimal() for cell in below)
     )
+
+
+def _says_the_end(cells: list[str]) -> bool:
+    """Tell whether a row has a word alone, and empty cells behind it: END,,,."""
+    return cells[0].isalpha() and not is_missing(cells[0]) and not any(cells[1:])
 
 
 def _without_words(rows: list[Row]) -> list[Row]:

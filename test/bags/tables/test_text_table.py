@@ -252,3 +252,11 @@ def test_the_numbers_of_columns_above_a_table_are_no_sample(tmp_path, head, firs
 def test_whole_numbers_below_the_same_are_samples(tmp_path):
     (tmp_path / 'x.csv').write_text('0,1,2\n1,2,3\n')
     assert DataFile(tmp_path / 'x.csv')['2'].tolist() == [2, 3]
+
+
+def test_a_word_behind_the_last_row_is_no_sample(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q\n0,1.5\n1,2.5\nEND,\n')
+    assert DataFile(tmp_path / 'x.csv')['t'].tolist() == [0, 1]
+    # A state that comes without numbers is one.
+    (tmp_path / 'x.csv').write_text('state,q\nRUN,1.5\nSTOP,\nSTOP,\n')
+    assert len(DataFile(tmp_path / 'x.csv')['q']) == 3
