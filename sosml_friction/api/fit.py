@@ -161,6 +161,7 @@ def fit(
     bandwidth: float | None = None,
     effort_hold: Mapping[str, str] | str | None = None,
     refit_inertia: bool = False,
+    body_tolerance: float | None = None,
     roles: Mapping[str, str] | None = None,
     own_bias: bool | None = None,
     terms: str | Sequence[str] | None = None,
@@ -180,6 +181,8 @@ def fit(
     :param observers: see :func:`~sosml_friction.api.observe.observe`, as ``bandwidth`` and
         ``effort_hold``.
     :param refit_inertia: whether inertia is fitted too; it is reported, the model keeps its own.
+    :param body_tolerance: how far each number of the rigid body may be off, as a share of itself;
+        0: the model is exact; None for what the data say.
     :param roles: of several recordings, ``T1``, ``T2``, ``T3`` or ``other`` by label.
     :param own_bias: of several, whether each has a bias of its own; None for where they differ.
     :param terms: these instead of a law, by the regression that a diagnosis uses: ``coulomb``,
@@ -194,7 +197,9 @@ def fit(
     if terms is not None:
         return fit_terms_of(logs, content, as_names(terms) or ())
     form = LawForm(law, symmetric, alpha)
-    settings = FitSettings(method=method, refit_inertia=refit_inertia, form=form)
+    settings = FitSettings(
+        method=method, refit_inertia=refit_inertia, form=form, body_tolerance=body_tolerance
+    )
     recordings = labelled(logs)
     several = len(recordings) > 1
     if not several and (roles or own_bias is not None):

@@ -20,6 +20,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.simple_models import skeleton_model
 from sosml_friction.mujoco.reading import read_mjcf
+from sosml_friction.text_file import read_text
 
 
 class Model:
@@ -44,7 +45,7 @@ class Model:
     @classmethod
     def from_urdf(
         cls,
-        urdf: str,
+        urdf: str | Path,
         armature: Mapping[str, float] | float | None = None,
         name: str = '',
         locked: Mapping[str, float] | None = None,
@@ -52,7 +53,7 @@ class Model:
         """
         Make a model without friction from a URDF.
 
-        :param urdf: the document itself, not its path.
+        :param urdf: the document itself, or its path.
         :param armature: by joint, the rotor's inertia at the joint, J N^2 [kg m2 or kg]; 0 where
             the URDF's bodies have it already, NaN where :func:`sosml_friction.fit` is to find it.
             The joints are in this order; a number is that of each joint that moves, None NaN.
@@ -61,6 +62,8 @@ class Model:
             or m]; the others at 0. One that mimics a joint of ``armature`` follows it.
         :raises ConfigurationError: if the URDF cannot be read, or lacks a joint.
         """
+        if isinstance(urdf, Path) or '<' not in urdf:
+            urdf = read_text(urdf, 'URDF')
         if not isinstance(armature, Mapping):
             each = math.nan if armature is None else armature
             armature = dict.fromkeys(skeleton_model(urdf).joints, each)

@@ -53,22 +53,20 @@ class BodyComparison:
         Compare a model with a motion; an armature that it does not know is fitted in any case.
 
         Beside Coulomb, viscous, Stribeck and load-dependent friction, so that a weight that is off
-        is not taken for friction, nor friction by load for a weight. A recording that begins with
-        breakaway tests stands there: the friction of a stop at an end is judged as that of any
-        other.
+        is not taken for friction, nor friction by load for a weight. In motion alone: for how long
+        a joint sticks where it turns around says nothing of bodies, and a slow recording does
+        not show it.
 
         :param logs: the motion; its joints include the model's.
         :param tolerance: how far each number may be off, as a share of itself; None for what the
             data say (:func:`~sosml_friction.regression.body_width.choose_width`); 0 for not at
-            all.
+            all: then rotors that are not known and when effort acts are found alone.
         :raises DataError: if a tolerance was told, or an armature is not known, and the recording
             is too short for a refit.
         """
         unknown = model.unknown_armature
-        if tolerance == 0.0 and not unknown:
-            return cls()
         bare = replace(model, effects=())
-        settings = DiagnosisSettings(end_stops=True)
+        settings = DiagnosisSettings(moving_only=True)
         fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
         try:
             fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
@@ -78,7 +76,7 @@ class BodyComparison:
                     f'{error}; or state the armature of {", ".join(unknown)} with --armature: it '
                     'is fitted as it is not known'
                 ) from error
-            if tolerance is None:
+            if not tolerance:
                 return cls()
             raise
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):

@@ -134,6 +134,9 @@ def analyse_log(
         said = DataFinding('means', ALL_JOINTS, NOTE, block_sentence(log, together))
         checks = replace(checks, findings=(*checks.findings, said))
         holds = ('mean',) * len(holds)
+    exact = settings.body_tolerance == 0.0 and not nominal.unknown_armature
+    if compared is None and exact and not silent:
+        compared = BodyComparison()
     if compared is None:
         progress('comparing the rigid body with the motion')
         compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)

@@ -130,13 +130,12 @@ def stopping_joints(
     stretches: Sequence[tuple[FloatArray, Band]],
     limit: FloatArray,
     speed: FloatArray,
-    end_stops: bool = False,
 ) -> list[int]:
     """
     Return the joints that stop between two motions: their rests are rests.
 
     A joint that is nowhere slow for three cycles and 0.2 s only reverses. A stop at an end of a
-    stretch does not count unless ``end_stops``: a hole may have cut it.
+    stretch does not count: a hole may have cut it.
 
     :param stretches: smoothed position (N, n) [rad or m] and the band of each.
     :param limit: way over which the sign of motion may change (n,) [rad or m].
@@ -147,7 +146,7 @@ def stopping_joints(
         for q, band in stretches:
             long = _stop(band)
             found = resting(np.ascontiguousarray(q[:, i]), band, _most(i, limit, speed, band))
-            if any(b - a > long and (end_stops or (a > 0 and b < len(q))) for a, b in found):
+            if any(b - a > long and a > 0 and b < len(q) for a, b in found):
                 result.append(i)
                 break
     return result

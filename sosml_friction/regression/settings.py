@@ -21,7 +21,8 @@ class DiagnosisSettings:
     the largest gain of a null does too. A named cause is the whole of its axis unless a free curve
     explains more than ``axis_share`` of what both explain. ``most_causes``: largest number of
     named causes for each joint of the robot, and ``most_terms`` with their harmonics.
-    ``end_stops``: whether a stop at an end of a recording shows that a joint stops.
+    ``moving_only``: whether friction where a joint stops or turns around is unknown in any case,
+    and not only where the data contradict what the model says there.
     ``seed``: of the nulls. ``free_inertia``: joints whose rotor is refitted freely;
     ``unknown_armature``: joints of whose rotor nothing is known. ``trust``: the tolerance of a
     group of nominal parameters (:mod:`sosml_friction.diagnosis.trust`) where it is another.
@@ -38,7 +39,7 @@ class DiagnosisSettings:
     floor_margin: float = 1.5
     most_causes: int = 4
     most_terms: int = 10
-    end_stops: bool = False
+    moving_only: bool = False
     seed: int = 0
     free_inertia: tuple[str, ...] = ()
     unknown_armature: tuple[str, ...] = ()

@@ -174,19 +174,17 @@ class Signals:
 def with_rests(
     stretches: Sequence[Signals],
     like: Sequence[Signals] | None = None,
-    end_stops: bool = False,
     turns: Collection[int] | None = None,
 ) -> tuple[Signals, ...]:
     """
     Return the same with the rests of the joints, in which their effort says nothing.
 
     :param like: stretches that say which joints stop; None: these.
-    :param end_stops: whether a stop at an end of a stretch shows it, too.
     :param turns: joints in which that is so where they turn around, too; None: those of ``like``.
     """
     scales, like = stretches[0].scales, like or stretches
     sizes = scales.sign_limit, scales.speed
-    joints = stopping_joints([(s.q, s.band) for s in like], *sizes, end_stops)
+    joints = stopping_joints([(s.q, s.band) for s in like], *sizes)
     at = like[0].turns if turns is None else frozenset(turns)
     return tuple(
         replace(s, rests=find_rests(s.q, s.band, *sizes, joints, at), turns=at) for s in stretches

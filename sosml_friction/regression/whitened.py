@@ -83,16 +83,16 @@ class WhitenedRegression:
         rows = BandRows.make(signals, library, settings)
         step('whitening')
         left = library_residual(rows)
-        resting = with_rests(signals, end_stops=settings.end_stops)
+        resting = with_rests(signals)
+        every = frozenset(range(signals[0].robot.n))
+        turning = with_rests(signals, turns=every)
         # Where one creeps at rest others do, though more noise in their motion may hide it. One
         # whose friction at rest is not known sticks in passing, too, for any time.
-        unknown = unknown_at_rest(left, resting)
-        every = range(signals[0].robot.n)
-        turning = with_rests(signals, end_stops=settings.end_stops, turns=every)
+        unknown = every if settings.moving_only else unknown_at_rest(left, resting)
         unknown |= sticking_joints(rows, resting if unknown else signals, turning)
         leave_out = bool(unknown)
         if leave_out:
-            resting = with_rests(signals, end_stops=settings.end_stops, turns=unknown)
+            resting = with_rests(signals, turns=unknown)
             rows = rows.without_standstill(resting)
             left = library_residual(rows)
         whitening = Whitening.fit(rows, left, resting, leave_out, settings.tolerance)

@@ -153,6 +153,11 @@ def test_a_model_is_made_from_a_urdf_written_and_read_again(model, fitted, tmp_p
     assert (armature.value, armature.unit) == (0.5, 'kg')
     assert made.parameters() == {'slider': {}}
     assert np.isnan(made.friction([0.1, 0.2])).all()
+    (tmp_path / 'axis.urdf').write_text(model.urdf)
+    for path in (tmp_path / 'axis.urdf', str(tmp_path / 'axis.urdf')):
+        assert sf.Model.from_urdf(path, {'slider': 0.5}, 'axis').content == made.content
+    with pytest.raises(ConfigurationError, match=r'none\.urdf'):
+        sf.Model.from_urdf('none.urdf')
     with pytest.raises(ConfigurationError, match='moves the joints slider'):
         sf.Model.from_urdf(model.urdf, {'elbow': 0.5})
     again = sf.Model.read(fitted.model.write(tmp_path / 'model'))
@@ -241,6 +246,8 @@ def test_what_cannot_be_fitted_is_refused_in_a_sentence(log, model):
         sf.fit(log, model, roles={'log': 'T1'})
     with pytest.raises(ConfigurationError, match="law is 'cubic'"):
         sf.fit(log, model, law='cubic')
+    with pytest.raises(ConfigurationError, match='body'):
+        sf.fit(log, model, body_tolerance=-0.1)
 
 
 def test_observers_say_what_the_friction_is(log, model):

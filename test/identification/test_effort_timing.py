@@ -13,6 +13,7 @@ from known_robots import recording, sines
 from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.effort_timing import TIMING, EffortTiming
+from sosml_friction.identification.friction_fit import FitSettings
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.simple_models import pendulum_model
@@ -81,8 +82,10 @@ def test_efforts_that_are_repeated_feign_no_viscous_friction(lines):
 
 
 @pytest.mark.parametrize('late', [-0.5 * STEP, 0.0, 0.5 * STEP])
-def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late):
-    found = analyse_log(swing(late), MODEL)
+@pytest.mark.parametrize('tolerance', [None, 0.0])
+def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, tolerance):
+    """Also of bodies that are exact, as told."""
+    found = analyse_log(swing(late), MODEL, FitSettings(body_tolerance=tolerance))
     (fits,) = found.fit.joints.values()
     parameters = fits['weak_form'].fit.parameters
     for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
