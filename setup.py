@@ -53,8 +53,8 @@ TEST_REQUIREMENTS = [
     'setuptools>=70.1,<80',
     'types-PyYAML>=6.0,<7',
 ]
-# What some files need to be imported: MAT 7.3, Parquet, bags of ROS 1.
-IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
+# What some files need to be imported: HDF5 and MAT 7.3, Excel, Parquet, bags of ROS 1.
+IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'openpyxl>=3.1,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
 # For sosml fleet --scheduler.
 DASK_REQUIREMENTS = ['distributed>=2024.5,<2027']
 # For make docs alone.

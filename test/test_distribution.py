@@ -49,7 +49,7 @@ PIP = {
     'zstandard': 'zstandard',
 }
 # Optional extras of setup.py: without one, a sentence says what to install.
-OPTIONAL = ('control_msgs', 'distributed', 'h5py', 'mujoco', 'pyarrow', 'rosbags')
+OPTIONAL = ('control_msgs', 'distributed', 'h5py', 'mujoco', 'openpyxl', 'pyarrow', 'rosbags')
 # Import -> what brings it into a plain environment, where the name differs.
 PYPI = {
     'can': 'python-can',

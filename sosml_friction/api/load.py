@@ -6,7 +6,8 @@ from pathlib import Path
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.tables.data_file import SUFFIXES
+from sosml_friction.bags.other_bag import SUFFIXES as OTHER_SUFFIXES
+from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.bags.tables.importer import read_recording
 from sosml_friction.bags.tables.mapping import read_mapping
 from sosml_friction.exceptions import ConfigurationError, DataError
@@ -35,13 +36,15 @@ def load(
     """
     if not Path(source).exists():
         raise DataError(f'{source} does not exist: give the path of a bag or a table')
-    is_table = Path(source).suffix.lower() in SUFFIXES
-    if is_table != (mapping is not None):
+    path = Path(source)
+    if mapping is None and is_table(path):
         raise ConfigurationError(
             f'{source} does not say which number is what: give a mapping file, such as '
             f'sosml import {source} --guess proposes'
-            if is_table
-            else f'{source} is a bag, which says itself what it holds: leave the mapping out'
+        )
+    if mapping is not None and (path.is_dir() or path.suffix in ('.mcap', *OTHER_SUFFIXES)):
+        raise ConfigurationError(
+            f'{source} is a bag, which says itself what it holds: leave the mapping out'
         )
     if mapping is not None:
         return read_recording(source, read_mapping(mapping, rate))

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
-from sosml_friction.cli.options import JsonOption, is_table
+from sosml_friction.cli.options import JsonOption
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 
 if TYPE_CHECKING:

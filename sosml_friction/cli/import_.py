@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from sosml_friction.bags.tables.file_kind import table_name
 from sosml_friction.cli.app import app, print_json, progress, remark
 from sosml_friction.cli.options import JsonOption
 from sosml_friction.cli.tables import make_bag, takes_columns, urdf_text
@@ -25,7 +26,10 @@ GUESS_FORMAT = 'sosml_friction/import_guess/1'
 def import_(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar='FILE', help='Table (CSV, MAT, NPZ, NPY, JSON, Parquet) or bag.'),
+        typer.Argument(
+            metavar='FILE',
+            help='Table (CSV, JSON, packed or not, MAT, HDF5, Excel, NPZ, NPY, Parquet) or bag.',
+        ),
     ],
     said: dict[str, Any],
     guess: Annotated[
@@ -86,8 +90,8 @@ def import_(
 
 def _place(file: Path, out: Path | None, count: int) -> Path:
     if out is None:
-        return Path(file.stem)
-    return out if count == 1 else out / file.stem
+        return Path(table_name(file))
+    return out if count == 1 else out / table_name(file)
 
 
 def _import(
@@ -137,7 +141,7 @@ def _guess(
     from sosml_friction.bags.tables.data_file import DataFile
     from sosml_friction.bags.tables.guess import guess_mapping
 
-    path = out if out is not None else Path(f'{file.stem}.yaml')
+    path = out if out is not None else Path(f'{table_name(file)}.yaml')
     if path.exists():
         raise ConfigurationError(f'{path} exists and is not overwritten: choose another --out')
     with progress(f'looking at {file}'):
@@ -175,7 +179,7 @@ def _shipped_mapping(file: Path) -> Path:
     """
     folder = share_directory() / 'config' / 'import'
     shipped = sorted(folder.glob('*.yaml'), key=lambda path: -len(path.stem))
-    words = re.sub(r'[^a-z0-9]+', '_', file.stem.lower())
+    words = re.sub(r'[^a-z0-9]+', '_', table_name(file).lower())
     found = [path for path in shipped if f'_{path.stem}_' in f'_{words}_']
     # "emps_pulses" has "emps" in it, and is the one that is meant.
     if not found or any(path.stem not in found[0].stem for path in found):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.observers import kinds
 
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
     from sosml_friction.bags.recorded_robot import ModelSource
 
 OBSERVER_NAMES = ', '.join(kinds.NAMES)
-#: What sosml import reads; written out, so that --help loads nothing.
-IMPORTED = (
-    '.csv', '.tsv', '.txt', '.dat', '.mat', '.npy', '.npz', '.parquet', '.json', '.jsonl',
-    '.ndjson',
-)  # fmt: skip
 
 
 def json_option(instead: str) -> Any:
@@ -139,11 +135,6 @@ def stated_model(
     from sosml_friction.bags.recorded_robot import stated_armature
 
     return stated_armature(Bag.open(bag, namespace), bag, model, urdf, known)
-
-
-def is_table(path: Path) -> bool:
-    """Tell whether a recording is a file that sosml import reads."""
-    return path.suffix.lower() in IMPORTED and path.is_file()
 
 
 def _refuse_data_file(bag: Path) -> Path:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, is_table, parse_names, parse_numbers
+from sosml_friction.cli.options import RateOption, parse_names, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -171,7 +172,6 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     stated_columns = [f'--{n.replace("_", "-")}' for n in _COLUMNS if said[n] is not None]
     if stated_columns and not tables:
         raise ConfigurationError(_no_table(paths[0], stated_columns[0]))
-    bags = {path: place / str(k) / path.stem for k, path in enumerate(tables)}
     simple = _simple_model(said, paths[0])
     if simple is not None:
         if given['model'] is not None or given['urdf'] is not None:
@@ -194,6 +194,9 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     urdf = None if simple is None else simple.urdf
     if tables and simple is None:
         urdf = urdf_text(given.get('urdf'), given.get('model'), given.get('mjcf'))
+        if given.get('bags') == tables:
+            given['bags'] = tables = _one_of_joints(tables, said, urdf, place)
+    bags = {path: place / str(k) / table_name(path) for k, path in enumerate(tables)}
     for path in tables:
         make_bag(path, bags[path], said, urdf)
     for name in places:
@@ -202,10 +205,41 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     return bags
 
 
+def _one_of_joints(
+    tables: list[Path], said: dict[str, Any], urdf: str | None, place: Path
+) -> list[Path]:
+    """Return one table of those that have one joint each of a robot of as many joints."""
+    from sosml_friction.bags.tables.data_file import DataFile
+    from sosml_friction.bags.tables.joined_tables import join_tables
+    from sosml_friction.model.urdf_joints import read_joints
+
+    known = {} if urdf is None else read_joints(urdf).joints
+    joints = [name for name, joint in known.items() if joint.is_single and joint.mimic is None]
+    position = said['position'] or ','
+    if len(tables) < 2 or len(joints) != len(tables) or ',' in position or '=' in position:
+        return tables
+    data, columns = DataFile(tables[0]), {}
+    for name in ('position', 'velocity', 'effort', 'current'):
+        if said[name] is not None:
+            column, _, unit = said[name].rpartition(':')
+            if data.find(said[name]) is not None or not column:
+                column, unit = said[name], ''
+            # What the file does not have is told before there is a table of all.
+            data[column]
+            whole = (data.find(column) or column).replace(',', '/')
+            columns[name] = f'{whole}:{unit}' if unit else whole
+    time, _, unit = (said['time'] or '').rpartition(':')
+    table, order = join_tables(tables, joints, place, time or unit)
+    for name, column in columns.items():
+        before = '{0}={0}' if name == 'position' else '{0}'
+        said[name] = ','.join(f'{before.format(joint)} {column}' for joint in order)
+    pairs = zip(order, tables, strict=True)
+    remark(f'put side by side: {", ".join(f"{joint} of {path.name}" for joint, path in pairs)}')
+    return [table]
+
+
 def _no_table(path: Path, option: str) -> str:
     """Return why a recording with an option of columns is no table, and what to do."""
-    from sosml_friction.bags.tables.data_file import SUFFIXES
-
     if not path.exists():
         return f'{path} does not exist: give the path of a table or a bag'
     if path.is_dir() and any(is_table(file) for file in path.iterdir()):
@@ -216,8 +250,8 @@ def _no_table(path: Path, option: str) -> str:
     if path.is_dir() or path.suffix in ('.mcap', '.db3', '.bag'):
         return f'{option} is of a table, and {path} is a bag: leave it out'
     return (
-        f'{path} is neither a table nor a bag: give a table of the kind {", ".join(SUFFIXES)}, '
-        'unpacked, or a bag'
+        f'{path} is neither a table nor a bag: give a table of the kind {", ".join(SUFFIXES)}, or '
+        'a bag'
     )
 
 

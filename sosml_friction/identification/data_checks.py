@@ -235,6 +235,14 @@ def _whole_samples(log: JointLog, findings: list[DataFinding]) -> tuple[JointLog
             f'{len(log)}): publish all joints in one message'
         )
     runs = np.split(whole, np.flatnonzero(np.diff(whole)) + 1)
+    has_effort = np.asarray(np.isfinite(log.tau).any(axis=1))
+    if has_effort.any() and not has_effort[whole].any():
+        raise DataError(
+            f'no sample has both a position and an effort ({int(whole.sum())} and '
+            f'{int(has_effort.sum())} of {len(log)} have one): they come from two topics with '
+            'stamps of their own; take both from one, or interpolate one to the stamps of the '
+            'other'
+        )
     what = (
         f'{count} of {len(log)} samples lack a position and are left out, up to '
         f'{max(len(run) for run in runs if not run[0])} in a row'

@@ -137,6 +137,15 @@ def test_a_table_and_a_bag_hold_the_same_log(log, model, tmp_path):
         sf.load(tmp_path / 'bag', tmp_path / 'map.yaml')
 
 
+def test_a_file_of_no_known_kind_is_no_bag(tmp_path):
+    (tmp_path / 'x.xls').write_bytes(b'')
+    (tmp_path / 'm.yaml').write_text(
+        '{sample_rate: 100, joints: {j: {position: {variable: 0, unit: rad}}}}'
+    )
+    with pytest.raises(DataError, match=r'x\.xls is not of a kind that can be imported: give one'):
+        sf.load(tmp_path / 'x.xls', tmp_path / 'm.yaml')
+
+
 def test_a_model_is_made_from_a_urdf_written_and_read_again(model, fitted, tmp_path):
     made = sf.Model.from_urdf(model.urdf, {'slider': 0.5}, 'axis')
     assert (made.name, made.joints) == ('axis', ('slider',))

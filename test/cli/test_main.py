@@ -10,10 +10,8 @@ from pathlib import Path
 import pytest
 from slider_bags import text_bag
 
-from sosml_friction.bags.tables.data_file import SUFFIXES
 from sosml_friction.cli import main
 from sosml_friction.cli.app import app
-from sosml_friction.cli.options import IMPORTED
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.observers.registry import OBSERVERS
 
@@ -23,11 +21,6 @@ def test_a_file_that_is_no_bag_is_to_be_imported_first(refused, tmp_path, suffix
     (tmp_path / f'joint.{suffix}').write_text('t,q\n0,1\n')
     err = refused('repair', f'joint.{suffix}')
     assert f'is a table and no bag: sosml import joint.{suffix} --guess' in err
-
-
-def test_the_files_to_import_are_those_that_import_reads():
-    """The suffixes are written out in the options, so that --help loads nothing."""
-    assert set(IMPORTED) == set(SUFFIXES)
 
 
 @pytest.mark.parametrize('command', ['fit', 'info'])

@@ -210,13 +210,13 @@ def test_a_bag_in_sqlite_is_as_good_as_one_in_mcap(sosml, tmp_path, slider_bag):
     [
         ('axes.csv', 'axes.csv does not exist: give the path of a table or a bag'),
         ('folder', 'folder is a folder of tables: name the files, or let sosml fleet fit folder'),
-        ('axis.csv.gz', 'axis.csv.gz is neither a table nor a bag: give a table of the kind .mat'),
+        ('axis.tar.gz', 'axis.tar.gz is neither a table nor a bag: give a table of the kind .mat'),
     ],
 )
 def test_what_is_no_table_is_told(sosml, tmp_path, given, sentence):
     (tmp_path / 'folder').mkdir()
     write_table(tmp_path / 'folder')
-    (tmp_path / 'axis.csv.gz').write_bytes(b'')
+    (tmp_path / 'axis.tar.gz').write_bytes(b'')
     code, _, err = sosml(*FIT, given, '--position', 'q', '--effort', 'f', *ROBOT)
     assert code == 2
     assert sentence in err
@@ -226,3 +226,34 @@ def test_columns_of_a_bag_are_refused(sosml, tmp_path, slider_bag):
     code, _, err = sosml(*FIT, slider_bag, '--position', 'q')
     assert code == 2
     assert '--position is of a table, and' in err
+
+
+LINK = '<link name="{}"><inertial><mass value="1"/><inertia {}/></inertial></link>'
+TURNS = '<joint name="joint{}" type="continuous"><parent link="{}"/><child link="{}"/></joint>'
+INERTIA = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+CHAIN = (
+    '<robot name="r">'
+    + ''.join(LINK.format(name, INERTIA) for name in 'abc')
+    + TURNS.format(1, 'a', 'b')
+    + TURNS.format(2, 'b', 'c')
+    + '</robot>'
+)
+
+
+@pytest.mark.parametrize(
+    ('names', 'effort', 'sentence'),
+    [
+        # What is refused next has the names of the one table.
+        (('joint2.csv', 'joint1.csv'), 'f:A', 'effort joint2 f is in A: give the Nm (or N) at'),
+        (('joint2.csv', 'joint1.csv'), 'i', "joint2.csv has no variable 'i': it has t, q, f"),
+        (('run1.csv', 'run2.csv'), 'f', 'their names do not say which of joint1, joint2'),
+    ],
+)
+def test_files_of_a_joint_each_are_put_side_by_side(sosml, tmp_path, names, effort, sentence):
+    tables = [write_table(tmp_path, name) for name in names]
+    (tmp_path / 'r.urdf').write_text(CHAIN)
+    columns = ('--position', 'q:rad', '--effort', effort, '--time', 't:s')
+    code, _, err = sosml(*FIT, *tables, *columns, '--urdf', tmp_path / 'r.urdf')
+    assert code == 2
+    assert sentence in err
+    assert ('joint2 of joint2.csv, joint1 of joint1.csv' in err) == (effort == 'f:A')

@@ -388,3 +388,13 @@ def test_the_measured_emps_axis_passes(data_directory, tmp_path):
     assert checks.findings == ()
     # Published: 20.4 N and 203.5 N s/m, at a median speed of 0.082 m/s 37 N.
     assert checks.joints['slider'].friction_level == pytest.approx(37.0, rel=0.05)
+
+
+def test_positions_and_efforts_at_stamps_of_their_own_are_refused(good, robot):
+    q, tau = good.q.copy(), good.tau.copy()
+    q[1::2], tau[::2] = np.nan, np.nan
+    with pytest.raises(DataError, match=r'has both a position and an effort .*: they come'):
+        check_data(replace(good, q=q, tau=tau), robot)
+    # Some that have both are fitted.
+    tau[::6] = good.tau[::6]
+    assert 'incomplete_samples' in found(replace(good, q=q, tau=tau), robot)

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from sosml_friction.bags.tables.cell_text import is_missing, is_number, number, numbers
 from sosml_friction.bags.tables.date_text import read_dates
+from sosml_friction.bags.tables.excel_file import read_excel
+from sosml_friction.bags.tables.file_kind import JSON_SUFFIXES, PACKED, SUFFIXES, file_kind
+from sosml_friction.bags.tables.hdf5_file import SIGNATURE, read_hdf5
 from sosml_friction.bags.tables.long_table import widened
+from sosml_friction.bags.tables.packed_file import check_size, most_unpacked, read_unpacked
 from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import ConfigurationError, DataError
 
-TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
-SUFFIXES = (
-    '.mat', '.npz', '.npy', '.parquet', '.json', '.jsonl', '.ndjson', *TEXT_SUFFIXES,
-)  # fmt: skip
 #: Types of what stands in a MAT file of version 5: an array, a packed one, and all of an array.
 _ARRAY, _PACKED = 14, 15
 _TYPES = frozenset((*range(1, 8), 9, 12, 13, _ARRAY, 16, 17, 18))
@@ -32,9 +32,6 @@ _PART = re.compile(r'(?P<name>.+)\[(?P<part>\d+)\]')
 _UNIT = re.compile(r'\s*([\[(][^\[\]()]*[\])]$|[/,].*$)')
 
 
-#: A file may unpack to this many bytes, or to this many times its own size: an hour of seven
-#: joints at 200 Hz are 200 MB, and recordings pack to a tenth.
-_UNPACKED, _TIMES = 2**28, 50
 #: Bytes of a value by the types that Parquet stores; those of any other are 8 at least.
 _WIDTHS = {'BOOLEAN': 1, 'INT32': 4, 'FLOAT': 4}
 
@@ -63,21 +60,31 @@ class DataFile(Mapping[str, NDArray[Any]]):
         columns: Sequence[str] | None = None,
     ) -> None:
         self.path = Path(path)
-        suffix = self.path.suffix.lower()
+        #: Sentences on what was passed over.
+        self.remarks: list[str] = []
+        self._variables: dict[str, Any] = {}
+        kind = file_kind(self.path)
         if not self.path.is_file():
             raise DataError(f'{self.path} does not exist: give the file to import')
-        if suffix not in SUFFIXES:
+        if kind not in (*SUFFIXES, *PACKED):
             raise DataError(
                 f'{self.path} is not of a kind that can be imported: give one of '
                 f'{", ".join(SUFFIXES)}; a table of text under another name is read as .csv'
             )
+        if kind in _READERS and self.path.suffix.lower() != kind:
+            raise DataError(f'{self.path} is packed, as tables of text may be: unpack it first')
         try:
-            self._variables = _READERS.get(suffix, read_text_table)(self.path)
+            if kind == '.xlsx':
+                self._variables, self.remarks = read_excel(self.path)
+            else:
+                self._variables = _READERS.get(kind, _read_text)(self.path)
         except OSError as error:
             raise DataError(f'{self.path} cannot be read: {error.strerror or error}') from error
         self._name_parts(rows, columns)
         if {np.ndim(x) for x in self._variables.values() if not isinstance(x, list)} <= {1}:
-            self._variables = widened(self._variables) or self._variables
+            wide, told = widened(self._variables)
+            self._variables = wide or self._variables
+            self.remarks += [f'{self.path}: {sentence}' for sentence in told]
 
     def _name_parts(self, rows: Sequence[str] | None, columns: Sequence[str] | None) -> None:
         """Give the parts of a table without names those of the mapping."""
@@ -252,19 +259,33 @@ def _by_name(value: Any) -> Any:
     if isinstance(value, Mapping) and value and all(str(key).isdecimal() for key in value):
         # A column by the numbers of its rows, as pandas writes it.
         return list(value.values())
-    is_list = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
+    is_list = isinstance(value, list) or (
+        isinstance(value, np.ndarray) and value.dtype == object and value.ndim > 0
+    )
     if is_list and len(value) and all(isinstance(x, Mapping) for x in value):
-        return _columns([_plain(record) for record in value])
+        return _channels(value) or _columns([_plain(record) for record in value])
     return value
 
 
-def _check_size(path: Path, unpacked: int) -> None:
-    """Refuse a file that unpacks to far more than it takes, before it does."""
-    if unpacked > max(_UNPACKED, _TIMES * path.stat().st_size):
-        raise DataError(
-            f'{path} takes {path.stat().st_size} bytes and says that it unpacks to {unpacked}: '
-            'save the variables that are needed, or save them unpacked'
-        )
+def _channels(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """
+    Return the series of records that hold one each beside its name, {} if they are no such.
+
+    They are the signals of a scope of Simulink and of a recorder of dSPACE. A unit stands behind
+    the name; without names of their own they are called by number.
+    """
+    found: dict[str, Any] = {}
+    for k, record in enumerate(records):
+        own = {key.lower(): value for key, value in record.items()}
+        said = own.get('label', own.get('name', 0))
+        series = [x for x in own.values() if isinstance(x, np.ndarray) and len(x) > len(records)]
+        if len(series) != 1 or not (isinstance(said, str) or np.size(said) == 0):
+            return {}
+        name = said if isinstance(said, str) and said else str(k)
+        unit = own.get('unit')
+        name = f'{name} [{unit}]' if isinstance(unit, str) and unit else name
+        found[name if name not in found else f'{name} {k}'] = series[0]
+    return found
 
 
 def _unpacked_mat(path: Path) -> int:
@@ -273,7 +294,7 @@ def _unpacked_mat(path: Path) -> int:
 
     :raises DataError: if it has data of a type that is none.
     """
-    most, found = max(_UNPACKED, _TIMES * path.stat().st_size), 0
+    most, found = most_unpacked(path), 0
     with path.open('rb') as stream:
         # Version and order of bytes; another version packs nothing, or is read by h5py.
         order = {b'\x00\x01IM': '<', b'\x01\x00MI': '>'}.get(stream.read(128)[124:])
@@ -308,8 +329,11 @@ def _check_types(path: Path, data: memoryview, order: str) -> None:
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
 
+    with path.open('rb') as stream:
+        if stream.read(len(SIGNATURE)) == SIGNATURE:
+            return _read_hdf5(path)
     try:
-        _check_size(path, _unpacked_mat(path))
+        check_size(path, _unpacked_mat(path))
     except zlib.error as error:
         raise DataError(f'{path} is no readable MAT file: {error}') from error
     try:
@@ -325,37 +349,7 @@ def _read_mat(path: Path) -> dict[str, Any]:
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:
-    """Read a MAT file of version 7.3, whose tables are stored the other way around."""
-    try:
-        import h5py
-    except ImportError:
-        raise DataError(
-            f"{path} is of MATLAB version 7.3 (HDF5), which needs h5py: save it with '-v7', or "
-            'pip install h5py'
-        ) from None
-    variables: dict[str, Any] = {}
-
-    def take(name: str, item: Any) -> None:
-        if not isinstance(item, h5py.Dataset) or name.startswith('#'):
-            return
-        parts = [item]
-        if h5py.check_ref_dtype(item.dtype):
-            # A field of an array of structs, or a cell array.
-            parts = [item.file[reference] for reference in item[()].ravel() if reference]
-        size = sum(x.nbytes for x in (*variables.values(), *parts))
-        _check_size(path, size)
-        values = [np.asarray(part).T for part in parts]
-        if parts != [item] and len({x.size for x in values}) == 1:
-            values = [np.column_stack([x.ravel() for x in values])]
-        if len(values) == 1:
-            variables[name.replace('/', '.')] = values[0]
-
-    try:
-        with h5py.File(path, 'r') as content:
-            content.visititems(take)
-    except OSError as error:
-        raise DataError(f'{path} is no readable MAT file: {error}') from error
-    return variables
+    return _flatten(read_hdf5(path))
 
 
 def _read_npz(path: Path) -> dict[str, Any]:
@@ -364,7 +358,7 @@ def _read_npz(path: Path) -> dict[str, Any]:
         with np.load(path, allow_pickle=False) as content:
             if isinstance(content, np.ndarray):
                 raise ValueError('it is an NPY file')
-            _check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
+            check_size(path, sum(entry.file_size for entry in content.zip.infolist()))
             for name in content.files:
                 try:
                     variables.update(_flatten({name: content[name]}))
@@ -416,7 +410,7 @@ def _read_parquet(path: Path) -> dict[str, Any]:
             'table as CSV'
         ) from None
     try:
-        _check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
+        check_size(path, _unpacked_parquet(parquet.read_metadata(path)))
         table = parquet.read_table(path)
     except DataError:
         raise
@@ -433,10 +427,23 @@ def _read_parquet(path: Path) -> dict[str, Any]:
     return variables
 
 
-def _read_json(path: Path) -> dict[str, Any]:
+def _read_text(path: Path) -> dict[str, Any]:
+    """Read a table of text or JSON, which may be packed."""
+    kind, content = read_unpacked(path)
+    if kind in JSON_SUFFIXES:
+        return _read_json(path, content)
+    if content.startswith(b'header:'):
+        raise DataError(
+            f'{path} is what ros2 topic echo prints: let it write a table, with --csv, or record '
+            'a bag'
+        )
+    return dict(read_text_table(path, content))
+
+
+def _read_json(path: Path, raw: bytes) -> dict[str, Any]:
     """Read an object of lists, a list of records, or a record in each line."""
     try:
-        text = path.read_text(encoding='utf-8-sig')
+        text = raw.decode('utf-8-sig')
         try:
             content = json.loads(text)
         except json.JSONDecodeError:
@@ -447,7 +454,13 @@ def _read_json(path: Path) -> dict[str, Any]:
             'record in each line can be read'
         ) from error
     if isinstance(content, Mapping):
-        return _flatten(content)
+        # As pandas writes a table with its names beside it, or a record by the number of each row.
+        if isinstance(content.get('columns'), list) and isinstance(content.get('data'), list):
+            rows = zip(*content['data'], strict=False)
+            return _flatten(dict(zip(map(str, content['columns']), rows, strict=False)))
+        if not all(key.isdecimal() and isinstance(x, Mapping) for key, x in content.items()):
+            return _flatten(content)
+        content = list(content.values())
     if isinstance(content, list) and content and all(isinstance(x, list) for x in content):
         return _flatten({str(k): part for k, part in enumerate(zip(*content, strict=False))})
     if not isinstance(content, list) or not all(isinstance(x, Mapping) for x in content):
@@ -492,10 +505,9 @@ def _plain(record: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
 
 _READERS: dict[str, Callable[[Path], dict[str, Any]]] = {
     '.mat': _read_mat,
+    '.h5': _read_hdf5,
+    '.hdf5': _read_hdf5,
     '.npz': _read_npz,
     '.npy': _read_npy,
     '.parquet': _read_parquet,
-    '.json': _read_json,
-    '.jsonl': _read_json,
-    '.ndjson': _read_json,
 }

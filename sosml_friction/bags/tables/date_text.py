@@ -62,7 +62,8 @@ def read_dates(cells: Sequence[str]) -> FloatArray:
 
 
 def _in_full(cell: str) -> str:
-    """Return 02:30.5 with its hours, and 20261126T100000 with its marks."""
+    """Return 02:30.5 with its hours, 20261126T100000 with its marks, pandas' 0 days without."""
+    cell = re.sub(r'^\d+ days?,?\s+(?=\d)', '', cell)
     if re.fullmatch(r'\d{1,2}:\d\d[.,]\d+', cell):
         return f'0:{cell}'
     return re.sub(r'^(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d)', r'\1-\2-\3T\4:\5:\6', cell)

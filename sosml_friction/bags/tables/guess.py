@@ -32,6 +32,9 @@ _EXPLAINED = 0.05
 _ROUGHER = 10.0
 #: A position is smoother than an effort by so much; the files at hand have 10 and more.
 _SMOOTHER = 3.0
+#: So many columns beside a position that are as smooth are no efforts: of one joint there are not
+#: as many. Chosen, no measurement.
+_JOINTS = 3
 _CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -75,6 +78,13 @@ class Guesser(RecordedColumns):
             )
         self._add_slopes()
         self._add_efforts()
+        positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
+        for one, other in combinations(positions, 2):
+            if self._nearly_same(one, other):
+                self._remark(
+                    f'{one} and {other} are nearly the same: one may be the reference of a '
+                    'controller, and no joint'
+                )
         self.result.content['joints'] = {}
         for joint, roles in self.roles.items():
             self._put_joint(joint, roles)
@@ -127,13 +137,6 @@ class Guesser(RecordedColumns):
                 roles[quantity] = name
                 self.why[name] = 'its name says so'
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
-        positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
-        for one, other in combinations(positions, 2):
-            if self._nearly_same(one, other):
-                self._remark(
-                    f'{one} and {other} are nearly the same: one may be the reference of a '
-                    'controller, and no joint'
-                )
         return bool(self.roles)
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
@@ -207,17 +210,26 @@ class Guesser(RecordedColumns):
         (name,) = self._joint_names(['']).values()
         self.roles[name] = {'position': measured}
         self.alike.update(alike)
+        others = [n for n in order if n not in alike]
+        if len(others) >= _JOINTS and rough[others[-1]] < _SMOOTHER * rough[smoothest]:
+            self._remark(
+                f'{measured}, {", ".join(others)} are about as smooth as each other: positions of '
+                'several joints, it seems, and no effort'
+            )
+            self.alike.update(others)
 
     def _best_pair(self, rough: Mapping[str, float]) -> tuple[str, str]:
         """Return, of the smooth columns, that whose motion explains another best, and why."""
         may = [name for name in rough if self._may_be_position(name)]
         smoothest = min(may, key=lambda name: rough[name])
         smooth = [name for name in may if rough[name] <= _ROUGHER * rough[smoothest]]
+        # One of many that are as smooth as the position is that of another joint.
+        rougher = _SMOOTHER if len(rough) > _JOINTS else 1.0
         shares = {
             (one, other): evidence.explained(self.t, self.moving[other], self.moving[one], 1.0)
             for one in smooth
             for other in rough
-            if rough[other] > rough[one] and not self._nearly_same(one, other)
+            if rough[other] > rougher * rough[one] and not self._nearly_same(one, other)
         }
         best = max(shares, key=lambda pair: shares[pair], default=('', ''))
         if not best[0] or shares[best] < _EXPLAINED:
@@ -262,6 +274,8 @@ class Guesser(RecordedColumns):
         free = set(self._free())
         may = set(filter(self._may_be_position, free))
         slopes = [s for s in self.slopes if {s.position, s.velocity} <= may and s.cosine > 0.0]
+        # Of two encoders of one joint, dqm is the slope of qm.
+        slopes.sort(key=lambda s: s.velocity not in (f'd{s.position}', f'{s.position}dot'))
         # A velocity's own slope is an acceleration, or an effort that goes with it.
         velocities = {s.velocity for s in slopes if s.cosine > 1.0 - SAME / 10.0}
         pairs: dict[str, evidence.Slope] = {}
@@ -403,6 +417,8 @@ class Guesser(RecordedColumns):
 
     def _put_remarks(self) -> None:
         taken = self._taken()
+        for sentence in self.data.remarks:
+            self._remark(sentence)
         strange = [joint for joint in self.roles if self.kinds and joint not in self.kinds]
         if strange:
             self._remark(

@@ -26,12 +26,12 @@ _WISHES = frozenset((
     'target', 'ref', 'reference', 'cmd', 'command', 'commanded', 'desired', 'des', 'setpoint',
     'sp', 'soll', 'sollwert', 'goal', 'wanted', 'demand', 'trajectory', 'd', 'error', 'err',
     'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
-    'action', 'actions', 'planned',
+    'action', 'actions', 'planned', 'pose', 'orientation', 'quaternion', 'quat', 'imu', 'odom',
 ))  # fmt: skip
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
-    'filtered', 'filt', 'control', 'ist', 'istwert',
+    'filtered', 'filt', 'control', 'ist', 'istwert', 'msr',
 ))  # fmt: skip
 #: Names of two words that are one: currents of a motor's axes, and derivatives.
 _JOINED = (
@@ -39,6 +39,10 @@ _JOINED = (
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
 )
+#: Where a word begins in ActPos and in QMsr.
+_OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])')
+#: A bracket with the number of a column, or of a motor: [3], [ID:001].
+_NUMBER = re.compile(r'\[((id|axis|joint|motor|servo|node)\W?)?\d+\]', re.IGNORECASE)
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
@@ -78,7 +82,7 @@ def read_header(name: str) -> HeaderWord:
     """Return what the name of a column says of it."""
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
-        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', re.sub(r'\[\d+\]', '', name)),
+        re.finditer(r'[\[(]\s*([^\[\]()]*?)\s*[\])]', _NUMBER.sub('', name)),
         key=lambda own: plain_unit(own[1]) not in SPELLINGS,
     )
     bracket = brackets[0] if brackets else None
@@ -90,9 +94,7 @@ def read_header(name: str) -> HeaderWord:
     words = [
         part
         for word in words
-        for part in (
-            [word] if word.lower() in SPELLINGS else re.split(r'(?<=[a-z])(?=[A-Z])', word)
-        )
+        for part in ([word] if word.lower() in SPELLINGS else _OF_CAMELS.split(word))
     ]
     parts: list[str] = []
     for word in words:

@@ -21,6 +21,7 @@ from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
+from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 from sosml_friction.exceptions import BagError, ConfigurationError, DataError
@@ -119,6 +120,8 @@ def read_recording(source: str | Path, plan: ImportMapping, tell: Tell = _silent
 
 def _read_log(data: DataFile, plan: ImportMapping, tell: Tell) -> tuple[JointLog, IndexArray]:
     """Return the log, and the stamps (N,) of all samples of the file [ns]."""
+    for sentence in data.remarks:
+        tell(sentence)
     names = tuple(plan.joints)
     first = plan.joints[names[0]]['position'].series
     count = len(_series(data, first if plan.time is None else plan.time))
@@ -247,6 +250,13 @@ def _one_number(data: DataFile, value: float | str) -> float:
 def _values(data: DataFile, signal: Signal, t_ns: IndexArray, what: str, tell: Tell) -> FloatArray:
     """Return a signal in SI units, (N,), without the jumps of a wrap."""
     values: FloatArray = _series(data, signal.series).astype(np.float64)
+    for marker in missing_markers(values, what.partition(' ')[0]):
+        is_marker = values == marker
+        tell(
+            f'{data.path}: the {what} is {marker:.10g} in {int(is_marker.sum())} of '
+            f'{len(values)} samples, far from all others: taken as missing'
+        )
+        values[is_marker] = np.nan
     period = signal.wrap
     if period is None and len(values) == len(t_ns):
         period = recognised_wrap((t_ns - t_ns[0]) * 1e-9, values, signal.unit)

@@ -14,6 +14,7 @@ from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header
 from sosml_friction.bags.tables.importer import recognised_wrap
 from sosml_friction.bags.tables.mapping import FILL_IN
+from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.series_evidence import counts_samples
 from sosml_friction.bags.tables.units import LINEAR_UNITS, UNITS
@@ -36,8 +37,11 @@ _SLOPES = {
 #: Units that the numbers alone may tell; of others the name or the user says that it is them.
 USUAL_POSITIONS = ('rad', 'deg', 'turns', 'm', 'mm')
 USUAL_VELOCITIES = ('rad/s', 'deg/s', 'rpm', 'turns/s', 'm/s', 'mm/s')
-#: Whole numbers above this are no measurement in A or V: its resolution would be too coarse for
-#: that. Chosen, no measurement.
+#: deg per rpm and rad per turns/s are 5 % apart, which a factor must tell; those of measured
+#: velocities are within 1 % as a rule.
+_SURELY_SAME = 0.01
+#: Whole numbers above this are no measurement in A, V, Nm or N: its resolution would be too
+#: coarse for that. Chosen, no measurement.
 _COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
@@ -84,6 +88,11 @@ class RecordedColumns:
         ):
             # A shaft that turns one way grows all the time too.
             self.time = evidence.Time('', '', '')
+        for name, values in self.series.items():
+            if name not in (self.time.name, self.time.nanoseconds):
+                markers = missing_markers(values, self.words[name].quantity)
+                is_marker = np.isin(values, markers)
+                self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
         if self.time.name and self.time.unit and rate is None:
@@ -173,6 +182,11 @@ class RecordedColumns:
                 is_kind = slides == (unit in LINEAR_UNITS)
                 if si and factor and is_kind and agree(slope.factor * factor, si):
                     return unit, f'its slope is {velocity} in {self.words[velocity].unit}'
+        is_timed = bool(self.time.unit) or self.rate is not None
+        if slope is not None and velocity and is_timed and not self.words[velocity].unit:
+            fitting = self._units_by_slope(self.kinds.get(joint), slope.factor)
+            if len(fitting) == 1:
+                return fitting[0], f'only of {fitting[0]} {velocity} is the slope in a usual unit'
         spans = {
             j: float(np.ptp(self.moving[r['position']]))
             for j, r in self.roles.items()
@@ -191,6 +205,20 @@ class RecordedColumns:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
             return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
+
+    def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
+        """Return the units of position whose slope, by a factor, is a velocity in a usual unit."""
+        fitting = []
+        for unit in USUAL_POSITIONS:
+            slides = unit in LINEAR_UNITS
+            speeds = [
+                UNITS['velocity'][u] for u in USUAL_VELOCITIES if (u in LINEAR_UNITS) == slides
+            ]
+            own = factor * (UNITS['position'][unit] or 0.0)
+            is_kind = kind is None or (kind == 'prismatic') == slides
+            if is_kind and any(si and abs(own / si - 1.0) < _SURELY_SAME for si in speeds):
+                fitting.append(unit)
+        return fitting
 
     def _wrap(self, name: str, unit: str = '') -> float | None:
         return recognised_wrap(self.t, self.series[name].astype(np.float64), unit)
@@ -235,10 +263,10 @@ class RecordedColumns:
                 told += f'; {unit} by its name'
             reasons[f'joints.{joint}.effort'] = told
             most = self._whole_numbers(effort)
-            if unit in ('A', 'V') and most > _COARSE:
+            if unit in ('A', 'V', 'Nm', 'N') and most > _COARSE:
                 self._remark(
                     f'{effort} has whole numbers up to {most:g} and is taken as {unit}: if it is '
-                    f'm{unit} or counts, say so, as {effort}:m{unit}'
+                    f'm{unit}, percent or counts, say so, as {effort}:m{unit}'
                 )
         if 'temperature' in roles:
             name = roles['temperature']

@@ -126,8 +126,16 @@ def counts_samples(values: NDArray[Any]) -> bool:
 
 def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) -> Time | None:
     """Return the time that two series are together, as stamps of ROS are; None if none are."""
-    fine = [name for name in series if re.search('n(ano)?sec(ond)?s?$', name, re.IGNORECASE)]
-    whole = [name for name in series if re.search('(?<![a-z])sec(ond)?s?$', name, re.IGNORECASE)]
+    # TimeInNanoSec is time_in_nano_sec.
+    plain = {name: re.sub('(?<=[a-z])(?=[A-Z])', '_', name).lower() for name in series}
+    fine = [name for name, text in plain.items() if re.search('n(ano_?)?sec(ond)?s?$', text)]
+    whole = [name for name, text in plain.items() if re.search('(?<![a-z])sec(ond)?s?$', text)]
+    whole = [name for name in whole if name not in fine]
+    if not fine and all(name.isdecimal() for name in series):
+        # Without names, as ros2 topic echo --csv writes them, they stand side by side.
+        pairs = zip(series, list(series)[1:], strict=False)
+        beside = [(a, b) for a, b in pairs if _goes_around(series[a], series[b])]
+        whole, fine = [a for a, _ in beside], [b for _, b in beside]
     whole = [stated] if stated in whole else [] if stated else whole
     if len(fine) != 1 or len(whole) != 1:
         return None
@@ -139,6 +147,14 @@ def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) ->
         return None
     why = f'whole seconds, with {fine[0]} beside them'
     return Time(whole[0], 's', why, fine[0])
+
+
+def _goes_around(whole: NDArray[Any], fine: NDArray[Any]) -> bool:
+    """Tell whether a series grows by 1 where another falls by about 1e9, and rests elsewhere."""
+    if whole.dtype.kind != 'i' or fine.dtype.kind != 'i':
+        return False
+    falls = np.diff(fine) < 0
+    return bool(falls.any() and (np.diff(whole) == falls).all() and np.ptp(fine) > 5 * 10**8)
 
 
 def seconds(series: Mapping[str, NDArray[Any]], time: Time) -> FloatArray:

@@ -29,14 +29,16 @@ _HEADER = 4
 _LOOK = 200
 
 
-class _Row(NamedTuple):
+class Row(NamedTuple):
+    """Hold the cells of a row, and which line it is, counted from 1."""
+
     line: int
     cells: list[str]
 
 
-def read_text_table(path: Path) -> Columns:
+def read_text_table(path: Path, raw: bytes) -> Columns:
     """
-    Return the cells of each column.
+    Return the cells of each column of a text, ``raw``, that stands in a file.
 
     The text is UTF-8, UTF-16 with its mark, or of Windows (code page 1252). Columns are parted by
     comma, semicolon, tab, bar, or any white space; where it is not the comma, a decimal comma is
@@ -49,8 +51,27 @@ def read_text_table(path: Path) -> Columns:
     :raises DataError: if it is no text, or lines differ in their number of cells.
     """
     # Minus signs of typesetting, and blanks between thousands.
-    text = _BETWEEN.sub('', _text(path).replace('\u2212', '-'))
+    text = _BETWEEN.sub('', _text(path, raw).replace('\u2212', '-'))
     rows, first = _rows(path, text)
+    return _columns(path, rows, first, not text.endswith(('\n', '\r')))
+
+
+def read_rows(path: Path, rows: list[Row]) -> Columns:
+    """
+    Return the cells of each column of a table that was not written as text.
+
+    :raises DataError: if rows differ in their number of cells, or columns in no name.
+    """
+    text = '\n'.join(cell for row in rows for cell in row.cells if ',' in cell)
+    rows = _with_points(rows, ';', text) if text else rows
+    return _columns(path, rows, _first_of_numbers(rows), False)
+
+
+def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Columns:
+    """Return the columns by the names above the first row of numbers."""
+    if first == 0 and len(rows) > 1 and _are_numbers(rows[0].cells, rows[1].cells):
+        # What pandas writes above columns without names is no sample.
+        rows = rows[1:]
     above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
@@ -59,7 +80,9 @@ def read_text_table(path: Path) -> Columns:
     above = [cells for cells in above if len(cells) == width]
     names = _names(above, width)
     table = _without_words(rows[first:])
-    if table and len(table[-1].cells) < width and not text.endswith(('\n', '\r')):
+    if len(table) > 1 and _says_the_end(table[-1].cells) and not _says_the_end(table[-2].cells):
+        table.pop()
+    if table and len(table[-1].cells) < width and may_be_cut:
         # A logger that was cut off.
         table.pop()
     for line, cells in table:
@@ -79,14 +102,14 @@ def read_text_table(path: Path) -> Columns:
     return dict(_without_unit(name, column) for name, column in columns.items())
 
 
-def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
+def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     """Return the rows of a text without its comments, and the index of the first of the table."""
     lines = [(k, line) for k, line in enumerate(_lines(text), 1) if line.strip()]
     if not lines:
         raise DataError(f'{path} is empty: a CSV file needs rows of numbers, best below a header')
     delimiter = _delimiter([line for _, line in lines[:_LOOK]])
     try:
-        rows = [_Row(k, _cells(line, delimiter)) for k, line in lines]
+        rows = [Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
     if ',' in text and (delimiter != ',' or '"' in text):
@@ -97,21 +120,35 @@ def _rows(path: Path, text: str) -> tuple[list[_Row], int]:
         # Names of several words, with more than one blank between two of them.
         names = re.split(r'\s{2,}', lines[k][1].strip())
         if len(rows[k].cells) != width == len(names):
-            rows[k] = _Row(rows[k].line, names)
+            rows[k] = Row(rows[k].line, names)
     rows = [row for k, row in enumerate(rows) if k < first or not _COMMENT.match(lines[k][1])]
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     return rows, first
 
 
-def _without_words(rows: list[_Row]) -> list[_Row]:
+def _are_numbers(cells: list[str], below: list[str]) -> bool:
+    """Tell whether a row has the numbers of the columns, and what is below it has decimals."""
+    own = cells[1:] if cells[0] == '' else cells
+    return (
+        len(own) > 2
+        and own == [str(k) for k in range(len(own))]
+        and not all(cell.isdecimal() for cell in below)
+    )
+
+
+def _says_the_end(cells: list[str]) -> bool:
+    """Tell whether a row has a word alone, and empty cells behind it: END,,,."""
+    return cells[0].isalpha() and not is_missing(cells[0]) and not any(cells[1:])
+
+
+def _without_words(rows: list[Row]) -> list[Row]:
     """Return the rows without those of words alone: a header that comes again, or a remark."""
     table = [row for row in rows if any(is_number(c) or is_missing(c) for c in row.cells)]
     return table if 2 * len(table) > len(rows) else list(rows)
 
 
-def _text(path: Path) -> str:
-    raw = path.read_bytes()
+def _text(path: Path, raw: bytes) -> str:
     is_wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     if raw[1:4:2] == b'\0\0' and 0 not in raw[:4:2]:
         return raw.decode('utf-16-le', errors='replace')
@@ -177,7 +214,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
+def _with_points(rows: list[Row], delimiter: str, text: str) -> list[Row]:
     """Return the rows with decimals behind a point, and without marks between thousands."""
     # A number with both marks says which is which; where commas part cells, it is in quotes.
     before, behind = ('"', '"') if delimiter == ',' else (r'(?<![\d.,])', r'(?![\d.,])')
@@ -199,22 +236,22 @@ def _with_points(rows: list[_Row], delimiter: str, text: str) -> list[_Row]:
             cell.replace(',', '.') if decimal == ',' and _DECIMAL_COMMA.fullmatch(cell) else cell
         )
 
-    return [_Row(k, [plain(cell) for cell in row]) for k, row in rows]
+    return [Row(k, [plain(cell) for cell in row]) for k, row in rows]
 
 
-def _has_commas(rows: list[_Row]) -> bool:
+def _has_commas(rows: list[Row]) -> bool:
     cells = [cell for _, row in rows for cell in row]
     points = sum('.' in cell and is_number(cell) for cell in cells)
     return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
 
 
-def _form(row: _Row) -> tuple[int, int, int]:
+def _form(row: Row) -> tuple[int, int, int]:
     """Return how many cells a row has, how many numbers, and how many values are missing."""
     cells = row.cells
     return len(cells), sum(map(is_number, cells)), sum(map(is_missing, cells))
 
 
-def _first_of_numbers(rows: list[_Row]) -> int:
+def _first_of_numbers(rows: list[Row]) -> int:
     """
     Return the index of the first row of the table itself.
 
@@ -249,6 +286,9 @@ def _names(above: list[list[str]], width: int) -> list[str]:
         units, rest = None, [len(above) - 1]
     says = [sum(read_header(cell).quantity != '' for cell in above[k]) for k in rest]
     own = rest[says.index(max(says))] if any(says) else rest[-1]
+    # Of two lines the one with gaps has the groups: "Position", two empty cells, "Velocity".
+    filled = [sum(map(bool, cells)) for cells in above]
+    own = next((k for k in rest if k > own and filled[k] > filled[own]), own)
     below = above[own + 1] if units is None and own + 1 < len(above) else ['0']
     if not any(is_number(cell) or read_header(cell).quantity for cell in below):
         # What nobody knows, in the place of the units: it is told where the unit is needed.

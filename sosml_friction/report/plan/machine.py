@@ -32,7 +32,8 @@ _NEEDED = (
 )
 #: Import, and what it is for.
 _EXTRAS = {
-    'h5py': 'MAT files of version 7.3: pip install h5py',
+    'h5py': 'HDF5 and MAT files of version 7.3: pip install h5py',
+    'openpyxl': 'Excel files: pip install openpyxl',
     'pyarrow': 'Parquet: pip install pyarrow',
     'rosbags': 'bags of ROS 1: pip install rosbags',
     'mujoco': 'models of MuJoCo: pip install mujoco',

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from sosml_friction.bags.tables import data_file
+from sosml_friction.bags.tables import packed_file
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.exceptions import DataError
 
@@ -144,31 +144,6 @@ def test_parquet_needs_pyarrow_or_is_read(tmp_path):
     assert list(DataFile(path).series()) == ['t', 'q[0]', 'q[1]']
 
 
-def test_matlab_7_3_needs_h5py_or_is_read(tmp_path):
-    path = tmp_path / 'x.mat'
-    try:
-        import h5py
-    except ImportError:
-        head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
-        path.write_bytes(head + b'\x89HDF\r\n\x1a\n')
-        with pytest.raises(DataError, match='needs h5py: save it with'):
-            DataFile(path)
-        return
-    with h5py.File(path, 'w', userblock_size=512) as content:
-        content['arm/q'] = Q.T
-        content['t'] = T[None, :]
-        cells = [
-            content.create_dataset(f'#refs#/{k}', data=x[None]).ref for k, x in enumerate((T, -T))
-        ]
-        content.create_dataset('joints/q', data=np.array([cells], dtype=h5py.ref_dtype))
-    head = b'MATLAB 7.3 MAT-file'.ljust(116) + bytes(8) + b'\x00\x02IM'
-    with path.open('r+b') as stream:
-        stream.write(head)
-    data = DataFile(path)
-    assert list(data.series()) == ['arm.q[0]', 'arm.q[1]', 'joints.q[0]', 'joints.q[1]', 't']
-    np.testing.assert_array_equal(data['joints.q[1]'], -T)
-
-
 @pytest.mark.parametrize(
     ('cell', 'sentence'),
     [
@@ -185,7 +160,7 @@ def test_a_cell_that_only_python_takes_for_a_number_is_refused(tmp_path, cell, s
 
 
 def test_what_unpacks_to_far_more_than_it_takes_is_refused_before_it_does(tmp_path, monkeypatch):
-    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    monkeypatch.setattr(packed_file, '_UNPACKED', 2**20)
     zeros = np.zeros(2**18)
     np.savez_compressed(tmp_path / 'x.npz', t=T, zeros=zeros)
     savemat(tmp_path / 'x.mat', {'t': T, 'zeros': zeros}, do_compression=True)
@@ -213,7 +188,7 @@ def test_a_packed_mat_file_that_is_cut_off_is_refused_at_once(tmp_path):
 def test_a_parquet_table_is_counted_by_the_widths_of_its_columns(tmp_path, monkeypatch):
     pa = pytest.importorskip('pyarrow')
     parquet = pytest.importorskip('pyarrow.parquet')
-    monkeypatch.setattr(data_file, '_UNPACKED', 2**20)
+    monkeypatch.setattr(packed_file, '_UNPACKED', 2**20)
     path, rows = tmp_path / 'x.parquet', 2**13
     # 0.4 MB, where 8 bytes for each value were 3.3 MB.
     wide = {f'flag{k}': np.zeros(rows, dtype=bool) for k in range(48)}
@@ -249,3 +224,50 @@ def test_a_mat_file_with_data_of_no_type_is_refused(tmp_path, packed, kind):
 def test_a_unit_may_stand_behind_a_stroke_or_a_comma(tmp_path, header):
     (tmp_path / 'x.csv').write_text(f'{header}\n0,5;1,5\n0,75;2,5\n')
     assert DataFile(tmp_path / 'x.csv')['Winkel'].tolist() == [1.5, 2.5]
+
+
+def structs(**fields):
+    """Return an array of structs as MATLAB has it, (N,)."""
+    made = np.zeros(len(next(iter(fields.values()))), dtype=[(name, 'O') for name in fields])
+    for name, values in fields.items():
+        for k, value in enumerate(values):
+            made[name][k] = value
+    return made
+
+
+def test_signals_of_a_scope_have_their_names_and_units(tmp_path):
+    scope = structs(values=[Q, -Q], dimensions=[2, 2], label=['q', 'tau'])
+    recorder = structs(Name=['M/q', 'M/i'], Data=[T[None], -T[None]], Unit=['deg', 'A'])
+    unnamed = structs(values=[Q, -Q], label=['', ''])
+    content = {'scope': {'time': T, 'signals': scope}, 'rec': {'Y': recorder}, 'x': unnamed}
+    savemat(tmp_path / 'x.mat', content)
+    data = DataFile(tmp_path / 'x.mat')
+    assert set(data) == {
+        *('scope.time', 'scope.signals.q', 'scope.signals.tau'),
+        *('rec.Y.M/q [deg]', 'rec.Y.M/i [A]', 'x.0', 'x.1'),
+    }
+    np.testing.assert_array_equal(data['scope.signals.tau[1]'], -Q[:, 1])
+    np.testing.assert_array_equal(data['rec.Y.M/i [A]'], -T)
+
+
+def test_records_of_samples_are_no_signals(tmp_path):
+    records = structs(name=['a'] * 6, t=list(T), q=list(Q))
+    savemat(tmp_path / 'x.mat', {'log': records})
+    assert list(DataFile(tmp_path / 'x.mat').series()) == ['log.t', 'log.q[0]', 'log.q[1]']
+
+
+@pytest.mark.parametrize('form', ['split', 'index'])
+def test_a_table_of_pandas_in_json_has_its_names(tmp_path, form):
+    rows = np.column_stack([T, Q[:, 0]]).tolist()
+    split = {'columns': ['t', 'q'], 'index': list(range(len(T))), 'data': rows}
+    index = {str(k): {'t': t, 'q': q} for k, (t, q) in enumerate(rows)}
+    (tmp_path / 'x.json').write_text(json.dumps(split if form == 'split' else index))
+    data = DataFile(tmp_path / 'x.json')
+    assert list(data) == ['t', 'q']
+    np.testing.assert_array_equal(data['q'], Q[:, 0])
+
+
+def test_messages_that_were_printed_are_no_table(tmp_path):
+    (tmp_path / 'x.txt').write_text('header:\n  stamp:\n    sec: 1\nposition:\n- 0.5\n---\n' * 3)
+    with pytest.raises(DataError, match='ros2 topic echo prints: let it write a table, with --cs'):
+        DataFile(tmp_path / 'x.txt')

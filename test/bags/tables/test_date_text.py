@@ -72,3 +72,8 @@ def test_what_is_no_date_is_told_by_its_index(text, why):
     with pytest.raises(ValueError, match=r'1, ') as caught:
         read_dates(['2026-11-26 10:00:00', text])
     assert caught.value.args == (1, why)
+
+
+def test_a_duration_of_pandas_is_a_time_of_day():
+    texts = ['0 days 00:00:00', '0 days 00:00:00.005000', '0 days 23:59:59', '1 days 00:00:01']
+    assert np.diff(read_dates(texts)).tolist() == pytest.approx([0.005, 86398.995, 2.0])

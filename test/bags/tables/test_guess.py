@@ -526,7 +526,7 @@ def test_a_current_of_large_whole_numbers_is_told(tmp_path, per_ampere, told):
     data = save(tmp_path, [t, q, np.rint(per_ampere * tau)], ['t', 'q', 'current'])
     columns = Columns({'position': ['q'], 'effort': ['current:A']}, scales=[1.8])
     for guess in (guess_mapping(data), map_columns(data, columns)):
-        assert any('if it is mA or counts' in remark for remark in guess.remarks) == told
+        assert any('if it is mA, percent or counts' in remark for remark in guess.remarks) == told
 
 
 @pytest.mark.parametrize(('start', 'unit'), [(46352.25, 'd'), (740312.25, 'd'), (1.3e17, '')])
@@ -649,3 +649,96 @@ def test_a_time_with_an_empty_cell_is_named(tmp_path):
     np.savez(tmp_path / 'x.npz', time=t, q=q, tau=tau)
     with pytest.raises(DataError, match='grows all the time: time has no number at index 3: say'):
         map_columns(DataFile(tmp_path / 'x.npz'), Columns({'position': ['q']}))
+
+
+def test_positions_of_several_joints_alone_have_no_effort_among_them(tmp_path):
+    series = [joint(seed) for seed in range(5)]
+    columns = {'t': series[0][0], **{f'arm{k}': q for k, (_, q, *_) in enumerate(series)}}
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    (own,) = guess.content['joints'].values()
+    assert list(own) == ['position']
+    assert any('positions of several joints, it seems, and no effort' in r for r in guess.remarks)
+
+
+def test_a_torque_of_large_whole_numbers_is_told(tmp_path):
+    t, q, _, tau = joint(9)
+    names = ['timestamp', 'Position actual value', 'Torque actual value']
+    guess = guess_mapping(save(tmp_path, [t, q, np.rint(100.0 * tau)], names))
+    assert any('is taken as Nm: if it is mNm, percent or counts' in r for r in guess.remarks)
+
+
+def test_words_without_a_mark_between_them_are_told_by_their_capitals(tmp_path):
+    t, q, _, tau = joint(9)
+    whole = 1_700_000_000 + np.floor(t)
+    columns = {
+        'ZeitInSec': whole.astype(int),
+        'ZeitInNanoSec': np.rint((t % 1.0) * 1e9).astype(int),
+        'axisQMsr_J1': q,
+        'axisQCmd_J1': q + 1e-4,
+        'axisTauMsr_J1': tau,
+        'axisTauExtMsr_J1': 0.1 * tau,
+    }
+    path = tmp_path / 'x.txt'
+    rows = zip(*(map(str, x.tolist()) for x in columns.values()), strict=True)
+    path.write_text('\n'.join(map(' '.join, [columns, *rows])) + '\n')
+    guess = guess_mapping(DataFile(path))
+    (own,) = roles(guess).values()
+    assert own == {'position': 'axisQMsr_J1', 'effort': 'axisTauMsr_J1'}
+    stamps = {'variable': 'ZeitInSec', 'unit': 's', 'nanoseconds': 'ZeitInNanoSec'}
+    assert guess.content['time'] == stamps
+
+
+def test_the_number_of_a_motor_in_brackets_is_no_unit(tmp_path):
+    t, *one = joint(9)
+    _, *other = joint(10)
+    header = [
+        f'[ID:00{k}] Present {x}' for k in (1, 2) for x in ('Position', 'Velocity', 'Torque')
+    ]
+    guess = guess_mapping(save(tmp_path, [t, *one, *other], ['Time(ms)', *header]))
+    assert list(guess.content['joints']) == ['ID_001', 'ID_002']
+    assert roles(guess)['ID_002']['effort'] == '[ID:002] Present Torque'
+
+
+def test_seconds_and_nanoseconds_without_names_are_the_time(tmp_path):
+    t, q, v, tau = joint(9)
+    stamps = [(1_700_000_000 + int(x), round((x % 1.0) * 1e9)) for x in t.tolist()]
+    rows = [
+        f'{sec},{nanosec},base,elbow,{a},{b},{c}'
+        for (sec, nanosec), a, b, c in zip(
+            stamps, q.tolist(), v.tolist(), tau.tolist(), strict=True
+        )
+    ]
+    (tmp_path / 'x.csv').write_text('\n'.join(rows) + '\n')
+    guess = guess_mapping(DataFile(tmp_path / 'x.csv'))
+    assert guess.content['time'] == {'variable': 0, 'unit': 's', 'nanoseconds': 1}
+    assert roles(guess) == {'joint': {'position': 4, 'velocity': 5, 'effort': 6}}
+
+
+@pytest.mark.parametrize('speed', ['rad/s', 'rpm'])
+def test_a_small_angle_in_degrees_is_told_by_its_slope_in_another_unit(tmp_path, speed):
+    t, q, v, tau = joint(9)
+    # It moves 5 degrees, which rad would be too.
+    size = 5.0 * math.pi / 180.0 / np.ptp(q)
+    columns = [t, size * q / ANGLES['deg'], size * v / SPEEDS[speed], tau]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'angle', 'velocity', 'tau']))
+    (own,) = guess.content['joints'].values()
+    assert own['position'] == {'variable': 'angle', 'unit': 'deg'}
+    assert own['velocity'] == {'variable': 'velocity', 'unit': speed}
+
+
+def test_of_two_encoders_of_a_joint_each_has_its_own_velocity(tmp_path):
+    t, q, v, tau = joint(9)
+    columns = {'t': t, 'qm': q, 'ql': q + 1e-3 * np.sin(t), 'dqm': v, 'dql': v, 'tau': tau}
+    columns['dql'] = v + 1e-3 * np.cos(t)
+    columns['dqm'] = v + 2e-2 * np.cos(5.0 * t)
+    guess = guess_mapping(save(tmp_path, columns.values(), list(columns)))
+    assert {own['position']: own['velocity'] for own in roles(guess).values()} == {
+        'qm': 'dqm',
+        'ql': 'dql',
+    }
+    assert any('qm and ql are nearly the same' in remark for remark in guess.remarks)
+
+
+@pytest.mark.parametrize('name', ['/ee_pose/pose/position/x', 'imu.position.x', 'odom_position_x'])
+def test_the_pose_of_a_body_is_no_joint(name):
+    assert read_header(name).is_wish

@@ -169,7 +169,7 @@ def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
 def test_one_name_for_two_columns_is_refused(tmp_path):
     (tmp_path / 'x.csv').write_text('t,q,q\n0,1,2\n1,2,3\n')
     with pytest.raises(DataError, match='the header t, q, q: each column needs its own name'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
 
 
 def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
@@ -189,7 +189,7 @@ def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
 def test_what_is_no_text_is_refused(tmp_path):
     (tmp_path / 'x.csv').write_bytes(bytes(range(256)))
     with pytest.raises(DataError, match='save it as text'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
 
 
 @pytest.mark.parametrize('header', ['t,q', 't,q,'])
@@ -216,7 +216,7 @@ def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
     path = tmp_path_factory.mktemp('any') / 'x.csv'
     path.write_text(text, encoding='utf-8')
     try:
-        table = read_text_table(path)
+        table = read_text_table(path, path.read_bytes())
     except DataError as error:
         sentence = str(error)
     else:
@@ -228,4 +228,35 @@ def test_any_text_is_a_table_or_a_sentence(tmp_path_factory, text):
 def test_lines_of_other_lengths_are_refused_by_number(tmp_path):
     (tmp_path / 'x.csv').write_text('0 1 2\n1 2 3\n2 3\n3 4 5\n')
     with pytest.raises(DataError, match='line 3 has 2 cells where the first row has 3'):
-        read_text_table(tmp_path / 'x.csv')
+        read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
+
+
+def test_groups_with_gaps_stand_above_the_names(tmp_path):
+    groups, names, units = 'Time,Position,,Torque,', ',J1,J2,J1,J2', 's,deg,deg,Nm,Nm'
+    (tmp_path / 'x.csv').write_text('\n'.join([groups, names, units, '0,1,2,3,4', '1,2,3,4,5']))
+    assert list(DataFile(tmp_path / 'x.csv')) == [
+        'Time [s]',
+        *('Position J1 [deg]', 'Position J2 [deg]', 'Torque J1 [Nm]', 'Torque J2 [Nm]'),
+    ]
+
+
+@pytest.mark.parametrize(('head', 'first'), [('0,1,2', ''), (',0,1,2', '0,'), ('0,1,2', '-')])
+def test_the_numbers_of_columns_above_a_table_are_no_sample(tmp_path, head, first):
+    rows = [f'{first}0,0.5,1.5', f'{first}1,1.5,2.5']
+    (tmp_path / 'x.csv').write_text('\n'.join([head, *rows]))
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == [str(k) for k in range(rows[0].count(',') + 1)]
+    assert list(data.values())[-1].tolist() == [1.5, 2.5]
+
+
+def test_whole_numbers_below_the_same_are_samples(tmp_path):
+    (tmp_path / 'x.csv').write_text('0,1,2\n1,2,3\n')
+    assert DataFile(tmp_path / 'x.csv')['2'].tolist() == [2, 3]
+
+
+def test_a_word_behind_the_last_row_is_no_sample(tmp_path):
+    (tmp_path / 'x.csv').write_text('t,q\n0,1.5\n1,2.5\nEND,\n')
+    assert DataFile(tmp_path / 'x.csv')['t'].tolist() == [0, 1]
+    # A state that comes without numbers is one.
+    (tmp_path / 'x.csv').write_text('state,q\nRUN,1.5\nSTOP,\nSTOP,\n')
+    assert len(DataFile(tmp_path / 'x.csv')['q']) == 3
