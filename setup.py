@@ -53,8 +53,9 @@ TEST_REQUIREMENTS = [
     'setuptools>=70.1,<80',
     'types-PyYAML>=6.0,<7',
 ]
-# What some files need to be imported: HDF5 and MAT 7.3, Excel, Parquet, bags of ROS 1.
-IMPORT_REQUIREMENTS = ['h5py>=3.8,<4', 'openpyxl>=3.1,<4', 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
+# HDF5 and MAT 7.3, Excel; what other files need to be imported: Parquet, bags of ROS 1.
+TABLE_REQUIREMENTS = ['h5py>=3.8,<4', 'openpyxl>=3.1,<4']
+IMPORT_REQUIREMENTS = [*TABLE_REQUIREMENTS, 'pyarrow>=15,<27', 'rosbags>=0.10,<1']
 # For sosml fleet --scheduler.
 DASK_REQUIREMENTS = ['distributed>=2024.5,<2027']
 # For make docs alone.
@@ -120,7 +121,7 @@ setup(
         'import': IMPORT_REQUIREMENTS,
         'mujoco': MUJOCO_REQUIREMENTS,
         'mutants': MUTANT_REQUIREMENTS,
-        'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS + MUJOCO_REQUIREMENTS,
+        'test': TEST_REQUIREMENTS + DASK_REQUIREMENTS + MUJOCO_REQUIREMENTS + TABLE_REQUIREMENTS,
     },
     entry_points={
         'console_scripts': [
