@@ -32,6 +32,8 @@ _MORE_AT_TURNS = 3.0
 #: What acts there explains at least this share of the excess if it is the cause. Measured in the
 #: same trials: 1 to 10 % where joints stick, 11 to 42 % of elastic gears, 74 % of presliding.
 _EXPLAINED = 0.1
+#: Turns at which one push may hold a joint.
+_PUSHED = 2
 
 
 def library_residual(rows: BandRows) -> list[list[FloatArray]]:
@@ -142,8 +144,8 @@ def sticking_joints(
     Return the joints of which nothing that acts at reversals explains how they turn around.
 
     The nominal and what acts elsewhere, fitted together, leave more than :data:`_MORE_AT_TURNS`
-    times the mean square of motion where the joint turns around, and no candidate that acts there
-    explains :data:`_EXPLAINED` of what is too much: it sticks, each time for another time, and its
+    times the mean square of motion where the joint turns around, half of that excess without the
+    two turns that leave most, and no candidate that acts there explains :data:`_EXPLAINED` of what is too much: it sticks, each time for another time, and its
     friction is what holds it. All that act there, together, would explain anything.
 
     :param resting: the stretches with what is left out at rest; ``turning``: with where joints
@@ -190,20 +192,37 @@ def _sticks(
     if freedom <= 0:
         return False
 
-    def excess(left: FloatArray) -> float:
+    def excess(left: FloatArray, where: BoolArray) -> float:
         """Return by how much turning around exceeds motion, in mean squares of motion."""
         square = left**2
-        return float(square[turns].mean() * freedom / max(square[moves].sum(), 1e-300)) - 1.0
+        motion = max(float(square[moves].sum()) / freedom, 1e-300)
+        return float(square[where].mean()) / motion - 1.0
 
     y = y - U @ (U.T @ y)
-    before = excess(y)
-    if before <= _MORE_AT_TURNS - 1.0:
+    before = excess(y, turns)
+    usual = _without_most(y**2, turns)
+    if before <= _MORE_AT_TURNS - 1.0 or excess(y, usual) <= 0.5 * (_MORE_AT_TURNS - 1.0):
         return False
     for C in there:
         C = C - U @ (U.T @ C)
-        if excess(y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]) < (1.0 - _EXPLAINED) * before:
+        left = y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]
+        if excess(left, turns) < (1.0 - _EXPLAINED) * before:
             return False
     return True
+
+
+def _without_most(square: FloatArray, turns: BoolArray) -> BoolArray:
+    """
+    Return the rows of all turns but the two that leave most, all if there are no more.
+
+    A push holds a joint at one turn, or at two in a row: that is not how the joint turns around.
+    """
+    starts = np.flatnonzero(turns & ~np.append(False, turns[:-1]))
+    if len(starts) <= _PUSHED:
+        return turns
+    number = np.cumsum(turns & ~np.append(False, turns[:-1])) - 1
+    most = np.argsort(np.add.reduceat(turns * square, starts))[-_PUSHED:]
+    return np.asarray(turns & ~np.isin(number, most))
 
 
 def in_motion(signals: Signals, rows: int) -> BoolArray:
