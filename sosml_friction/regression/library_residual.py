@@ -145,8 +145,9 @@ def sticking_joints(
 
     The nominal and what acts elsewhere, fitted together, leave more than :data:`_MORE_AT_TURNS`
     times the mean square of motion where the joint turns around, half of that excess without the
-    two turns that leave most, and no candidate that acts there explains :data:`_EXPLAINED` of what is too much: it sticks, each time for another time, and its
-    friction is what holds it. All that act there, together, would explain anything.
+    two turns that leave most, and no candidate that acts there explains :data:`_EXPLAINED` of what
+    is too much: it sticks, each time for another time, and its friction is what holds it. All that
+    act there, together, would explain anything.
 
     :param resting: the stretches with what is left out at rest; ``turning``: with where joints
         turn around, too.
