@@ -146,8 +146,8 @@ def sticking_joints(
     The nominal and what acts elsewhere, fitted together, leave more than :data:`_MORE_AT_TURNS`
     times the mean square of motion where the joint turns around, half of that excess without the
     two turns that leave most, and no candidate that acts there explains :data:`_EXPLAINED` of what
-    is too much: it sticks, each time for another time, and its friction is what holds it. All that
-    act there, together, would explain anything.
+    is too much and leaves less than :data:`_MORE_AT_REST` times: it sticks, each time for another
+    time, and its friction is what holds it. All that act there, together, would explain anything.
 
     :param resting: the stretches with what is left out at rest; ``turning``: with where joints
         turn around, too.
@@ -206,8 +206,8 @@ def _sticks(
         return False
     for C in there:
         C = C - U @ (U.T @ C)
-        left = y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]
-        if excess(left, turns) < (1.0 - _EXPLAINED) * before:
+        left = excess(y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0], turns)
+        if left < min((1.0 - _EXPLAINED) * before, _MORE_AT_REST - 1.0):
             return False
     return True
 
