@@ -18,7 +18,7 @@ import yaml
 from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
-from sosml_friction.bags.bag_metadata import INFORMATION
+from sosml_friction.bags.bag_metadata import INFORMATION, METADATA
 from sosml_friction.bags.message_definitions import message_definition, split_type_name, type_hash
 from sosml_friction.bags.tag_checksum import CHECKSUM, text_checksum
 from sosml_friction.exceptions import BagError
@@ -273,9 +273,9 @@ class BagRecorder:
                 self._writer.finish()
                 self._stream.close()
                 # A reader never sees half a metadata.yaml.
-                temporary = self.folder / 'metadata.yaml.tmp'
+                temporary = self.folder / f'{METADATA}.tmp'
                 temporary.write_text(_dump({INFORMATION: self._information()}), encoding='utf-8')
-                os.replace(temporary, self.folder / 'metadata.yaml')
+                os.replace(temporary, self.folder / METADATA)
             except OSError as error:
                 with contextlib.suppress(OSError):
                     self._stream.close()

@@ -21,6 +21,7 @@ def read_recordings(
     namespace: str | None = None,
     own_urdf: bool = False,
     step: Callable[[str], None] = lambda text: None,
+    whole: bool = False,
 ) -> dict[Source, RecordedRobot]:
     """
     Read bags of one robot, each by what it is; its name is its label.
@@ -28,6 +29,7 @@ def read_recordings(
     The arguments are those of :func:`~sosml_friction.bags.recorded_robot.read_recorded_robot`, for
     every bag, and ``step`` is called with what is being done.
 
+    :param whole: refuse bags with different models of one robot, too.
     :raises BagError: if a bag cannot be read or has no joint_states.
     :raises ConfigurationError: if no model or URDF is known, a bag is given twice or as a copy, or
         bags are of different robots.
@@ -35,16 +37,29 @@ def read_recordings(
     """
     found: dict[Source, RecordedRobot] = {}
     for label, path in bag_labels(paths).items():
-        step(f'reading {label}')
-        try:
-            one = read_recorded_robot(path, model, urdf, namespace, own_urdf)
-        except DataError as error:
-            raise DataError(f'bag {label}: {error}') from error
+        one = read_labelled(label, path, model, urdf, namespace, own_urdf, step)
         found[bag_source(path, one.bag)._replace(name=label)] = one
         refuse_copies(list(found))
         first, other = next(iter(found.items()))
-        require_same_robot(first.name, other.nominal, label, one.nominal)
+        require_same_robot(first.name, other.nominal, label, one.nominal, whole)
     return found
+
+
+def read_labelled(
+    label: str,
+    path: str | Path,
+    model: ModelSource,
+    urdf: str | Path | None,
+    namespace: str | None,
+    own_urdf: bool,
+    step: Callable[[str], None],
+) -> RecordedRobot:
+    """Read one bag; arguments and errors as of :func:`read_recordings`, with its label."""
+    step(f'reading {label}')
+    try:
+        return read_recorded_robot(path, model, urdf, namespace, own_urdf)
+    except DataError as error:
+        raise DataError(f'bag {label}: {error}') from error
 
 
 def require_same_robot(

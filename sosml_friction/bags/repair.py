@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from sosml_friction.bags.bag import Bag
+from sosml_friction.bags.bag_metadata import METADATA
 from sosml_friction.bags.recorder import BagRecorder, TypeDefinition
 from sosml_friction.exceptions import BagError
 
@@ -27,7 +28,7 @@ def repair_bag(path: str | Path, destination: str | Path) -> dict[str, Any]:
     path, destination = Path(path), Path(destination)
     bag = Bag.open(path, beyond=True)
     before = _read_before(path)
-    is_whole = not bag.recovered and (path.is_file() or (path / 'metadata.yaml').is_file())
+    is_whole = not bag.recovered and (path.is_file() or (path / METADATA).is_file())
     topics: dict[str, int] = {}
     left_out: list[str] = []
     if not is_whole:

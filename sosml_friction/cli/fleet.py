@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from sosml_friction.bags.bag_metadata import METADATA
 from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.cli.app import app, print_blocks, print_json, progress, remark, show_help
 from sosml_friction.cli.options import JsonOption
@@ -304,7 +305,7 @@ def find_recordings(folder: Path, out: Path) -> dict[str, Path]:
                 if table or path.suffix == '.mcap' or is_other_bag(path):
                     found.append(path)
 
-    if (folder / 'metadata.yaml').is_file() and is_bag_folder(folder):
+    if (folder / METADATA).is_file() and is_bag_folder(folder):
         found.append(folder)
     else:
         look(folder)
@@ -338,7 +339,7 @@ def is_bag_folder(folder: Path) -> bool:
     names = [path.name for path in folder.iterdir()]
     files = [name for name in names if name.endswith(('.mcap', '.mcap.zstd'))]
     own = re.compile(re.escape(folder.resolve().name) + r'_\d+\.mcap(\.zstd)?')
-    of_one = len(files) == 1 or 'metadata.yaml' in names or all(map(own.fullmatch, files))
+    of_one = len(files) == 1 or METADATA in names or all(map(own.fullmatch, files))
     return bool(files and of_one) or is_other_bag(folder)
 
 

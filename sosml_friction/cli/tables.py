@@ -78,7 +78,8 @@ _TABLE_OPTIONS: dict[str, Any] = {
     ],
 }
 _ROBOTS = ('pendulum', 'axis', 'free')
-_COLUMNS = ('position', 'velocity', 'effort', 'current', 'time', 'rate', 'counts_per_turn', 'kt')
+_SERIES = ('position', 'velocity', 'effort', 'current', 'time')
+_COLUMNS = (*_SERIES, 'rate', 'counts_per_turn', 'kt')
 
 
 def takes_tables(command: Callable[..., None]) -> Callable[..., None]:
@@ -209,7 +210,6 @@ def _one_of_joints(
     tables: list[Path], said: dict[str, Any], urdf: str | None, place: Path
 ) -> list[Path]:
     """Return one table of those that have one joint each of a robot of as many joints."""
-    from sosml_friction.bags.tables.data_file import DataFile
     from sosml_friction.bags.tables.joined_tables import join_tables
     from sosml_friction.model.urdf_joints import read_joints
 
@@ -218,21 +218,9 @@ def _one_of_joints(
     position = said['position'] or ','
     if len(tables) < 2 or len(joints) != len(tables) or ',' in position or '=' in position:
         return tables
-    data, columns = DataFile(tables[0]), {}
-    for name in ('position', 'velocity', 'effort', 'current'):
-        if said[name] is not None:
-            column, _, unit = said[name].rpartition(':')
-            if data.find(said[name]) is not None or not column:
-                column, unit = said[name], ''
-            # What the file does not have is told before there is a table of all.
-            data[column]
-            whole = (data.find(column) or column).replace(',', '/')
-            columns[name] = f'{whole}:{unit}' if unit else whole
-    time, _, unit = (said['time'] or '').rpartition(':')
-    table, order = join_tables(tables, joints, place, time or unit)
-    for name, column in columns.items():
-        before = '{0}={0}' if name == 'position' else '{0}'
-        said[name] = ','.join(f'{before.format(joint)} {column}' for joint in order)
+    columns = {name: said[name] for name in _SERIES if said[name] is not None}
+    table, order, whole = join_tables(tables, joints, place, columns)
+    said.update(whole)
     pairs = zip(order, tables, strict=True)
     remark(f'put side by side: {", ".join(f"{joint} of {path.name}" for joint, path in pairs)}')
     return [table]

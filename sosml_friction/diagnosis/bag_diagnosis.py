@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.bags.joint_log import JointLog
-from sosml_friction.bags.recorded_robot import ModelSource, read_recorded_robot
-from sosml_friction.bags.recordings import read_recordings, require_same_robot
+from sosml_friction.bags.recorded_robot import ModelSource
+from sosml_friction.bags.recordings import read_labelled, read_recordings, require_same_robot
 from sosml_friction.bags.source import Source, bag_source
 from sosml_friction.diagnosis.data_checks import Check
 from sosml_friction.diagnosis.diagnosis import Diagnosis, diagnose
 from sosml_friction.diagnosis.library import make_library
-from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.identification.body_comparison import BodyComparison
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -66,19 +66,14 @@ def diagnose_bags(
     """
     make_library(tuple(without))
     own_urdf = model is not None
-    recorded = read_recordings(bags, model, urdf, namespace, own_urdf, step)
+    recorded = read_recordings(bags, model, urdf, namespace, own_urdf, step, whole=True)
     first, nominal = next((source.name, robot.nominal) for source, robot in recorded.items())
-    for source, robot in recorded.items():
-        require_same_robot(first, nominal, source.name, robot.nominal, whole=True)
     logs = [(source, robot.log) for source, robot in recorded.items()]
     other = None
     if holdout is not None:
         name = Path(holdout).name
-        step(f'reading {name} (holdout)')
-        try:
-            left_out = read_recorded_robot(holdout, model, urdf, namespace, own_urdf)
-        except DataError as error:
-            raise DataError(f'bag {name} (holdout): {error}') from error
+        label = f'{name} (holdout)'
+        left_out = read_labelled(label, holdout, model, urdf, namespace, own_urdf, step)
         other = bag_source(holdout, left_out.bag), left_out.log
         require_same_robot(first, nominal, name, left_out.nominal, whole=True)
     return diagnose_logs(logs, nominal, other, without, settings, step, keep_all)

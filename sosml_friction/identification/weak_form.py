@@ -33,8 +33,8 @@ from sosml_friction.observers.signal_noise import white_noise
 #: Test functions overlap: each begins a quarter of the support after the one before, which makes
 #: them a basis of cubic splines.
 _PIECES = 4
-#: Fewest samples in a test function: two in each of its pieces. With 20, at 25 Hz, C of MuJoCo's
-#: arm was three times as unsure, and one joint had no test function without a reversal.
+#: Fewest samples in a test function: two in each of its pieces. With 20, one of
+#: ``test/identification/test_low_rates.py`` at 25 Hz had no test function without a reversal.
 _FEWEST_SAMPLES = 2 * _PIECES
 #: Degree of the polynomial whose slope is the velocity.
 _DEGREE = 3

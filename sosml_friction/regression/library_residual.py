@@ -14,7 +14,7 @@ from sosml_friction.regression.signals import Signals
 #: Rows whose columns are put together at a time. Chosen, no measurement.
 _ROWS = 8192
 #: Added to the normal equations of columns of norm 1, of which many are collinear.
-_RIDGE = 1e-8
+RIDGE = 1e-8
 #: At most this many points of a large grid are taken off, each of at least this share of the
 #: residual's energy. Chosen, no measurement.
 _LINES, _LINE = 16, 0.02
@@ -24,16 +24,7 @@ _CHANCE = 15.0
 #: The friction at standstill is unknown if the library leaves this many times the mean square of
 #: motion there. Measured: 8 to 12 for joints that creep (the emulator's), 5 beside late bus
 #: cycles; less for joints that stick, but up to 5 if a push holds one of them at standstill.
-_MORE_AT_REST = 5.0
-#: A joint sticks where it turns around if that leaves this many times the mean square of motion.
-#: Measured: 3.2 to 4.9 for MuJoCo's arm at 50 to 83 Hz, at most 2.5 in 34 trials of the blind
-#: plant but for elastic gears (3.1 to 6.9) and presliding (2.8, 3.2).
-_MORE_AT_TURNS = 3.0
-#: What acts there explains at least this share of the excess if it is the cause. Measured in the
-#: same trials: 1 to 10 % where joints stick, 11 to 42 % of elastic gears, 74 % of presliding.
-_EXPLAINED = 0.1
-#: Turns at which one push may hold a joint.
-_PUSHED = 2
+MORE_AT_REST = 5.0
 
 
 def library_residual(rows: BandRows) -> list[list[FloatArray]]:
@@ -48,7 +39,7 @@ def library_residual(rows: BandRows) -> list[list[FloatArray]]:
         size = np.sqrt(np.diag(G))
         acts = size > 0.0
         size = size[acts]
-        G = G[np.ix_(acts, acts)] / size / size[:, None] + _RIDGE * np.eye(len(size))
+        G = G[np.ix_(acts, acts)] / size / size[:, None] + RIDGE * np.eye(len(size))
         x = np.zeros(len(acts))
         x[acts] = np.linalg.solve(G, r[acts] / size) / size
         residual = np.concatenate(
@@ -132,98 +123,9 @@ def unknown_at_rest(
         )
         if moves.any() and not moves.all():
             square = np.concatenate(stretches) ** 2
-            if np.mean(square[~moves]) > _MORE_AT_REST * np.mean(square[moves]):
+            if np.mean(square[~moves]) > MORE_AT_REST * np.mean(square[moves]):
                 found.add(i)
     return frozenset(found)
-
-
-def sticking_joints(
-    rows: BandRows, resting: Sequence[Signals], turning: Sequence[Signals]
-) -> frozenset[int]:
-    """
-    Return the joints of which nothing that acts at reversals explains how they turn around.
-
-    The nominal and what acts elsewhere, fitted together, leave more than :data:`_MORE_AT_TURNS`
-    times the mean square of motion where the joint turns around, half of that excess without the
-    two turns that leave most, and no candidate that acts there explains :data:`_EXPLAINED` of what
-    is too much and leaves less than :data:`_MORE_AT_REST` times: it sticks, each time for another
-    time, and its friction is what holds it. All that act there, together, would explain anything.
-
-    :param resting: the stretches with what is left out at rest; ``turning``: with where joints
-        turn around, too.
-    """
-    return frozenset(
-        i for i in range(rows.signals[0].robot.n) if _sticks(rows, i, resting, turning)
-    )
-
-
-def _sticks(
-    rows: BandRows, joint: int, resting: Sequence[Signals], turning: Sequence[Signals]
-) -> bool:
-    """Tell whether a joint is one of :func:`sticking_joints`."""
-
-    def joined(stretches: Sequence[Signals]) -> BoolArray:
-        pairs = zip(stretches, rows.residual, strict=True)
-        return np.concatenate([in_motion(s, len(part))[:, joint] for s, part in pairs])
-
-    moves = joined(turning)
-    turns = joined(resting) & ~moves
-    if not (moves.any() and turns.any()):
-        return False
-    known = moves | turns
-    y = known * np.concatenate([part[:, joint] for part in rows.residual])
-    nominal = np.concatenate([part[:, joint] for part in rows.nominal_columns])
-    elsewhere, there = [nominal], []
-    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
-        at = np.flatnonzero(joints == joint)
-        if not len(at) or len(candidate.grid) > SMALL_GRID:
-            continue
-        C = np.concatenate([part[:, at[0]] for part in columns]).astype(np.float64)
-        if candidate.effect.at_reversals:
-            there += [known[:, None] * C[:, k] for k in range(C.shape[1])]
-        else:
-            elsewhere.append(C.reshape(len(y), -1))
-    X = known[:, None] * np.concatenate(elsewhere, axis=1)
-    size = np.linalg.norm(X, axis=0)
-    X = X[:, size > 0.0] / size[size > 0.0]
-    spread, axes = np.linalg.eigh(X.T @ X)
-    kept = spread > _RIDGE * spread.max()
-    U = X @ (axes[:, kept] / np.sqrt(spread[kept]))
-    freedom = int(moves.sum()) - U.shape[1]
-    if freedom <= 0:
-        return False
-
-    def excess(left: FloatArray, where: BoolArray) -> float:
-        """Return by how much turning around exceeds motion, in mean squares of motion."""
-        square = left**2
-        motion = max(float(square[moves].sum()) / freedom, 1e-300)
-        return float(square[where].mean()) / motion - 1.0
-
-    y = y - U @ (U.T @ y)
-    before = excess(y, turns)
-    usual = _without_most(y**2, turns)
-    if before <= _MORE_AT_TURNS - 1.0 or excess(y, usual) <= 0.5 * (_MORE_AT_TURNS - 1.0):
-        return False
-    for C in there:
-        C = C - U @ (U.T @ C)
-        left = excess(y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0], turns)
-        if left < min((1.0 - _EXPLAINED) * before, _MORE_AT_REST - 1.0):
-            return False
-    return True
-
-
-def _without_most(square: FloatArray, turns: BoolArray) -> BoolArray:
-    """
-    Return the rows of all turns but the two that leave most, all if there are no more.
-
-    A push holds a joint at one turn, or at two in a row: that is not how the joint turns around.
-    """
-    starts = np.flatnonzero(turns & ~np.append(False, turns[:-1]))
-    if len(starts) <= _PUSHED:
-        return turns
-    number = np.cumsum(turns & ~np.append(False, turns[:-1])) - 1
-    most = np.argsort(np.add.reduceat(turns * square, starts))[-_PUSHED:]
-    return np.asarray(turns & ~np.isin(number, most))
 
 
 def in_motion(signals: Signals, rows: int) -> BoolArray:

@@ -25,15 +25,12 @@ from sosml_friction.regression.evidence import (
     Target,
     make_blocks,
 )
-from sosml_friction.regression.library_residual import (
-    library_residual,
-    sticking_joints,
-    unknown_at_rest,
-)
+from sosml_friction.regression.library_residual import library_residual, unknown_at_rest
 from sosml_friction.regression.noise_model import ORDER, NoiseModel
 from sosml_friction.regression.nominal import Nominal
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, with_rests
+from sosml_friction.regression.turn_residual import sticking_joints
 from sosml_friction.regression.whitening import Whitening
 
 #: Fewest whitened rows of a block. Chosen, no measurement.

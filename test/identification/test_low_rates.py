@@ -53,6 +53,7 @@ def test_friction_and_bias_are_in_their_intervals_at_a_low_rate(arms, rate, tmp_
                 half[k, i, m] = 0.5 * (high - low)
                 held[k, i, m] = low <= truth <= high
     print(f'{rate} Hz: C, B, bias of two joints held in {held.sum(axis=0).tolist()} of {SEEDS}')
+    print(f'half of an interval: {half.mean(axis=0).round(4).tolist()}')
     assert (held.sum(axis=0) >= 0.85 * SEEDS - 1.0).all()
     assert (np.abs(off.mean(axis=0)) < 0.5 * half.mean(axis=0)).all()
     # No wider than a tenth of friction.

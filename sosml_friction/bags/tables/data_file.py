@@ -124,6 +124,11 @@ class DataFile(Mapping[str, NDArray[Any]]):
             return list(self._variables)[int(name)]
         return None
 
+    def split_unit(self, entry: str) -> tuple[str, str]:
+        """Return name and unit of ``NAME`` or ``NAME:UNIT``; a name may have a colon itself."""
+        name, _, unit = entry.rpartition(':') if self.find(entry) is None else (entry, '', '')
+        return (name, unit) if name else (unit, '')
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """
         Return a variable.

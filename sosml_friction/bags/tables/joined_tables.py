@@ -3,7 +3,7 @@
 """Put tables side by side that have a joint of one robot each."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +20,18 @@ _NUMBERED = r'(?<![a-z])(?:joint|axis|motor|servo|actuator|[jaqm])[ _-]?(\d+)'
 
 
 def join_tables(
-    paths: Sequence[Path], joints: Sequence[str], folder: Path, time: str = ''
-) -> tuple[Path, list[str]]:
+    paths: Sequence[Path], joints: Sequence[str], folder: Path, columns: Mapping[str, str]
+) -> tuple[Path, list[str], dict[str, str]]:
     """
-    Write one table of files with a joint each, and return it with the joint of each file.
+    Write one table of files with a joint each.
 
     Its columns are called ``<joint> <column>``, and the time of all files is one.
 
-    :param time: the column of time, '' for that which grows all the time.
+    :param columns: by quantity, ``NAME`` or ``NAME:UNIT`` of a column of each file; without one of
+        time it is what grows all the time.
+    :return: the table, the joint of each file, and the columns of the table by quantity.
     :raises ConfigurationError: if the names of the files do not say which joint each is.
-    :raises DataError: if their samples are at other times.
+    :raises DataError: if their samples are at other times, or the first has no such column.
     """
     order = [_joint_of(table_name(path), joints) for path in paths]
     listed = ', '.join(path.name for path in paths)
@@ -39,12 +41,17 @@ def join_tables(
             f'{", ".join(joints)}: call each file as its joint, or put their columns into one '
             'table'
         )
+    first = DataFile(paths[0])
+    stated = {quantity: first.split_unit(entry) for quantity, entry in columns.items()}
+    # What the file does not have is told before there is a table of all.
+    found = {quantity: _column(first, *own) for quantity, own in stated.items()}
+    time = stated.get('time', ('', ''))[0]
     variables: dict[str, NDArray[Any]] = {}
     shared: NDArray[Any] | None = None
     for path, joint in zip(paths, order, strict=True):
         data = DataFile(path)
         series = data.series()
-        own = find_time(series, (data.find(time) or time) if time else '').name
+        own = find_time(series, data.find(time) or time).name
         stamps = series.pop(own, np.arange(max(map(len, series.values()), default=0)))
         if shared is None:
             shared = variables[own or 'sample'] = stamps
@@ -54,11 +61,33 @@ def join_tables(
                 'table with a time for all, as of one sampling'
             )
         for name, values in series.items():
-            # What states columns parts them with commas.
-            variables[f'{joint} {name.replace(",", "/")}'] = values
-    table = folder / f'{"+".join(map(table_name, paths))}.npz'
-    np.savez(table, **variables)  # type: ignore[arg-type]
-    return table, order
+            variables[f'{joint} {_without_commas(name)}'] = values
+    table = folder / f'{"+".join(map(table_name, paths))}.npy'
+    rows = np.empty(len(stamps), [(name, values.dtype) for name, values in variables.items()])
+    for name, values in variables.items():
+        rows[name] = values
+    np.save(table, rows)
+    whole = {
+        quantity: ','.join(
+            f'{joint}={joint} {column}' if quantity == 'position' else f'{joint} {column}'
+            for joint in order
+        )
+        for quantity, column in found.items()
+        if quantity != 'time'
+    }
+    return table, order, whole
+
+
+def _column(data: DataFile, name: str, unit: str) -> str:
+    """Return a column of a file, as it is called in the table of all, with its unit."""
+    whole = data.find(name) or name
+    data[whole]
+    return _without_commas(f'{whole}:{unit}' if unit else whole)
+
+
+def _without_commas(name: str) -> str:
+    """Return a name that commas can part from others."""
+    return name.replace(',', '/')
 
 
 def _joint_of(name: str, joints: Sequence[str]) -> str:

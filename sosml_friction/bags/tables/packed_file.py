@@ -76,13 +76,8 @@ def read_unpacked(path: Path) -> tuple[str, bytes]:
                 f'{path} ends before what is packed in it does: copy it again, or unpack what '
                 'there is of it'
             ) from None
-        except (
-            OSError,
-            zlib.error,
-            lzma.LZMAError,
-            zipfile.BadZipFile,
-            NotImplementedError,
-        ) as error:
+        # zipfile calls a kind of packing that it does not know a RuntimeError.
+        except (OSError, zlib.error, lzma.LZMAError, zipfile.BadZipFile, RuntimeError) as error:
             raise DataError(f'{path} cannot be unpacked: {error}') from error
     if len(content) > most:
         raise DataError(

@@ -59,7 +59,7 @@ class _StatedColumns(Guesser):
         if columns.time and columns.rate is not None:
             raise ConfigurationError('--time and --rate both say when samples are: give one')
         self.data, self.series, self.columns = data, data.series(), columns
-        name, _, unit = columns.time.partition(':')
+        name, unit = data.split_unit(columns.time)
         time = evidence.find_time(self.series, self._whole(name) if name else '')
         if unit:
             time = time._replace(unit=_known(unit, 'time', columns.time), reason='stated')
@@ -135,8 +135,7 @@ class _StatedColumns(Guesser):
 
     def _stated(self, quantity: str, entry: str) -> str:
         """Return the column of ``NAME`` or ``NAME:UNIT``, and keep what is known of its unit."""
-        name, _, unit = entry.rpartition(':') if self.data.find(entry) is None else (entry, '', '')
-        name, unit = (unit, '') if not name else (name, unit)
+        name, unit = self.data.split_unit(entry)
         whole = self._whole(name)
         word = self.words[whole]
         said = word.unit if word.quantity == quantity else ''

@@ -4,6 +4,7 @@
 
 import json
 import struct
+import sys
 import zlib
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.io import savemat
 
 from sosml_friction.bags.tables import packed_file
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.hdf5_file import SIGNATURE
 from sosml_friction.exceptions import DataError
 
 T = np.arange(6) * 0.5
@@ -130,16 +132,28 @@ def test_names_are_found_without_unit_and_case_and_by_number(tmp_path):
         data['x']
 
 
-def test_parquet_needs_pyarrow_or_is_read(tmp_path):
+@pytest.mark.parametrize(
+    ('name', 'head', 'needed', 'sentence'),
+    [
+        ('x.parquet', b'PAR1', 'pyarrow', 'needs pyarrow: pip install pyarrow'),
+        ('x.xlsx', b'PK', 'openpyxl', 'which needs openpyxl: pip install openpyxl, or save'),
+        ('x.h5', SIGNATURE, 'h5py', 'an HDF5 file, which needs h5py: pip install h5py'),
+        ('x.mat', SIGNATURE, 'h5py', r"needs h5py: save it with '-v7', or pip install h5py"),
+    ],
+    ids=lambda each: each if isinstance(each, str) else '',
+)
+def test_what_a_kind_of_file_needs_is_told(tmp_path, monkeypatch, name, head, needed, sentence):
+    (tmp_path / name).write_bytes(head)
+    # An import then fails as if it were not there.
+    monkeypatch.setitem(sys.modules, needed, None)
+    with pytest.raises(DataError, match=sentence):
+        DataFile(tmp_path / name)
+
+
+def test_parquet_is_read(tmp_path):
+    pa = pytest.importorskip('pyarrow')
+    parquet = pytest.importorskip('pyarrow.parquet')
     path = tmp_path / 'x.parquet'
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError:
-        path.write_bytes(b'PAR1')
-        with pytest.raises(DataError, match='needs pyarrow: pip install pyarrow'):
-            DataFile(path)
-        return
     parquet.write_table(pa.table({'t': T, 'q': list(Q)}), path)
     assert list(DataFile(path).series()) == ['t', 'q[0]', 'q[1]']
 

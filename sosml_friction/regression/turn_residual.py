@@ -1,0 +1,140 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What joints leave where they turn around, and whether they stick there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
+from sosml_friction.regression.library_residual import MORE_AT_REST, RIDGE, in_motion
+from sosml_friction.regression.signals import Signals
+
+#: A joint sticks where it turns around if that leaves this many times the mean square of motion.
+#: Largest of MuJoCo's arm, which sticks, at 83, 62 and 50 Hz: 5.0, 4.4 and 3.6; of an arm that
+#: does not, without an effect or with a gap: 1.9 (``python -m validation.turns --seed 1``).
+_MORE = 3.0
+#: What acts there explains at least this share of the excess if it is the cause: in the same
+#: recordings at most 5 % where joints stick, 15 to 35 % of elastic gears.
+_EXPLAINED = 0.1
+#: Turns at which one push may hold a joint: one, or two in a row.
+_PUSHED = 2
+
+
+@dataclass(frozen=True)
+class TurnResidual:
+    """
+    Hold what is left of a joint where it turns around, in mean squares of what motion leaves.
+
+    The nominal and what acts elsewhere are fitted together. ``whole``: of all turns; ``usual``:
+    without the two that leave most, as a push does; ``least``: of all, beside that candidate which
+    acts at reversals and explains most. All that act there, together, would explain anything.
+    Where ``whole`` is too little for a joint that sticks, ``least`` is not asked and the same.
+    """
+
+    whole: float
+    usual: float
+    least: float
+
+    @classmethod
+    def of(
+        cls,
+        rows: BandRows,
+        joint: int,
+        resting: Sequence[Signals],
+        turning: Sequence[Signals],
+    ) -> TurnResidual | None:
+        """
+        Return what is left of a joint, None if nothing can be told.
+
+        :param resting: the stretches with what is left out at rest; ``turning``: with where joints
+            turn around, too.
+        """
+        moves = _known(rows, joint, turning)
+        turns = _known(rows, joint, resting) & ~moves
+        if not (moves.any() and turns.any()):
+            return None
+        U, there = _columns(rows, joint, moves | turns)
+        freedom = int(moves.sum()) - U.shape[1]
+        if freedom <= 0:
+            return None
+        y = (moves | turns) * np.concatenate([part[:, joint] for part in rows.residual])
+        y = y - U @ (U.T @ y)
+
+        def relative(left: FloatArray, where: BoolArray) -> float:
+            square = left**2
+            motion = max(float(square[moves].sum()) / freedom, 1e-300)
+            return float(square[where].mean()) / motion
+
+        whole = least = relative(y, turns)
+        if whole > _MORE:
+            for C in there:
+                C = C - U @ (U.T @ C)
+                left = y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]
+                least = min(least, relative(left, turns))
+        return cls(whole, relative(y, _without_most(y**2, turns)), least)
+
+    @property
+    def explained(self) -> float:
+        """Return the share of the excess that one candidate explains at most."""
+        return (self.whole - self.least) / max(self.whole - 1.0, 1e-300)
+
+    @property
+    def sticks(self) -> bool:
+        """
+        Tell whether a joint sticks, each time for another time, and its friction is what holds it.
+
+        It leaves too much, without the turns of a push at least half as much, and no candidate
+        explains enough of it, or one does and still leaves what a rest that is not known does.
+        """
+        much = self.whole > _MORE and self.usual - 1.0 > 0.5 * (_MORE - 1.0)
+        return much and (self.explained < _EXPLAINED or self.least > MORE_AT_REST)
+
+
+def sticking_joints(
+    rows: BandRows, resting: Sequence[Signals], turning: Sequence[Signals]
+) -> frozenset[int]:
+    """Return the joints that stick where they turn around; as of :meth:`TurnResidual.of`."""
+    left = [TurnResidual.of(rows, i, resting, turning) for i in range(rows.signals[0].robot.n)]
+    return frozenset(i for i, own in enumerate(left) if own is not None and own.sticks)
+
+
+def _known(rows: BandRows, joint: int, stretches: Sequence[Signals]) -> BoolArray:
+    """Return which rows of all stretches see no rest of a joint."""
+    pairs = zip(stretches, rows.residual, strict=True)
+    return np.concatenate([in_motion(s, len(part))[:, joint] for s, part in pairs])
+
+
+def _columns(rows: BandRows, joint: int, known: BoolArray) -> tuple[FloatArray, list[FloatArray]]:
+    """Return a base of what acts elsewhere, and columns of each candidate at reversals."""
+    nominal = np.concatenate([part[:, joint] for part in rows.nominal_columns])
+    elsewhere, there = [nominal], []
+    for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
+        at = np.flatnonzero(joints == joint)
+        if not len(at) or len(candidate.grid) > SMALL_GRID:
+            continue
+        C = np.concatenate([part[:, at[0]] for part in columns]).astype(np.float64)
+        if candidate.effect.at_reversals:
+            there += [known[:, None] * C[:, k] for k in range(C.shape[1])]
+        else:
+            elsewhere.append(C.reshape(len(known), -1))
+    X = known[:, None] * np.concatenate(elsewhere, axis=1)
+    size = np.linalg.norm(X, axis=0)
+    X = X[:, size > 0.0] / size[size > 0.0]
+    spread, axes = np.linalg.eigh(X.T @ X)
+    kept = spread > RIDGE * spread.max()
+    return X @ (axes[:, kept] / np.sqrt(spread[kept])), there
+
+
+def _without_most(square: FloatArray, turns: BoolArray) -> BoolArray:
+    """Return the rows of all turns but the few that leave most, all if there are no more."""
+    begins = turns & ~np.append(False, turns[:-1])
+    starts = np.flatnonzero(begins)
+    if len(starts) <= _PUSHED:
+        return turns
+    most = np.argsort(np.add.reduceat(turns * square, starts))[-_PUSHED:]
+    return np.asarray(turns & ~np.isin(np.cumsum(begins) - 1, most))
