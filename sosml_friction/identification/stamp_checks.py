@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
-from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 
 #: Steps longer than this many periods are holes, across which nothing is compared.
@@ -40,20 +40,42 @@ def lateness(log: JointLog, column: int, period_s: float) -> tuple[float, float]
     of three stamps has a part in e, so that a single one has 2/3 of its square.
     """
     t, q = log.time, log.q[:, column]
-    steps = np.diff(t)
-    e = t[1:-1] - 0.5 * (t[:-2] + t[2:])
-    v = (q[2:] - q[:-2]) / (t[2:] - t[:-2])
-    gone = q[1:-1] - 0.5 * (q[:-2] + q[2:])
-    used = (np.maximum(steps[1:], steps[:-1]) < _HOLE * period_s) & (v != 0.0)
-    if used.sum() < _FEWEST or not (e[used] != 0.0).any():
+    ends = np.linspace(1, len(t) - 1, _CLUSTERS + 1).astype(int)
+    # A stretch at a time, and not N rows of all: an hour has millions.
+    moments = np.array(
+        [
+            _moments(t[first - 1 : last + 1], q[first - 1 : last + 1], _HOLE * period_s)
+            for first, last in itertools.pairwise(ends)
+            if last > first
+        ]
+    ).reshape(-1, 4)
+    moments = moments[moments[:, 1] > 0.0]
+    used, square, missed, uneven = moments.sum(0)
+    rest = square - moments[:, 1]
+    if used < _FEWEST or not (rest > 0.0).all():
         return 0.0, 0.0
-    x, y = (v * e)[used], gone[used]
-    share = float(x @ (x - y)) / float(x @ x)
-    groups = np.arange(len(x)) * _CLUSTERS // len(x)
-    error = float(jackknife_errors(x[:, None], x - y - share * x, groups)[0])
+    share = missed / square
+    without = (missed - moments[:, 2]) / rest
+    # The jackknife: of the stretches, each left out in turn.
+    error = np.sqrt((len(without) - 1) * np.var(without))
     if not share > 0.0 or not error > 0.0:
         return 0.0, 0.0
-    return float(np.sqrt(min(share, 1.0) * 2.0 / 3.0 * np.mean(e[used] ** 2))), share / error
+    return float(np.sqrt(min(share, 1.0) * 2.0 / 3.0 * uneven / used)), float(share / error)
+
+
+def _moments(t: FloatArray, q: FloatArray, hole: float) -> tuple[float, float, float, float]:
+    """
+    Return sums over the inner samples of a stretch: 1, (v e)^2, v e (v e - what q goes), e^2.
+
+    :param hole: steps that are longer [s] take no part.
+    """
+    steps = np.diff(t)
+    v = (q[2:] - q[:-2]) / (t[2:] - t[:-2])
+    used = (np.maximum(steps[1:], steps[:-1]) < hole) & (v != 0.0)
+    e = (t[1:-1] - 0.5 * (t[:-2] + t[2:]))[used]
+    x = v[used] * e
+    missed = x - (q[1:-1] - 0.5 * (q[:-2] + q[2:]))[used]
+    return float(used.sum()), float(x @ x), float(x @ missed), float(e @ e)
 
 
 def feigned_viscous(log: JointLog, column: int, period_s: float) -> tuple[float, FloatArray]:

@@ -10,19 +10,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.signal import savgol_coeffs, savgol_filter
-from scipy.sparse import csr_array
 
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
-from sosml_friction.identification.cubic_spline import cubic_spline
 from sosml_friction.identification.effort_timing import EffortTiming
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
+from sosml_friction.identification.spline_tests import PIECES, SplineTests
 from sosml_friction.identification.velocity_smoother import JointNoise, VelocitySmoother
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
@@ -30,12 +29,9 @@ from sosml_friction.observers.momentum_sampler import MomentumSampler, Stretch
 from sosml_friction.observers.momentum_samples import MomentumSamples
 from sosml_friction.observers.signal_noise import white_noise
 
-#: Test functions overlap: each begins a quarter of the support after the one before, which makes
-#: them a basis of cubic splines.
-_PIECES = 4
 #: Fewest samples in a test function: two in each of its pieces. With 20, one of
 #: ``test/identification/test_low_rates.py`` at 25 Hz had no test function without a reversal.
-_FEWEST_SAMPLES = 2 * _PIECES
+_FEWEST_SAMPLES = 2 * PIECES
 #: Degree of the polynomial whose slope is the velocity.
 _DEGREE = 3
 #: Speeds in standard deviations of their noise: below the first the joint counts as at standstill;
@@ -164,6 +160,7 @@ class WeakForm:
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
         self._unsmoothed: WeakForm | None = None
+        self._tests: list[SplineTests] = []
         self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
 
     def _take(self, log: JointLog) -> None:
@@ -171,13 +168,16 @@ class WeakForm:
         self._rows: dict[tuple[int, float | None], LawRows] = {}
         twisted = self.robot if self.settings.refit_inertia else None
         self._log, self._stretches, self._pieces = log, [], []
-        for stretch in self._sampler.stretches(log):
+        stretches = self._sampler.stretches(log)
+        if not self._tests:
+            # They depend on positions and stamps, which smoothed velocities do not change.
+            self._tests = [SplineTests(self.time, each, self._support) for each in stretches]
+        for stretch, tests in zip(stretches, self._tests, strict=True):
             lost, samples = self._lost_effort(stretch), stretch.samples
             stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
             self._stretches.append(stretch)
             late = self._unsure * self._rise(stretch)
-            piece = _Piece(self.time, log, stretch, self._support, twisted, lost, late)
-            self._pieces.append(piece)
+            self._pieces.append(_Piece(tests, log, stretch, twisted, lost, late))
 
     def _lost_effort(self, stretch: Stretch) -> FloatArray:
         """
@@ -278,12 +278,15 @@ class WeakForm:
         means = rows.y
         if rows.extra is not None:
             means = means - rows.extra[:, 0]
-        pieces = [piece for piece in self._pieces if piece.count]
-        middle = np.concatenate([piece.middle for piece in pieces])
+        pieces = [piece for piece in self._pieces if piece.tests.count]
+        middle = np.concatenate([piece.tests.middle for piece in pieces])
         tau_f = np.full(len(self.time), np.nan)
         for piece in pieces:
-            inside = piece.covers(self.time)
-            tau_f[inside] = np.interp(self.time[inside], piece.middle, self._friction(piece, i))
+            tests = piece.tests
+            inside = tests.cover(self.time)
+            tau_f[inside] = np.interp(
+                self.time[inside], piece.tests.middle, self._friction(piece, i)
+            )
         fit = rows.fit(self.robot.effort_units[i])
         inertia = self._inertia(fit.extra[0]) if fit.extra else None
         return WeakFit(fit, inertia, middle, means, self._support, tau_f)
@@ -301,7 +304,7 @@ class WeakForm:
         return self._rows[asked]
 
     def _posed(self, i: int, smoothing_velocity: float | None) -> LawRows:
-        pieces = [piece for piece in self._pieces if piece.count]
+        pieces = [piece for piece in self._pieces if piece.tests.count]
         if not pieces:
             raise DataError(
                 f'no {_SUPPORT_S:g} s of the recording are without a hole in '
@@ -311,14 +314,16 @@ class WeakForm:
         y = np.concatenate([self._friction(piece, i) for piece in pieces])
         lost = np.concatenate([piece.lost_effort(i) for piece in pieces])
         late = np.concatenate([piece.late_effort(i) for piece in pieces])
-        middle = np.concatenate([piece.middle for piece in pieces])
+        middle = np.concatenate([piece.tests.middle for piece in pieces])
         if not np.isfinite(y).any():
             raise DataError('the effort is missing in every part of the recording')
         ends = np.cumsum([len(piece.v) for piece in pieces])[:-1]
 
         def means(column: FloatArray) -> FloatArray:
             parts = np.split(column, ends)
-            return np.concatenate([p.tests @ c for p, c in zip(pieces, parts, strict=True)])
+            return np.concatenate(
+                [p.tests.weights @ c for p, c in zip(pieces, parts, strict=True)]
+            )
 
         doubt = None
         if self._doubt is not None:
@@ -331,8 +336,8 @@ class WeakForm:
         # where v has a noise of its own. A smoothed v is without what is not known of the true
         # one: the mean of friction is then that of f about it. Faster than this the law is next
         # to straight over the noise.
-        rows = np.concatenate([piece.rows for piece in pieces])
-        first = np.concatenate([piece.before for piece in pieces])
+        rows = np.concatenate([piece.tests.rows for piece in pieces])
+        first = np.concatenate([piece.tests.before for piece in pieces])
         variance = 0.5 * (self._variance[first, i] + self._variance[rows, i])
         # And the mean over both ends of an interval is not that of their mean velocity.
         variance += 0.25 * (self._log.v[rows, i] - self._log.v[first, i]) ** 2
@@ -398,8 +403,9 @@ class WeakForm:
         """Return what bodies that are off add to the means of a piece, (K, n, 1 + U)."""
         if piece.bodies is None:
             assert self._doubt is not None
-            q, v = (piece.tests @ x[piece.rows] for x in (self._log.q, self._log.v))
-            a = np.gradient(v, piece.middle, axis=0) if len(v) > 1 else np.zeros_like(v)
+            tests = piece.tests
+            q, v = (tests.weights @ x[tests.rows] for x in (self._log.q, self._log.v))
+            a = np.gradient(v, tests.middle, axis=0) if len(v) > 1 else np.zeros_like(v)
             piece.bodies = self._doubt.efforts(self.robot, q, v, a)
         return piece.bodies
 
@@ -418,80 +424,39 @@ class WeakForm:
 
 
 class _Piece:
-    """Hold the test functions over one stretch, and what they make of it."""
+    """Hold what the test functions over one stretch make of a motion."""
 
     def __init__(
         self,
-        time: FloatArray,
+        tests: SplineTests,
         log: JointLog,
         stretch: Stretch,
-        support: float,
         twisted: Robot | None,
         lost_effort: FloatArray,
         late_effort: FloatArray,
     ) -> None:
-        rows, samples = stretch.rows, stretch.samples
-        end = time[rows]
-        # Of the first interval, the sample that begins it may be no neighbour.
-        self.rows, self.before = rows, np.append(rows[0], rows[:-1])
-        self.v = 0.5 * (log.v[self.before] + log.v[rows])
-        self._forcing, self._lost, self._late = samples.forcing, lost_effort, late_effort
+        self.tests = tests
+        self.v = 0.5 * (log.v[tests.before] + log.v[tests.rows])
+        self._forcing, self._lost, self._late = stretch.samples.forcing, lost_effort, late_effort
         self.bodies: FloatArray | None = None
-        begin = float(end[0] - samples.h[0])
-        step = support / _PIECES
-        fits = np.floor((float(end[-1]) - begin - support) / step + 1e-9)
-        self.count = max(0, int(fits) + 1)
-        starts = begin + step * np.arange(self.count, dtype=float)
-        self.middle = starts + 0.5 * support
-        self.tests, slopes = _tests(starts, support, end, samples.h)
-        # integral phi' p dt over the integral of phi.
-        self._momentum = slopes @ samples.integral
-        self._coriolis = np.zeros_like(self._momentum)
-        if twisted is not None and self.count:
-            twist = np.array([twisted.coriolis(log.q[k], log.v[k]).T @ log.v[k] for k in rows])
-            self._coriolis = self.tests @ twist
+        self._coriolis = np.zeros_like(tests.momentum)
+        if twisted is not None and tests.count:
+            q, v = log.q[tests.rows], log.v[tests.rows]
+            twist = [twisted.coriolis(*at).T @ at[1] for at in zip(q, v, strict=True)]
+            self._coriolis = tests.weights @ np.array(twist)
 
     def friction(self, i: int) -> FloatArray:
         """Return the means of tau_f, (K,)."""
-        return np.array(self.tests @ self._forcing[:, i] + self._momentum[:, i])
+        return np.array(self.tests.weights @ self._forcing[:, i] + self.tests.momentum[:, i])
 
     def lost_effort(self, i: int) -> FloatArray:
         """Return the part of lost samples in these means, (K,)."""
-        return np.array(self.tests @ self._lost[:, i])
+        return np.array(self.tests.weights @ self._lost[:, i])
 
     def late_effort(self, i: int) -> FloatArray:
         """Return what one standard error of when effort acts adds to these means, (K,)."""
-        return np.array(self.tests @ self._late[:, i])
+        return np.array(self.tests.weights @ self._late[:, i])
 
     def inertial(self, i: int) -> FloatArray:
         """Return the means of p' - C^T q' = M q'' + C q', (K,)."""
-        return -(self._momentum[:, i] + self._coriolis[:, i])
-
-    def covers(self, time: FloatArray) -> BoolArray:
-        return (time >= self.middle[0]) & (time <= self.middle[-1])
-
-
-def _tests(
-    starts: FloatArray, support: float, end: FloatArray, h: FloatArray
-) -> tuple[csr_array, csr_array]:
-    """
-    Return the matrices (K, N) that integrate phi x and phi' x / h, over the integral of phi.
-
-    By the means of phi and phi' over each interval: at its middle, intervals of unequal length
-    would leave of a momentum that does not change M v h^3 phi''' / 24 each, not nothing.
-
-    :param end: ends of the intervals (N,) [s]; ``h`` (N,) their lengths.
-    """
-    piece = support / _PIECES
-    begin = end - h
-    first = np.searchsorted(end, starts, side='right')
-    count = np.searchsorted(begin, starts + support) - first
-    bounds = np.append(0, np.cumsum(count))
-    row = np.repeat(np.arange(len(starts)), count)
-    index = np.arange(bounds[-1]) - bounds[row] + first[row]
-    (below, lower), (above, upper) = (
-        cubic_spline((t[index] - starts[row]) / piece - 2.0) for t in (begin, end)
-    )
-    shape = (len(starts), len(end))
-    weights, slopes = upper - lower, (above - below) / h[index] / piece
-    return csr_array((weights, index, bounds), shape), csr_array((slopes, index, bounds), shape)
+        return -(self.tests.momentum[:, i] + self._coriolis[:, i])

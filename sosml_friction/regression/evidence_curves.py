@@ -25,6 +25,8 @@ _LEAST = 0.03
 _SETTLED, _MOST_ROUNDS = 0.02, 60
 #: Added to the diagonal of the kernel, which is near singular, as a share of it: rounding.
 _JITTER = 1e-6
+#: Rows that are multiplied at once. A size of memory, not of the answer.
+_BLOCK = 10_000
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,13 @@ def fit_curves(
     held = np.setdiff1d(np.arange(len(x)), free)
     told = np.ones(y.shape, dtype=bool) if told is None else told
     target = told * (y - system.Z[:, :, held] @ x[held])
-    Z = told[:, :, None] * system.Z[:, :, free]
-    bases = [(joint, _standard(told[:, joint, None] * hats)) for joint, hats in curves]
-    G, r = _normal(Z, bases, target)
-    parts = _own(len(free), [base.shape[1] for _, base in bases])
+    parts = _own(len(free), [hats.shape[1] for _, hats in curves])
+    G, r = _normal(system.Z, free, curves, told, target)
+    to_hats = []
+    for (joint, hats), part in zip(curves, parts, strict=True):
+        to_hats.append(_standard(G[np.ix_(part, part)], int(hats[told[:, joint]].any(1).sum())))
+        G[:, part] = G[:, part] @ to_hats[-1]
+        G[part], r[part] = to_hats[-1].T @ G[part], to_hats[-1].T @ r[part]
     prior = system.penalty()[free] - (1.0 - 1.0 / UNIFORM) * system.prior_weight()[free]
     size = np.full(len(parts), 0.1)
     alive = [g for g, part in enumerate(parts) if G[part, part].any()]
@@ -85,11 +90,14 @@ def fit_curves(
         alive = [g for g in tried if size[g] >= _LEAST]
         if alive == tried and np.all(np.abs(np.log(size / before)) < _SETTLED):
             break
-    energy, left = np.zeros(len(parts)), target - Z @ mean[: len(free)]
+    common = np.zeros(len(x))
+    common[free] = mean[: len(free)]
+    energy, left = np.zeros(len(parts)), target - system.Z @ common
     for g, at in zip(tried, own, strict=True):
         energy[g] = mean[at] @ np.linalg.solve(inverse[np.ix_(at, at)], mean[at])
-        left[:, bases[g][0]] -= bases[g][1] @ mean[at]
-    return Curves(energy, left)
+        joint, hats = curves[g]
+        left[:, joint] -= hats @ (to_hats[g] @ mean[at])
+    return Curves(energy, told * left)
 
 
 def _own(first: int, counts: Sequence[int]) -> list[IndexArray]:
@@ -97,27 +105,42 @@ def _own(first: int, counts: Sequence[int]) -> list[IndexArray]:
     return [np.arange(a, b) for a, b in itertools.pairwise(first + np.cumsum([0, *counts]))]
 
 
-def _standard(hats: FloatArray) -> FloatArray:
-    """Return columns (rows, h) of which independent coefficients of variance 1 make a curve."""
-    k = np.arange(hats.shape[1])
+def _standard(products: FloatArray, seen: int) -> FloatArray:
+    """
+    Return the hats' coefficients (h, h) of independent ones of variance 1 that make a curve.
+
+    :param products: of the hats with each other (h, h).
+    :param seen: number of rows that see a hat.
+    """
+    k = np.arange(len(products))
     kernel = np.exp(-0.5 * ((k - k[:, None]) / _SMOOTH) ** 2) + _JITTER * np.eye(len(k))
-    base = hats @ np.linalg.cholesky(kernel)
-    seen = float(np.count_nonzero(base.any(axis=1)))
-    return np.asarray(base * np.sqrt(seen / max(float(np.sum(base**2)), np.finfo(float).tiny)))
+    root = np.linalg.cholesky(kernel)
+    energy = float(np.sum(root * (products @ root)))
+    return np.asarray(root * np.sqrt(seen / max(energy, np.finfo(float).tiny)))
 
 
 def _normal(
-    Z: FloatArray, bases: Sequence[tuple[int, FloatArray]], target: FloatArray
+    Z: FloatArray,
+    free: IndexArray,
+    curves: Sequence[tuple[int, FloatArray]],
+    told: BoolArray,
+    target: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return W' W and W' y of all columns together, summed over the joints."""
-    known = Z.shape[2]
-    own = _own(known, [base.shape[1] for _, base in bases])
+    """
+    Return W' W and W' y of the free columns of Z and all hats together, summed over the joints.
+
+    Some rows at a time: copies of all would be what takes most memory.
+    """
+    known = len(free)
+    own = _own(known, [hats.shape[1] for _, hats in curves])
     count = known + sum(len(part) for part in own)
     G, r = np.zeros((count, count)), np.zeros(count)
     for i in range(target.shape[1]):
-        mine = [g for g, (joint, _) in enumerate(bases) if joint == i]
-        W = np.concatenate([Z[:, i], *(bases[g][1] for g in mine)], axis=1)
+        mine = [g for g, (joint, _) in enumerate(curves) if joint == i]
         at = np.concatenate([np.arange(known), *(own[g] for g in mine)])
-        G[np.ix_(at, at)] += W.T @ W
-        r[at] += W.T @ target[:, i]
+        seen = np.flatnonzero(told[:, i])
+        for rows in np.split(seen, np.arange(_BLOCK, len(seen), _BLOCK)):
+            W = np.concatenate([Z[rows, i][:, free], *(curves[g][1][rows] for g in mine)], axis=1)
+            G[np.ix_(at, at)] += W.T @ W
+            r[at] += W.T @ target[rows, i]
     return G, r

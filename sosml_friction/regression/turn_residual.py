@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
 from sosml_friction.regression.library_residual import MORE_AT_REST, RIDGE, in_motion
 from sosml_friction.regression.signals import Signals
@@ -58,12 +58,13 @@ class TurnResidual:
         turns = _known(rows, joint, resting) & ~moves
         if not (moves.any() and turns.any()):
             return None
-        U, there = _columns(rows, joint, moves | turns)
-        freedom = int(moves.sum()) - U.shape[1]
+        used = np.flatnonzero(moves | turns)
+        moves, turns = moves[used], turns[used]
+        without, freedom, there = _elsewhere(rows, joint, used)
+        freedom = int(moves.sum()) - freedom
         if freedom <= 0:
             return None
-        y = (moves | turns) * np.concatenate([part[:, joint] for part in rows.residual])
-        y = y - U @ (U.T @ y)
+        y = without(np.concatenate([part[:, joint] for part in rows.residual])[used])
 
         def relative(left: FloatArray, where: BoolArray) -> float:
             square = left**2
@@ -73,10 +74,10 @@ class TurnResidual:
         whole = least = relative(y, turns)
         if whole > _MORE:
             for C in there:
-                C = C - U @ (U.T @ C)
+                C = without(C[used].astype(np.float64))
                 left = y - C @ np.linalg.lstsq(C, y, rcond=1e-9)[0]
                 least = min(least, relative(left, turns))
-        return cls(whole, relative(y, _without_most(y**2, turns)), least)
+        return cls(whole, relative(y, _without_most(y**2, used, turns)), least)
 
     @property
     def explained(self) -> float:
@@ -109,30 +110,48 @@ def _known(rows: BandRows, joint: int, stretches: Sequence[Signals]) -> BoolArra
     return np.concatenate([in_motion(s, len(part))[:, joint] for s, part in pairs])
 
 
-def _columns(rows: BandRows, joint: int, known: BoolArray) -> tuple[FloatArray, list[FloatArray]]:
-    """Return a base of what acts elsewhere, and columns of each candidate at reversals."""
-    nominal = np.concatenate([part[:, joint] for part in rows.nominal_columns])
-    elsewhere, there = [nominal], []
+def _elsewhere(
+    rows: BandRows, joint: int, used: IndexArray
+) -> tuple[Callable[[FloatArray], FloatArray], int, list[FloatArray]]:
+    """
+    Return what takes that which acts elsewhere off, its parameters, and what acts at reversals.
+
+    The first takes it, fitted, off a column of the rows ``used`` (R,). The last are columns of
+    all rows.
+    """
+    elsewhere, there = [[part[:, joint] for part in rows.nominal_columns]], []
     for candidate, (joints, columns) in zip(rows.candidates, rows.columns, strict=True):
         at = np.flatnonzero(joints == joint)
         if not len(at) or len(candidate.grid) > SMALL_GRID:
             continue
-        C = np.concatenate([part[:, at[0]] for part in columns]).astype(np.float64)
+        own = [part[:, at[0]] for part in columns]
         if candidate.effect.at_reversals:
-            there += [known[:, None] * C[:, k] for k in range(C.shape[1])]
+            C = np.concatenate(own)
+            there += [C[:, k] for k in range(C.shape[1])]
         else:
-            elsewhere.append(C.reshape(len(known), -1))
-    X = known[:, None] * np.concatenate(elsewhere, axis=1)
-    size = np.linalg.norm(X, axis=0)
-    X = X[:, size > 0.0] / size[size > 0.0]
-    spread, axes = np.linalg.eigh(X.T @ X)
+            elsewhere.append([part.reshape(len(part), -1) for part in own])
+    # Of an hour, a second copy of all columns would be what takes most memory.
+    X = np.empty((len(used), sum(parts[0].shape[1] for parts in elsewhere)))
+    column = 0
+    for parts in elsewhere:
+        width = parts[0].shape[1]
+        X[:, column : column + width] = np.concatenate(parts)[used]
+        column += width
+    products = X.T @ X
+    size = np.sqrt(np.diag(products))
+    known = np.flatnonzero(size)
+    size = size[known]
+    spread, axes = np.linalg.eigh(products[np.ix_(known, known)] / np.outer(size, size))
     kept = spread > RIDGE * spread.max()
-    return X @ (axes[:, kept] / np.sqrt(spread[kept])), there
+    unit = axes[:, kept] / np.sqrt(spread[kept]) / size[:, None]
+    to_unit = np.zeros((X.shape[1], unit.shape[1]))
+    to_unit[known] = unit
+    return (lambda y: y - X @ (to_unit @ (to_unit.T @ (X.T @ y)))), int(kept.sum()), there
 
 
-def _without_most(square: FloatArray, turns: BoolArray) -> BoolArray:
+def _without_most(square: FloatArray, used: IndexArray, turns: BoolArray) -> BoolArray:
     """Return the rows of all turns but the few that leave most, all if there are no more."""
-    begins = turns & ~np.append(False, turns[:-1])
+    begins = turns & ~np.append(False, turns[:-1] & (np.diff(used) == 1))
     starts = np.flatnonzero(begins)
     if len(starts) <= _PUSHED:
         return turns

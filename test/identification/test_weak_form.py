@@ -192,7 +192,7 @@ def test_what_the_data_cannot_give_is_flagged_and_nothing_else(runs, study_fits)
         form = part(exact, bags)
         rows = form.rows(0, SMOOTHING_VELOCITY)
         v = np.concatenate([piece.v[:, 0] for piece in form._pieces])
-        tests = block_diag([piece.tests for piece in form._pieces]).tocsr()[rows.keep]
+        tests = block_diag([piece.tests.weights for piece in form._pieces]).tocsr()[rows.keep]
         s, fade = np.tanh(v / SMOOTHING_VELOCITY), np.exp(-np.abs(v) / truth['stribeck_velocity'])
         slope = s * fade * truth['stribeck'] * np.abs(v) / truth['stribeck_velocity'] ** 2
         J = tests @ np.column_stack([s, v, np.ones_like(v), s * fade, slope])
@@ -345,7 +345,7 @@ def test_lost_samples_of_an_effort_that_rises_evenly_move_no_mean(hold):
     middle, means = [], []
     for log in (whole, some):
         piece = WeakForm(log, slider(), hold)._pieces[0]
-        middle.append(piece.middle)
+        middle.append(piece.tests.middle)
         means.append(piece.friction(0))
     np.testing.assert_array_equal(*middle)
     # The slopes of the test functions are summed at the middles of other intervals.
