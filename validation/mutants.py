@@ -30,7 +30,10 @@ from cosmic_ray.work_item import MutationSpec, TestOutcome
 
 ROOT = Path(__file__).resolve().parents[1]
 PLAN = ROOT / 'validation' / 'mutants.yaml'
-COPIED = ('sosml_friction', 'test', 'validation', 'config', 'urdf', 'examples', 'setup.cfg')
+COPIED = (
+    *('sosml_friction', 'test', 'validation', 'config', 'urdf', 'launch', 'examples', 'docs'),
+    *('package.xml', 'setup.py', 'setup.cfg', 'README.md'),
+)
 
 #: The changes that a slip of the hand makes. Those left out either fail at once (x << 0.5) or say
 #: what these say already.
