@@ -234,7 +234,7 @@ def _with_ripple(
         told.append(finding)
         curve = fitted_law(law) if law and not smoothed else None
         if used and law and curve:
-            shift = shift_by_ripple([own for own in found[name] if own.kind], curve)
+            shift = shift_by_ripple(found[name], curve)
             joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
     checks = replace(checks, findings=(*checks.findings, *told))
     return replace(fit, joints=joints), found, checks

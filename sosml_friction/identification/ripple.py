@@ -313,13 +313,13 @@ def shift_by_ripple(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[st
     Return by how much the biases move S and v_s in a fit by mean speeds [Nm or N, rad/s or m/s].
 
     By least squares over the plateaus, C and B being known from faster ones; empty where the law
-    has no Stribeck term.
+    has no Stribeck term. A plateau on which no ripple is seen has no bias.
 
     :param found: with their bias.
     """
     names = [name for name in ('stribeck', 'stribeck_velocity') if name in law.parameters]
-    biased = [own for own in found if math.isfinite(own.bias)]
-    v, bias = np.array([(own.velocity, own.bias) for own in biased]).reshape(-1, 2).T
+    v = np.array([own.velocity for own in found])
+    bias = np.array([own.bias if own.kind else 0.0 for own in found])
     columns = []
     for name in names:
         step = _STEP * (abs(law.parameters[name]) or 1.0)
