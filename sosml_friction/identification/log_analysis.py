@@ -162,8 +162,9 @@ def analyse_log(
     progress('fitting')
     weak_too = settings.method in ('auto', 'weak', OUTPUT_ERROR)
     fit = fit_friction(
-        log, estimates, robot, estimator.observers, settings, require and not weak_too
-    )
+        log, estimates, robot, estimator.observers, settings, require and not weak_too,
+        doubt=compared.doubt,
+    )  # fmt: skip
     own_holds = list(configuration.effort_hold) or 'start'
     if weak_too:
         form = WeakForm(
@@ -181,13 +182,14 @@ def analyse_log(
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
-        if body is not None:
-            fit = with_regression(with_variance(fit, body.variance), body.laws)
-            estimates = {**estimates, REGRESSION: tau_f}
-        if require and not fit.joints:
-            unavailable = _with_warnings(fit.unavailable, checks)
-            reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
-            raise DataError(f'no joint can be fitted. {reasons}')
+    if body is not None:
+        fit = with_regression(with_variance(fit, body.variance), body.laws)
+        if weak_too:
+            estimates = {**estimates, REGRESSION: estimates[WEAK_FORM]}
+    if weak_too and require and not fit.joints:
+        unavailable = _with_warnings(fit.unavailable, checks)
+        reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
+        raise DataError(f'no joint can be fitted. {reasons}')
     unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
     fit = replace(fit, unavailable=unavailable)
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None

@@ -58,7 +58,9 @@ def jackknife_freedom(
     share, ways = np.linalg.eigh(axes.T @ own @ axes)
     lost = share / np.maximum(1.0 - share, _TOLD)
     s = np.sum((axes @ ways) ** 2 * lost[:, None, :], axis=-1)
-    s = np.maximum(s / np.maximum(s.max(axis=0), 1e-300), 1e-300)
+    # Of one that no cluster tells, such as v_s where S is 0, none says more than another.
+    most = s.max(axis=0)
+    s = np.divide(s, most, out=np.ones_like(s), where=most > 0.0)
     counting = s.sum(axis=0) ** 2 / np.sum(s**2, axis=0)
     count = len(own)
     return np.maximum(counting * (count - X.shape[1]) / count, 1.0)

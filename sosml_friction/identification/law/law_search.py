@@ -232,16 +232,22 @@ class LawSearch:
         return self._refined(None, best.v0) if best.v0 > 0.0 else best
 
     def _settle_sign(self) -> None:
-        """Take the sign itself where the data do not show that it is smoother."""
+        """
+        Take the sign itself where the data do not show that it is smoother.
+
+        As if all clusters told it: a width that is found by chance, of few clusters, is no result
+        and makes the others no surer, while one that is missed moves S.
+        """
+        freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
         # Below this, differences of cost are rounding errors.
         least = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
         sharp = self.whole(self._refined(self.full.v_s, 0.0))
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
-            limit = self.limit(self.full, 'smoothing_velocity')
+            limit = self.limit(self.full, 'smoothing_velocity', freedom=freedom)
             if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
                 self.softer[True], self.full = self.full, sharp
         if self.plain.v0 > 0.0:
-            limit = self.limit(self.plain, 'smoothing_velocity')
+            limit = self.limit(self.plain, 'smoothing_velocity', freedom=freedom)
             sharp = self.whole(self.solve(None, 0.0))
             if not sharp.cost - self.plain.cost > max(limit, least):
                 self.softer[False], self.plain = self.plain, sharp
@@ -265,19 +271,23 @@ class LawSearch:
         name: str,
         without: tuple[str, ...] = (),
         parameters: int = 1,
+        freedom: float | None = None,
     ) -> float:
         """
         Return which fall of the cost by some parameters chance exceeds, in 5 %.
 
         The fall that one jackknife standard error of ``name``, one of them, makes, times a
         quantile of F, whose degrees of freedom are those of that standard error.
+
+        :param freedom: these degrees of freedom instead.
         """
         with_v0 = self.finds_v0 and solution.v0 > 0.0
         curvature = self.problem.curvature(solution, with_v0, without, name)
         if not curvature > 0.0:
             return 0.0
         variance = self.problem.covariance(solution, with_v0, without)[name, name]
-        freedom = self.problem.freedom(solution, with_v0, without)[name]
+        if freedom is None:
+            freedom = self.problem.freedom(solution, with_v0, without)[name]
         quantile = parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
         return quantile * variance / curvature
 
