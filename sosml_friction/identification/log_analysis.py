@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -41,7 +42,7 @@ from sosml_friction.identification.inverse_model import InverseFits, fit_inverse
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.identification.weak_form import WeakForm, WeakSettings, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
@@ -221,7 +222,7 @@ def _with_ripple(
     """
     Return the fits, how evenly each joint moved, and the checks with what that does to its law.
 
-    A law whose velocities do not show the ripple has what it moves S and v_s by in its errors.
+    A law has in its errors what ripple that its velocities do not show moves S and v_s by.
     """
     joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
@@ -236,7 +237,8 @@ def _with_ripple(
         told.append(finding)
         curve = fitted_law(law) if law and not smoothed else None
         if used and law and curve:
-            shift = shift_by_ripple(found[name], curve)
+            slopes = (partial(shown_by_slope, log.step),) if used == WEAK_FORM else ()
+            shift = shift_by_ripple(found[name], curve, *slopes)
             joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
     checks = replace(checks, findings=(*checks.findings, *told))
     return replace(fit, joints=joints), found, checks

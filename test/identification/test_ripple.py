@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from scipy.stats import binom
 
 from sosml_friction.identification.data_finding import NOTE, WARNING
 from sosml_friction.identification.ripple import joint_ripple, measure_ripple, shift_by_ripple
+from sosml_friction.identification.weak_form import shown_by_slope
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 
@@ -147,6 +149,17 @@ def test_plateaus_on_which_no_ripple_is_seen_do_not_move_the_law():
     every, fast = shift_by_ripple(found, law), shift_by_ripple(quiet, law)
     assert abs(fast['stribeck']) < 0.2 * abs(every['stribeck'])
     assert abs(fast['stribeck_velocity']) < 0.01 * LAW['stribeck_velocity']
+
+
+def test_ripple_that_the_slope_of_the_position_shows_does_not_move_the_law():
+    """A slow one, of 2 Hz, is in the velocities of the weak form, and one of 24 Hz is not."""
+    found, _ = joint_ripple('elbow', 'Nm', *ladder('fine', 1, 0.005), law_fit())
+    law = make_friction_law('stribeck', LAW, 0.0)
+    shift = shift_by_ripple(found, law)['stribeck']
+    for frequency, low, high in ((2.0, 0.0, 0.01), (24.0, 0.98, 1.0)):
+        same = [replace(own, frequency=frequency) for own in found]
+        left = shift_by_ripple(same, law, partial(shown_by_slope, 0.002))['stribeck']
+        assert low <= left / shift <= high
 
 
 def test_ripple_too_small_to_move_the_law_is_a_note():
