@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From a recording and its friction estimates to the parameters of every joint."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.exceptions import ConfigurationError, DataError
+from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
@@ -146,6 +147,7 @@ def fit_friction(
     settings: FitSettings | None = None,
     require: bool = True,
     alternatives: bool = True,
+    doubt: BodyDoubt | None = None,
 ) -> FrictionFit:
     """
     Fit every joint and observer.
@@ -155,6 +157,7 @@ def fit_friction(
     :param observers: the observers that made them, for their lag.
     :param require: whether to refuse a recording of which no joint can be fitted alone.
     :param alternatives: whether to make the other method's fit where the first one's succeeds.
+    :param doubt: what the bodies are off by, and how surely; None where they are exact.
     :raises DataError: if no joint can be fitted; the sentence names each reason.
     """
     settings = settings or FitSettings()
@@ -172,7 +175,7 @@ def fit_friction(
         if not np.isfinite(log.tau[:, i]).any():
             unavailable[name] = 'its actuator reports no effort'
             continue
-        task = _JointTask(log, i, robot, list(observers.values()), settings)
+        task = _JointTask(log, i, robot, list(observers.values()), settings, doubt)
         for observer, tau_f in estimates.items():
             lag_of = observers[observer]
             try:
@@ -219,6 +222,7 @@ class _JointTask:
         robot: Robot,
         observers: Sequence[Observer],
         settings: FitSettings,
+        doubt: BodyDoubt | None,
     ) -> None:
         self.name, self.unit, self.i = robot.names[i], robot.effort_units[i], i
         self.time, q = log.time, log.q[:, i]
@@ -229,6 +233,20 @@ class _JointTask:
         self.segments = tuple(find_segments(self.time, q, self.settings.segments))
         self.half = max(1, round(0.5 * settings.segments.window_s / self.step))
         self.v = centred_difference(self.time, q, self.half)
+        self.bodies = [] if doubt is None else self._bodies(log, robot, doubt)
+
+    def _bodies(self, log: JointLog, robot: Robot, doubt: BodyDoubt) -> list[FloatArray]:
+        """Return what bodies that are off add to friction, as columns of all samples (N,)."""
+        # They change as slowly as the motion does: what is between windows is on a line.
+        at = np.arange(0, len(self.time), self.half)
+        v = np.array([centred_difference(self.time, x, self.half) for x in log.q.T]).T
+        a = np.array([centred_difference(self.time, x, self.half) for x in v.T]).T
+        known = np.isfinite(a).all(axis=1)[at]
+        if not known.any():
+            return []
+        at = at[known]
+        added = doubt.efforts(robot, log.q[at], v[at], a[at])[:, self.i]
+        return [np.interp(self.time, self.time[at], column) for column in added.T]
 
     def _memory(self, observer: Observer, rest: float) -> int:
         """Return after how many samples ``rest`` of an observer's past is left."""
@@ -318,11 +336,18 @@ class _JointTask:
         return replace(fit, law=law, parameters=kept)
 
     def _levels(self, tau_f: FloatArray, lag_of: Observer) -> FloatArray:
-        """Return the levels of the segments, without what an observer says that just started."""
+        """
+        Return the levels of the segments, beside the bodies that the motion shows.
+
+        Without what an observer says that just started.
+        """
         index = np.arange(len(tau_f))
         since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
         settling = since <= self._memory(lag_of, 0.01)
-        return segment_levels(self.segments, np.where(settling, np.nan, tau_f))
+        levels = segment_levels(self.segments, np.where(settling, np.nan, tau_f))
+        for shift in self.bodies[:1]:
+            levels = levels + segment_levels(self.segments, shift)
+        return levels
 
     def rows(self, method: str, tau_f: FloatArray, lag_of: Observer) -> LawRows:
         """
@@ -342,6 +367,7 @@ class _JointTask:
                 v,
                 lambda column: column,
                 form=self.settings.form,
+                unsure=self._unsure(lambda column: segment_levels(self.segments, column)),
             )
         unknown = ~np.isfinite(tau_f) | ~np.isfinite(self.v)
         if unknown.all():
@@ -370,12 +396,20 @@ class _JointTask:
             # The disturbance of a step is the mean over its interval, not its value at the end.
             return means(lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))))
 
+        y = means(tau_f)
+        for shift in self.bodies[:1]:
+            y = y + lag(shift)
         return LawRows(
             self.v,
-            means(tau_f),
+            y,
             (self.time[starts] / self.settings.cluster_s).astype(np.int64),
             np.minimum.reduceat(settled & moving, starts),
             means(self.v),
             lag,
             form=self.settings.form,
+            unsure=self._unsure(lag),
         )
+
+    def _unsure(self, seen: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
+        """Return what bodies may be off by, as an observer's rows have it (K, U)."""
+        return np.array([seen(column) for column in self.bodies[1:]]).T if self.bodies else None

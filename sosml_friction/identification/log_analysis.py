@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -41,7 +42,7 @@ from sosml_friction.identification.inverse_model import InverseFits, fit_inverse
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
-from sosml_friction.identification.weak_form import WeakForm, WeakSettings
+from sosml_friction.identification.weak_form import WeakForm, WeakSettings, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
@@ -162,8 +163,9 @@ def analyse_log(
     progress('fitting')
     weak_too = settings.method in ('auto', 'weak', OUTPUT_ERROR)
     fit = fit_friction(
-        log, estimates, robot, estimator.observers, settings, require and not weak_too
-    )
+        log, estimates, robot, estimator.observers, settings, require and not weak_too,
+        doubt=compared.doubt,
+    )  # fmt: skip
     own_holds = list(configuration.effort_hold) or 'start'
     if weak_too:
         form = WeakForm(
@@ -181,13 +183,14 @@ def analyse_log(
         )
         fit, tau_f = with_weak_form(fit, form)
         estimates = {**estimates, WEAK_FORM: tau_f}
-        if body is not None:
-            fit = with_regression(with_variance(fit, body.variance), body.laws)
-            estimates = {**estimates, REGRESSION: tau_f}
-        if require and not fit.joints:
-            unavailable = _with_warnings(fit.unavailable, checks)
-            reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
-            raise DataError(f'no joint can be fitted. {reasons}')
+    if body is not None:
+        fit = with_regression(with_variance(fit, body.variance), body.laws)
+        if weak_too:
+            estimates = {**estimates, REGRESSION: estimates[WEAK_FORM]}
+    if weak_too and require and not fit.joints:
+        unavailable = _with_warnings(fit.unavailable, checks)
+        reasons = '; '.join(f'{name}: {why}' for name, why in unavailable.items())
+        raise DataError(f'no joint can be fitted. {reasons}')
     unavailable = {**_with_warnings(fit.unavailable, checks), **checks.not_fitted}
     fit = replace(fit, unavailable=unavailable)
     inverse = fit_inverse_model(log, robot) if settings.refit_inertia else None
@@ -219,7 +222,7 @@ def _with_ripple(
     """
     Return the fits, how evenly each joint moved, and the checks with what that does to its law.
 
-    A law whose velocities do not show the ripple has what it moves S and v_s by in its errors.
+    A law has in its errors what ripple that its velocities do not show moves S and v_s by.
     """
     joints, found, told = dict(fit.joints), {}, []
     for i, (name, unit) in enumerate(zip(robot.names, robot.effort_units, strict=True)):
@@ -234,7 +237,8 @@ def _with_ripple(
         told.append(finding)
         curve = fitted_law(law) if law and not smoothed else None
         if used and law and curve:
-            shift = shift_by_ripple([own for own in found[name] if own.kind], curve)
+            slopes = (partial(shown_by_slope, log.step),) if used == WEAK_FORM else ()
+            shift = shift_by_ripple(found[name], curve, *slopes)
             joints[name] = {**fits, used: replace(fits[used], fit=law.with_shift(shift))}
     checks = replace(checks, findings=(*checks.findings, *told))
     return replace(fit, joints=joints), found, checks

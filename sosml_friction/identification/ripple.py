@@ -3,7 +3,7 @@
 """Ripple of the speed on plateaus, told from the encoder's noise, and what it does to a fit."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -308,18 +308,27 @@ def joint_ripple(
     return found, DataFinding('ripple', joint, WARNING if stops or not small else NOTE, text)
 
 
-def shift_by_ripple(found: Sequence[PlateauRipple], law: FrictionLaw) -> dict[str, float]:
+def shift_by_ripple(
+    found: Sequence[PlateauRipple],
+    law: FrictionLaw,
+    shown: Callable[[float], float] = lambda frequency: 0.0,
+) -> dict[str, float]:
     """
-    Return by how much the biases move S and v_s in a fit by mean speeds [Nm or N, rad/s or m/s].
+    Return by how much the biases move S and v_s in a fit [Nm or N, rad/s or m/s].
 
     By least squares over the plateaus, C and B being known from faster ones; empty where the law
-    has no Stribeck term.
+    has no Stribeck term. A plateau on which no ripple is seen has no bias.
+
+    A bias is as the square of what the fit's velocities do not show: s^2 f'' / 2.
 
     :param found: with their bias.
+    :param shown: which share of a ripple of a frequency [Hz] the velocities of the fit show; 0 in
+        a fit by mean speeds.
     """
     names = [name for name in ('stribeck', 'stribeck_velocity') if name in law.parameters]
-    biased = [own for own in found if math.isfinite(own.bias)]
-    v, bias = np.array([(own.velocity, own.bias) for own in biased]).reshape(-1, 2).T
+    v = np.array([own.velocity for own in found])
+    hidden = (own.bias * (1.0 - shown(own.frequency) ** 2) if own.kind else 0.0 for own in found)
+    bias = np.array(list(hidden))
     columns = []
     for name in names:
         step = _STEP * (abs(law.parameters[name]) or 1.0)

@@ -146,7 +146,7 @@ class WeakForm:
         steps = np.diff(self.time)
         self._step = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else np.inf
         # A cubic needs more than four samples.
-        self._half = max(2, round(0.5 * _WINDOW_S / self._step))
+        self._half = _half_window(self._step)
         gain = np.linalg.norm(savgol_coeffs(2 * self._half + 1, _DEGREE, deriv=1)) / self._step
         self._q_noise = [white_noise(q) for q in log.q.T]
         self._v_noise = [float(gain) * noise for noise in self._q_noise]
@@ -421,6 +421,22 @@ class WeakForm:
             (low * nominal, high * nominal),
             factor.flags,
         )
+
+
+def _half_window(step: float) -> int:
+    """Return the samples on either side of the cubic whose slope is the velocity."""
+    return max(2, round(0.5 * _WINDOW_S / step))
+
+
+def shown_by_slope(step: float, frequency: float) -> float:
+    """
+    Return which share of a sine of the velocity its slope shows, less than 0 where it is reversed.
+
+    :param step: between samples [s]; ``frequency`` [Hz] of the sine.
+    """
+    half, w = _half_window(step), 2.0 * np.pi * frequency
+    weights = savgol_coeffs(2 * half + 1, _DEGREE, deriv=1, delta=step, use='dot')
+    return float(weights @ np.sin(w * step * np.arange(-half, half + 1))) / w
 
 
 class _Piece:

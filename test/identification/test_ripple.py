@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +16,8 @@ from lockstep_run import run_lockstep
 from scipy.stats import binom
 
 from sosml_friction.identification.data_finding import NOTE, WARNING
-from sosml_friction.identification.ripple import joint_ripple, measure_ripple
+from sosml_friction.identification.ripple import joint_ripple, measure_ripple, shift_by_ripple
+from sosml_friction.identification.weak_form import shown_by_slope
 from sosml_friction.model.laws import make_friction_law
 from sosml_friction.motion.trajectory_kinds.slow_ladder import slow_ladder
 
@@ -135,6 +138,28 @@ def test_the_bias_of_a_law_is_its_mean_over_the_ripple_minus_the_law_at_the_mean
     assert finding.joint == 'elbow'
     for words in ('12 of 12 plateaus', '24', 'rad/s', 'stribeck by about'):
         assert words in finding.sentence
+
+
+def test_plateaus_on_which_no_ripple_is_seen_do_not_move_the_law():
+    """S and v_s of one rippling speed alone were two numbers from one: S moved by anything."""
+    found, _ = joint_ripple('elbow', 'Nm', *ladder('fine', 1, 0.005), law_fit())
+    law = make_friction_law('stribeck', LAW, 0.0)
+    quiet = [own if abs(own.velocity) > 0.07 else replace(own, kind='') for own in found]
+    assert any(own.kind for own in quiet)
+    every, fast = shift_by_ripple(found, law), shift_by_ripple(quiet, law)
+    assert abs(fast['stribeck']) < 0.2 * abs(every['stribeck'])
+    assert abs(fast['stribeck_velocity']) < 0.01 * LAW['stribeck_velocity']
+
+
+def test_ripple_that_the_slope_of_the_position_shows_does_not_move_the_law():
+    """A slow one, of 2 Hz, is in the velocities of the weak form, and one of 24 Hz is not."""
+    found, _ = joint_ripple('elbow', 'Nm', *ladder('fine', 1, 0.005), law_fit())
+    law = make_friction_law('stribeck', LAW, 0.0)
+    shift = shift_by_ripple(found, law)['stribeck']
+    for frequency, low, high in ((2.0, 0.0, 0.01), (24.0, 0.98, 1.0)):
+        same = [replace(own, frequency=frequency) for own in found]
+        left = shift_by_ripple(same, law, partial(shown_by_slope, 0.002))['stribeck']
+        assert low <= left / shift <= high
 
 
 def test_ripple_too_small_to_move_the_law_is_a_note():

@@ -12,7 +12,10 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
-from sosml_friction.identification.law.jackknife import jackknife_covariance
+from sosml_friction.identification.law.jackknife import (
+    jackknife_covariance,
+    jackknife_freedom,
+)
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
@@ -219,31 +222,41 @@ class LawProblem:
 
         That of the jackknife, and for each column of what y may be off by, as a whole, d d^T.
         """
-        names, X = self.jacobian(solution, with_v0)
-        used = [k for k, name in enumerate(names) if name not in without]
-        norms = column_norms(X[:, used])
+        kept, X, norms = self._scaled(solution, with_v0, without)
         w = solution.weights
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
-        C = jackknife_covariance(X[:, used] / norms, solution.residual, self.groups, w)
+        C = jackknife_covariance(X, solution.residual, self.groups, w)
         root = np.sqrt(w)[:, None]
-        d = np.linalg.lstsq(X[:, used] / norms * root, self.unsure * root, rcond=1e-12)[0]
+        d = np.linalg.lstsq(X * root, self.unsure * root, rcond=1e-12)[0]
         C = (C * clipping**2 + d @ d.T) / np.outer(norms, norms)
-        kept = [names[k] for k in used]
         return {
             (one, two): float(C[i, j]) for i, one in enumerate(kept) for j, two in enumerate(kept)
         }
+
+    def freedom(
+        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...] = ()
+    ) -> dict[str, float]:
+        """Return the degrees of freedom of the variance of all parameters but ``without``."""
+        kept, X, _ = self._scaled(solution, with_v0, without)
+        found = jackknife_freedom(X, self.groups, solution.weights)
+        return dict(zip(kept, found.tolist(), strict=True))
+
+    def _scaled(
+        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...]
+    ) -> tuple[list[str], FloatArray, FloatArray]:
+        """Return parameters, the law's derivatives by them in units of their norms, and these."""
+        names, X = self.jacobian(solution, with_v0)
+        used = [k for k, name in enumerate(names) if name not in without]
+        norms = column_norms(X[:, used])
+        return [names[k] for k in used], X[:, used] / norms, norms
 
     def curvature(
         self, solution: LawSolution, with_v0: bool, without: tuple[str, ...], name: str
     ) -> float:
         """Return the variance of a parameter where the cost is one above its least."""
-        names, X = self.jacobian(solution, with_v0)
-        used = [k for k, each in enumerate(names) if each not in without]
-        X = X[:, used] * np.sqrt(solution.weights)[:, None]
-        norms = column_norms(X)
-        k = [names[u] for u in used].index(name)
-        X = X / norms
+        kept, X, norms = self._scaled(solution, with_v0, without)
+        X, k = X * np.sqrt(solution.weights)[:, None], kept.index(name)
         return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
 
     def free_step(self, solution: LawSolution, with_v0: bool, name: str) -> float:

@@ -58,7 +58,8 @@ def search_law(
     delete-one-cluster jackknife of the linearised fit, all parameters and v0 together, so that
     noise may be correlated within a cluster and of any size in each, times (E w / E psi')^2
     (the variance of Huber's estimate is larger than least squares with his weights w says).
-    Intervals are 95 % with Student's t of (clusters - parameters) degrees of freedom. That of v_s
+    Intervals are 95 % with Student's t of as many degrees of freedom as the clusters that tell a
+    parameter leave (:func:`~.jackknife.jackknife_freedom`). That of v_s
     is where the profile of the cost is below a limit, which is scaled so that the width agrees
     with the standard error of the jackknife.
 
@@ -124,8 +125,6 @@ class LawSearch:
 
     def __init__(self, problem: LawProblem, speeds: FloatArray, v0: float | None) -> None:
         self.problem, self.form = problem, problem.form
-        #: Rise of the cost of one standard error of S, where an F test was asked.
-        self.unit = 0.0
         # Rows at rest are no speed of the law.
         self.slowest = float(np.quantile(speeds, 0.02) or np.quantile(speeds[speeds > 0.0], 0.02))
         self.fastest = float(speeds.max())
@@ -233,16 +232,22 @@ class LawSearch:
         return self._refined(None, best.v0) if best.v0 > 0.0 else best
 
     def _settle_sign(self) -> None:
-        """Take the sign itself where the data do not show that it is smoother."""
+        """
+        Take the sign itself where the data do not show that it is smoother.
+
+        As if all clusters told it: a width that is found by chance, of few clusters, is no result
+        and makes the others no surer, while one that is missed moves S.
+        """
+        freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
         # Below this, differences of cost are rounding errors.
         least = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
         sharp = self.whole(self._refined(self.full.v_s, 0.0))
         if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
-            limit = self.scale(self.full, 'smoothing_velocity', ()) * self.quantile(1)
+            limit = self.limit(self.full, 'smoothing_velocity', freedom=freedom)
             if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
                 self.softer[True], self.full = self.full, sharp
         if self.plain.v0 > 0.0:
-            limit = self.scale(self.plain, 'smoothing_velocity', ()) * self.quantile(1)
+            limit = self.limit(self.plain, 'smoothing_velocity', freedom=freedom)
             sharp = self.whole(self.solve(None, 0.0))
             if not sharp.cost - self.plain.cost > max(limit, least):
                 self.softer[False], self.plain = self.plain, sharp
@@ -260,19 +265,31 @@ class LawSearch:
         first, last = (1.0 + _AT_END) * self.grid[0], (1.0 - _AT_END) * self.grid[-1]
         return solution.v_s is not None and not first < solution.v_s < last
 
-    def quantile(self, parameters: int) -> float:
-        """Return what the rise of the cost by some parameters exceeds by chance, in 5 %."""
-        freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
-        return parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
+    def limit(
+        self,
+        solution: LawSolution,
+        name: str,
+        without: tuple[str, ...] = (),
+        parameters: int = 1,
+        freedom: float | None = None,
+    ) -> float:
+        """
+        Return which fall of the cost by some parameters chance exceeds, in 5 %.
 
-    def scale(self, solution: LawSolution, name: str, without: tuple[str, ...]) -> float:
-        """Return the rise of the cost that one jackknife standard error of ``name`` makes."""
+        The fall that one jackknife standard error of ``name``, one of them, makes, times a
+        quantile of F, whose degrees of freedom are those of that standard error.
+
+        :param freedom: these degrees of freedom instead.
+        """
         with_v0 = self.finds_v0 and solution.v0 > 0.0
         curvature = self.problem.curvature(solution, with_v0, without, name)
         if not curvature > 0.0:
             return 0.0
         variance = self.problem.covariance(solution, with_v0, without)[name, name]
-        return variance / curvature
+        if freedom is None:
+            freedom = self.problem.freedom(solution, with_v0, without)[name]
+        quantile = parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
+        return quantile * variance / curvature
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""
@@ -283,12 +300,11 @@ class LawSearch:
         if self._is_driving():
             return False
         # The direction of S: that of v_s is not defined where S is small.
-        self.unit = self.scale(self.full, 'stribeck', ('stribeck_velocity',))
         parameters = 1 + len(self.problem.knee)
+        limit = self.limit(self.full, 'stribeck', ('stribeck_velocity',), parameters)
         # Below this, differences of cost are rounding errors.
         rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
-        needed = max(self.unit * self.quantile(parameters), rounding)
-        return self.plain.cost - self.full.cost > needed
+        return self.plain.cost - self.full.cost > max(limit, rounding)
 
     def _is_driving(self) -> bool:
         """

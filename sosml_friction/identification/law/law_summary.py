@@ -69,8 +69,8 @@ class LawSummary:
         # What one that sits on its bound could be is not known either: the others are as unsure as
         # if it were free.
         self.C = self.problem.covariance(self.solution, self.with_v0)
-        freedom = max(self.problem.count - len(self.names) - self.with_v0, 1)
-        self.quantile = t_95(freedom)
+        freedom = self.problem.freedom(self.solution, self.with_v0)
+        self.quantile = {name: t_95(own) for name, own in freedom.items()}
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
         self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
@@ -127,7 +127,7 @@ class LawSummary:
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""
-        value, quantile, reach = self.best[name], self.quantile, self.reach
+        value, quantile, reach = self.best[name], self.quantile[name], self.reach
         unit = '1' if name in self.problem.extra else unit_of(name, reach.effort_unit)
         if name in NON_NEGATIVE and value <= 0.0:
             # Free to move, it would go below zero: how far up it may be all the same.
@@ -161,7 +161,7 @@ class LawSummary:
         The law is not linear in v_s over so wide a range, so that the jackknife at the best fit
         says too little: what is left of the limit at each v_s is left for the parameter there.
         """
-        problem, search, quantile = self.problem, self.search, self.quantile
+        problem, search, quantile = self.problem, self.search, self.quantile[name]
         v0 = search.full.v0
         with_v0 = search.finds_v0 and v0 > 0.0
         open_ = np.flatnonzero(profile.excess <= 1.0)
@@ -194,22 +194,15 @@ class LawSummary:
         near = None
         if self.shown:
             v_s, variance = self.best['stribeck_velocity'], self.C[('stribeck_velocity',) * 2]
-            near = about_best(self.search, v_s, self.quantile * float(np.sqrt(variance)) / v_s)
-        return stribeck_profile(self.search, self._one_standard_error(), near)
+            half = self.quantile['stribeck_velocity'] * float(np.sqrt(variance))
+            near = about_best(self.search, v_s, half / v_s)
+        return stribeck_profile(self.search, self._limit(), near)
 
-    def _one_standard_error(self) -> float:
-        """Return the rise of the cost of one standard error, by which the profile is judged."""
-        search, fit = self.search, self.search.full
+    def _limit(self) -> float:
+        """Return the rise of the cost up to which v_s is within the profile."""
         if self.shown:
-            return search.scale(self.solution, 'stribeck_velocity', ())
-        if search.unit != 0.0:
-            return search.unit
-        # Without a test of S there is no rise of its own to judge by.
-        if not (search.finds_v0 and fit.v0 > 0.0):
-            return search.scale(fit, 'stribeck', ('stribeck_velocity',))
-        C = self.problem.covariance(fit, True, ('stribeck_velocity',))
-        curvature = self.problem.curvature(fit, True, ('stribeck_velocity',), 'stribeck')
-        return C['stribeck', 'stribeck'] / curvature
+            return self.search.limit(self.solution, 'stribeck_velocity')
+        return self.search.limit(self.search.full, 'stribeck', ('stribeck_velocity',))
 
     def _knee(self) -> tuple[dict[str, Parameter], bool]:
         """Return S and v_s, and whether the data give both."""
@@ -230,7 +223,7 @@ class LawSummary:
             reason = _NO_COULOMB
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
-            half = self.quantile * error
+            half = self.quantile['stribeck'] * error
             S = (best['stribeck'] - half, best['stribeck'] + half)
             # S goes with the exponential of 1 / v_s: where that matters its range is lopsided.
             low, high = profile.stribeck_interval()
@@ -286,7 +279,7 @@ class LawSummary:
 
     def _by_direction(self, identified: bool) -> dict[str, Parameter]:
         """Return the friction of each direction, of a law that tells them apart."""
-        best, C, quantile = self.best, self.C, self.quantile
+        best, C = self.best, self.C
         pairs = [('coulomb', 'bias'), ('viscous', 'viscous_asymmetry')]
         if identified:
             pairs.append(('stribeck', 'stribeck_asymmetry'))
@@ -300,5 +293,6 @@ class LawSummary:
                     np.sqrt(max(C[one, one] + C[two, two] + 2.0 * way * C[one, two], 0.0))
                 )
                 unit = unit_of(one, self.reach.effort_unit)
+                quantile = max(self.quantile[one], self.quantile[two])
                 result[f'{one}_{side}'] = Parameter.estimated(value, unit, error, quantile)
         return result

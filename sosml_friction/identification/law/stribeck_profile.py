@@ -14,14 +14,16 @@ from sosml_friction.identification.law.law_search import LawSearch
 _NEAR = 13
 
 
-def stribeck_profile(search: LawSearch, unit: float, near: FloatArray | None = None) -> LawProfile:
+def stribeck_profile(
+    search: LawSearch, limit: float, near: FloatArray | None = None
+) -> LawProfile:
     """
     Return the profile over v_s, v0 moving along where it is found.
 
-    :param unit: rise of the cost of one standard error.
+    :param limit: rise of the cost up to which it is within.
     :param near: more v_s to ask for: the grid may be wider than the interval.
     """
-    problem, limit = search.few, unit * search.quantile(1)
+    problem = search.few
     least = search.solve(search.full.v_s, search.full.v0).cost
     costs, best, half = [], [], []
     v0 = search.full.v0
