@@ -61,6 +61,7 @@ class Signals:
     the second of :func:`~.steady_acceleration.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
+    ``rough`` (N, n): that acceleration less ``a``;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
@@ -93,6 +94,7 @@ class Signals:
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
+    rough: FloatArray | float = 0.0
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -342,6 +344,7 @@ def make_signals(
         band=band,
         temperature=stretch.temperature,
         shaken=whole - rigid,
+        rough=a - steady,
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
 
