@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -61,12 +61,15 @@ class Signals:
     the second of :func:`~.steady_acceleration.steady_acceleration`;
     ``shaken`` (N, n): effort that the nominal bodies need beyond it for the acceleration as it is
     measured: in the residual it is noise of known size, but in a column it would take that off;
+    ``rough`` (N, n): that acceleration less ``a``;
     ``tau`` (N, n): measured effort; ``sign`` (N, n): the state of
     :func:`sign_state`; ``rigid`` (N, n): M q'' + C q' + g of
     the nominal model, rotors included; ``friction`` (N, n): its friction;
     ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
     over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what
     bodies with the causes that were found need more than the nominal's;
+    ``refitted`` (N, n): friction that the nominal lacks where it is not known, and
+    ``found_friction`` its numbers, by the names of the nominal's parameters;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -93,6 +96,9 @@ class Signals:
     by_load: FloatArray | float = 0.0
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
+    rough: FloatArray | float = 0.0
+    refitted: FloatArray | float = 0.0
+    found_friction: Mapping[str, float] = field(default_factory=dict)
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -102,6 +108,11 @@ class Signals:
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
+
+    @property
+    def expected(self) -> FloatArray:
+        """Return the same with friction as it is where the model does not know it, (N, n)."""
+        return np.asarray(self.torque + self.refitted)
 
     @property
     def motion(self) -> Motion:
@@ -342,6 +353,7 @@ def make_signals(
         band=band,
         temperature=stretch.temperature,
         shaken=whole - rigid,
+        rough=a - steady,
         silent=frozenset(np.flatnonzero(silent).tolist()),
     )
 

@@ -24,6 +24,13 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.a,
     lambda s: s.torque,
 )
+#: What the noise of position makes of each, as signals (N, n): it is that of acceleration.
+_NOISE: tuple[Callable[[Signals], FloatArray | float] | None, ...] = (
+    None,
+    None,
+    lambda s: s.rough,
+    lambda s: s.shaken,
+)
 
 
 class Structure(Curve):
@@ -38,7 +45,10 @@ class Structure(Curve):
     amplitudes: ClassVar[Mapping[str, str]] = {f'hat_{k}': '{effort}' for k in range(8 * HATS)}
 
     def __init__(self, stretches: Sequence[Signals]) -> None:
-        self._knots = [knots_of(stretches, axis, HATS) for axis in _AXES]
+        self._knots = [
+            knots_of(stretches, axis, HATS, None if noise is None else _spread(stretches, noise))
+            for axis, noise in zip(_AXES, _NOISE, strict=True)
+        ]
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return the hats."""
@@ -52,3 +62,11 @@ class Structure(Curve):
             for axis, knots in zip(_AXES, self._knots, strict=True)
         ]
         return np.concatenate(parts, axis=1)[:, None]
+
+
+def _spread(
+    stretches: Sequence[Signals], signal: Callable[[Signals], FloatArray | float]
+) -> FloatArray:
+    """Return the root mean square (n,) of a signal (N, n) over all stretches."""
+    x = np.concatenate([np.broadcast_to(signal(s), s.q.shape) for s in stretches])
+    return np.asarray(np.sqrt(np.mean(x**2, axis=0)))

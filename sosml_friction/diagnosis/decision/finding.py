@@ -47,6 +47,15 @@ class Finding:
         return self.effect.key, self.joint
 
     @property
+    def rank(self) -> float:
+        """
+        Return what sorts findings, best first.
+
+        Those that are equal but for rounding keep the order of the catalogue.
+        """
+        return -round(float(self.delta_bic), 3)
+
+    @property
     def placed(self) -> Placed:
         """Return the term where it was found."""
         return Placed(self.effect, self.joint, self.inner, self.columns)

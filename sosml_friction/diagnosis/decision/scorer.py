@@ -46,7 +46,7 @@ class Scorer:
             self.finding(fit, candidate, its)
             for candidate, its in zip(self.laboratory.candidates, columns, strict=True)
         ]
-        return sorted(found, key=lambda finding: -finding.delta_bic)
+        return sorted(found, key=lambda finding: finding.rank)
 
     def finding(self, fit: Fit, candidate: Candidate, columns: CandidateColumns) -> Finding:
         """Return a candidate at the best point of its grid beside a fit."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.dahl import dahl_path, dahl_step
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -60,6 +61,17 @@ class PreslidingHysteresis(EffortTerm):
         """Return the physical range."""
         smallest = float(signals.scales.sign_limit[joint])
         return {'displacement': (smallest, 40.0 * smallest)}
+
+    def tolerated(self, fit: Fitted, tolerance: float) -> bool:
+        """
+        Tell whether x_s may be x_0, that of s: the term is nothing then, as z is s.
+
+        Friction turns around in another way, which is no cause: a joint that sticks does so, each
+        time for another time, and data tell no displacement of it.
+        """
+        x_0 = float(fit.signals.scales.displacement[fit.joint])
+        error = (fit.inner_error or {}).get('displacement', 0.0)
+        return bool(float(fit.inner['displacement']) - Z_95 * error < x_0)
 
     def implausible(self, fit: Fitted) -> str:
         """Return why such an amplitude is impossible, else ''."""

@@ -10,17 +10,40 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.regression.kernels import hats, quantile_knots
 from sosml_friction.regression.signals import Signals
 
+#: Least distance of knots, in standard deviations of the noise on their axis: there the intervals
+#: of 3 about two neighbours meet.
+_APART = 6.0
+
 
 def knots_of(
-    stretches: Sequence[Signals], signal: Callable[[Signals], FloatArray], count: int
+    stretches: Sequence[Signals],
+    signal: Callable[[Signals], FloatArray],
+    count: int,
+    noise: FloatArray | None = None,
 ) -> list[FloatArray]:
     """
     Return the knots of each joint, quantiles of its signal (N, n) over all stretches.
 
-    A curve is one over all of them: knots of each stretch would make it another in each.
+    A curve is one over all of them: knots of each stretch would make it another in each. It does
+    not bend within the noise of its axis: where a loop feeds the noise of position back, effort
+    follows that, and not the motion.
+
+    :param noise: standard deviation of what is no motion in the signal (n,); None for nothing.
     """
     x = np.concatenate([signal(s) for s in stretches])
-    return [quantile_knots(x[:, i], count) for i in range(x.shape[1])]
+    knots = [quantile_knots(x[:, i], count) for i in range(x.shape[1])]
+    least = np.zeros(len(knots)) if noise is None else _APART * noise
+    return [_apart(own, distance) for own, distance in zip(knots, least, strict=True)]
+
+
+def _apart(knots: FloatArray, least: float) -> FloatArray:
+    """Return the first and the last knot, and those between that are ``least`` from others."""
+    kept = knots[:1].tolist()
+    for knot in knots[1:].tolist():
+        if knot - kept[-1] >= least:
+            kept.append(knot)
+    # The last stands for what is too near to it.
+    return np.array([*kept[: max(len(kept) - 1, 1)], *knots[1:][-1:]])
 
 
 def padded_hats(
