@@ -105,7 +105,7 @@ def test_a_joint_with_effort_that_cannot_be_fitted_is_a_no(sosml, slider_bag, mo
     from sosml_friction.identification import log_analysis
     from sosml_friction.identification.friction_fit import FrictionFit
 
-    def without_slider(*_):
+    def without_slider(*_, **__):
         return FrictionFit({}, {}, {'slider': 'the joint moved in one direction only'})
 
     monkeypatch.setattr(log_analysis, 'fit_friction', without_slider)
