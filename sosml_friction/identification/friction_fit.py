@@ -412,4 +412,5 @@ class _JointTask:
 
     def _unsure(self, seen: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
         """Return what bodies may be off by, as an observer's rows have it (K, U)."""
-        return np.array([seen(column) for column in self.bodies[1:]]).T if self.bodies[1:] else None
+        unsure = [seen(column) for column in self.bodies[1:]]
+        return np.array(unsure).T if unsure else None

@@ -163,9 +163,14 @@ def analyse_log(
     progress('fitting')
     weak_too = settings.method in ('auto', 'weak', OUTPUT_ERROR)
     fit = fit_friction(
-        log, estimates, robot, estimator.observers, settings, require and not weak_too,
+        log,
+        estimates,
+        robot,
+        estimator.observers,
+        settings,
+        require and not weak_too,
         doubt=compared.doubt,
-    )  # fmt: skip
+    )
     own_holds = list(configuration.effort_hold) or 'start'
     if weak_too:
         form = WeakForm(
