@@ -16,7 +16,6 @@ from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.known_effort import with_known
-from sosml_friction.regression.refitted_friction import with_friction, with_refitted_friction
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.signals import Signals, prepare
 from sosml_friction.regression.whitened import WhitenedRegression
@@ -58,7 +57,6 @@ class Design:
         :raises ConfigurationError: if ``holdout`` is of no use.
         """
         signals = with_known(prepare(recordings.logs, model, robot, settings), model)
-        signals = with_refitted_friction(signals, settings)
         told = [i for i in range(robot.n) if i not in signals[0].silent]
         lags = [velocity_lag(recordings.logs[0], signals[0], i) for i in told]
         others = None if holdout is None else _prepared(holdout, model, signals[0], settings)
@@ -113,7 +111,6 @@ def _prepared(
         recordings = Recordings.checked([holdout], first.robot)
         recordings.refuse_bad()
         logs = recordings.in_means().logs
-        signals = with_known(prepare(logs, model, first.robot, band, first.scales), model)
-        return [with_friction(s, first.found_friction) for s in signals]
+        return with_known(prepare(logs, model, first.robot, band, first.scales), model)
     except DataError as error:
         raise ConfigurationError(f'the recording left out (holdout): {error}') from None

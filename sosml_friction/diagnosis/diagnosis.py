@@ -13,8 +13,8 @@ from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.confusability import Confusability, confusability
 from sosml_friction.diagnosis.decision.data_causes import FAULTS, data_causes
 from sosml_friction.diagnosis.decision.finding import Finding
-from sosml_friction.diagnosis.decision.in_torque import in_torque
 from sosml_friction.diagnosis.decision.model_causes import estimated, model_causes
+from sosml_friction.diagnosis.decision.report_slopes import report_slopes
 from sosml_friction.diagnosis.decision.selection import Selection
 from sosml_friction.diagnosis.decision.verdict import verdict_of
 from sosml_friction.diagnosis.design import Design
@@ -150,9 +150,7 @@ def _concluded(
         step('looking for an experiment that separates the rivals')
         recommendation = recommend(laboratory, selection, causes)
     nominal = laboratory.nominal.names
-    values, slopes = in_torque(
-        laboratory, [finding.placed for finding in kept.accepted], kept.after.x
-    )
+    slopes = report_slopes(laboratory, kept.accepted, kept.after.x)
     errors = estimated(laboratory, kept).errors / slopes
     rejected = selection.rejected
     return Diagnosis(
@@ -170,7 +168,7 @@ def _concluded(
             robot.names,
             robot.effort_units,
             tolerated,
-            unstated_friction(laboratory, values, errors),
+            unstated_friction(laboratory, kept.after.x / slopes, errors),
         ),
         gain=judged.gain,
         recommendation=recommendation,
@@ -178,7 +176,7 @@ def _concluded(
         rejected=None if rejected is None else _entry(rejected, robot.names),
         tolerated=tolerated,
         # The nominal's deviations come first, the amplitudes of the causes after them.
-        refit=dict(zip(nominal, values.tolist(), strict=False)),
+        refit=dict(zip(nominal, (kept.after.x / slopes).tolist(), strict=False)),
         refit_errors=dict(zip(nominal, errors.tolist(), strict=False)),
         structure=_structure(laboratory, selection),
         stages=tuple(stages(judged.folds, laboratory, selection)),

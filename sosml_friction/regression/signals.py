@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -68,8 +68,6 @@ class Signals:
     ``known`` (N, n): what the effects in the model's own list add, ``by_load`` (N, n): its slope
     over the load; ``stated``: these terms, and those of its laws; ``more_load`` (N, n): what
     bodies with the causes that were found need more than the nominal's;
-    ``refitted`` (N, n): friction that the nominal lacks where it is not known, and
-    ``found_friction`` its numbers, by the names of the nominal's parameters;
     ``rests``: where joints rest and friction is not known, see :func:`with_rests`, else none;
     ``turns``: joints whose friction is not known where they turn around either;
     ``silent``: joints whose effort is not known, or says nothing: their rows are zero, and
@@ -97,8 +95,6 @@ class Signals:
     more_load: FloatArray | float = 0.0
     shaken: FloatArray | float = 0.0
     rough: FloatArray | float = 0.0
-    refitted: FloatArray | float = 0.0
-    found_friction: Mapping[str, float] = field(default_factory=dict)
     rests: tuple[Rest, ...] = ()
     silent: frozenset[int] = frozenset()
     turns: frozenset[int] = frozenset()
@@ -108,11 +104,6 @@ class Signals:
     def torque(self) -> FloatArray:
         """Return the effort that the nominal model expects, (N, n)."""
         return np.asarray(self.rigid + self.friction + self.known)
-
-    @property
-    def expected(self) -> FloatArray:
-        """Return the same with friction as it is where the model does not know it, (N, n)."""
-        return np.asarray(self.torque + self.refitted)
 
     @property
     def motion(self) -> Motion:

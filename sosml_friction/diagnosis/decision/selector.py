@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 
 from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
-from sosml_friction.diagnosis.decision.found_friction import fitted_to_found_friction
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
@@ -89,7 +88,6 @@ class Selector:
         """
         placed = settle(self.laboratory, [f.placed for f in found.accepted], self.step)
         carried, placed = fitted_to_carried_load(self.laboratory, placed)
-        carried, placed = fitted_to_found_friction(carried, placed)
         accepted = [
             replace(finding, inner=each.inner, columns=each.columns)
             for finding, each in zip(found.accepted, placed, strict=True)

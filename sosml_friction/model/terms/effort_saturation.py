@@ -18,7 +18,7 @@ class EffortSaturation(MeasurementTerm):
     """
     Add excess * (tau / tau_99)^3: measured effort exceeds the torque by ``excess`` at tau_99.
 
-    tau_99 = ``reference`` is what 99 % of the expected effort stay below.
+    tau_99 = ``reference`` is what 99 % of the nominal effort stay below.
     """
 
     identifier: ClassVar[str] = 'effort_saturation'
@@ -33,7 +33,7 @@ class EffortSaturation(MeasurementTerm):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""
-        reference = float(np.quantile(np.abs(signals.expected[:, joint]), 0.99))
+        reference = float(np.quantile(np.abs(signals.torque[:, joint]), 0.99))
         return ({'reference': max(reference, 1e-9)},)
 
     def implausible(self, fit: Fitted) -> str:

@@ -21,8 +21,6 @@ class EffortScale(MeasurementTerm):
     identifier: ClassVar[str] = 'effort_scale'
     amplitudes: ClassVar[Mapping[str, str]] = {'error': '1'}
     parameter_error: ClassVar[bool] = True
-    #: Friction that is free takes its own share.
-    of_all_effort: ClassVar[bool] = False
     told_apart: ClassVar[Mapping[str, tuple[str, str]]] = {
         'gravity': ('known_payload', f'{_MASS}, a wrong first moment does not'),
         'payload': ('known_payload', f'{_MASS} too'),

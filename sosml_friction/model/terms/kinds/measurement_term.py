@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,14 +25,9 @@ _TORQUES = np.concatenate([-np.geomspace(1e3, 1e-3, 13), [0.0], np.geomspace(1e-
 
 
 class MeasurementTerm(Term):
-    """
-    State how much more than the torque is reported, linear in the amplitudes.
-
-    ``of_all_effort``: its columns are of effort with the friction that the model does not know.
-    """
+    """State how much more than the torque is reported, linear in the amplitudes."""
 
     axis = 'effort'
-    of_all_effort: ClassVar[bool] = True
 
     @abstractmethod
     def excess(
@@ -47,14 +41,10 @@ class MeasurementTerm(Term):
         :param joint: the joint whose report it is; a slice for all.
         """
 
-    def effort(self, signals: Recording) -> FloatArray:
-        """Return the effort (N, n) that the columns are made from."""
-        return signals.expected if self.of_all_effort else signals.torque
-
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
-        """Return the excess over the effort of a recording, (N, n, k)."""
+        """Return the excess over the nominal effort of a recording, (N, n, k)."""
         where = slice(None) if joint == ROBOT else joint
-        parts = [np.real(part) for part in self.excess(self.effort(signals), where, inner)]
+        parts = [np.real(part) for part in self.excess(signals.torque, where, inner)]
         return np.stack(parts, axis=2) if joint == ROBOT else signals.in_joint(joint, *parts)
 
     def simulated(

@@ -29,9 +29,8 @@ class Recording(Protocol):
     One stretch of a recording, N samples of n joints; fields as of the regression's ``Signals``.
 
     ``rigid``, ``friction``, ``torque`` (N, n): nominal effort of bodies, of friction, and in all
-    [Nm or N]; ``expected`` (N, n): that with friction as it is where the nominal does not know it;
-    ``regressor`` (N, n, 10 n): of the bodies' ten numbers each; ``cache``: what terms computed and
-    want to keep.
+    [Nm or N]; ``regressor`` (N, n, 10 n): of the bodies' ten numbers each; ``cache``: what terms
+    computed and want to keep.
     """
 
     @property
@@ -50,8 +49,6 @@ class Recording(Protocol):
     def friction(self) -> FloatArray: ...
     @property
     def torque(self) -> FloatArray: ...
-    @property
-    def expected(self) -> FloatArray: ...
     @property
     def regressor(self) -> FloatArray: ...
     @property

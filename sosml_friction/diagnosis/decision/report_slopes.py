@@ -1,0 +1,41 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""By how much a torque that the nominal lacks is reported, where the report is wrong."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sosml_friction.arrays import FloatArray
+from sosml_friction.diagnosis.decision.finding import Finding
+from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
+from sosml_friction.model.terms.kinds.term import ROBOT
+from sosml_friction.regression.estimate import with_amplitudes
+from sosml_friction.regression.whitened import WhitenedRegression
+
+
+def report_slopes(
+    laboratory: WhitenedRegression, findings: Sequence[Finding], x: FloatArray
+) -> FloatArray:
+    """
+    Return what the nominal's deviations in ``x`` (p + k,) are reported by; 1 for amplitudes.
+
+    The regression makes T_0 + f(T_0) + X x of the nominal torque T_0, with f what is reported
+    beyond the torque. A torque T_0 + d is reported as T_0 + f(T_0) + (1 + f') d, so that d is
+    X x / (1 + f'), f' the mean over the motion: exact where f is in proportion to the torque.
+    Friction that the model does not state is wholly in d.
+    """
+    names, joints = laboratory.nominal.names, laboratory.robot.names
+    slope = np.ones(len(joints))
+    for finding, own in with_amplitudes(findings, len(names)):
+        if isinstance(finding.effect, MeasurementTerm):
+            where = slice(None) if finding.joint == ROBOT else finding.joint
+            torque = np.concatenate([s.torque for s in laboratory.signals])
+            steep = finding.effect.simulated_slope(torque, finding.joint, finding.inner, x[own])
+            slope[where] += np.mean(steep, axis=0) - 1.0
+    result = np.ones(len(x))
+    for k, name in enumerate(names):
+        joint = name.partition(' ')[0]
+        if joint in joints:
+            result[k] = slope[joints.index(joint)]
+    return result
