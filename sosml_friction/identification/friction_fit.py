@@ -233,17 +233,20 @@ class _JointTask:
         self.segments = tuple(find_segments(self.time, q, self.settings.segments))
         self.half = max(1, round(0.5 * settings.segments.window_s / self.step))
         self.v = centred_difference(self.time, q, self.half)
-        self.bodies = [] if doubt is None else self._bodies(log, robot, doubt)
+        self.added, *self.unsure = self._bodies(log, robot, doubt)
 
-    def _bodies(self, log: JointLog, robot: Robot, doubt: BodyDoubt) -> list[FloatArray]:
-        """Return what bodies that are off add to friction, as columns of all samples (N,)."""
+    def _bodies(self, log: JointLog, robot: Robot, doubt: BodyDoubt | None) -> list[FloatArray]:
+        """Return what bodies that are off add to friction (N,), then what they may be off by."""
+        exact = [np.zeros(len(self.time))]
+        if doubt is None:
+            return exact
         # They change as slowly as the motion does: what is between windows is on a line.
         at = np.arange(0, len(self.time), self.half)
         v = np.array([centred_difference(self.time, x, self.half) for x in log.q.T]).T
         a = np.array([centred_difference(self.time, x, self.half) for x in v.T]).T
         known = np.isfinite(a).all(axis=1)[at]
         if not known.any():
-            return []
+            return exact
         at = at[known]
         added = doubt.efforts(robot, log.q[at], v[at], a[at])[:, self.i]
         return [np.interp(self.time, self.time[at], column) for column in added.T]
@@ -345,9 +348,7 @@ class _JointTask:
         since = index - np.maximum.accumulate(np.where(np.isfinite(tau_f), -1, index))
         settling = since <= self._memory(lag_of, 0.01)
         levels = segment_levels(self.segments, np.where(settling, np.nan, tau_f))
-        for shift in self.bodies[:1]:
-            levels = levels + segment_levels(self.segments, shift)
-        return levels
+        return levels + segment_levels(self.segments, self.added)
 
     def rows(self, method: str, tau_f: FloatArray, lag_of: Observer) -> LawRows:
         """
@@ -367,7 +368,7 @@ class _JointTask:
                 v,
                 lambda column: column,
                 form=self.settings.form,
-                unsure=self._unsure(lambda column: segment_levels(self.segments, column)),
+                unsure=self._seen(lambda column: segment_levels(self.segments, column)),
             )
         unknown = ~np.isfinite(tau_f) | ~np.isfinite(self.v)
         if unknown.all():
@@ -396,21 +397,17 @@ class _JointTask:
             # The disturbance of a step is the mean over its interval, not its value at the end.
             return means(lfilter(b, a, np.append(column[0], 0.5 * (column[1:] + column[:-1]))))
 
-        y = means(tau_f)
-        for shift in self.bodies[:1]:
-            y = y + lag(shift)
         return LawRows(
             self.v,
-            y,
+            means(tau_f) + lag(self.added),
             (self.time[starts] / self.settings.cluster_s).astype(np.int64),
             np.minimum.reduceat(settled & moving, starts),
             means(self.v),
             lag,
             form=self.settings.form,
-            unsure=self._unsure(lag),
+            unsure=self._seen(lag),
         )
 
-    def _unsure(self, seen: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
+    def _seen(self, seen: Callable[[FloatArray], FloatArray]) -> FloatArray | None:
         """Return what bodies may be off by, as an observer's rows have it (K, U)."""
-        unsure = [seen(column) for column in self.bodies[1:]]
-        return np.array(unsure).T if unsure else None
+        return np.array([seen(column) for column in self.unsure]).T if self.unsure else None

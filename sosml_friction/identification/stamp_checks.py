@@ -12,6 +12,7 @@ import numpy as np
 from sosml_friction.arrays import BoolArray, FloatArray
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import NOTE, WARNING, DataFinding
+from sosml_friction.identification.law.jackknife import jackknife_errors
 from sosml_friction.identification.segments import centred_difference
 
 #: Steps longer than this many periods are holes, across which nothing is compared.
@@ -49,18 +50,17 @@ def lateness(log: JointLog, column: int, period_s: float) -> tuple[float, float]
             if last > first
         ]
     ).reshape(-1, 4)
-    moments = moments[moments[:, 1] > 0.0]
     used, square, missed, uneven = moments.sum(0)
-    rest = square - moments[:, 1]
-    if used < _FEWEST or not (rest > 0.0).all():
+    if used < _FEWEST or not square > 0.0:
         return 0.0, 0.0
     share = missed / square
-    without = (missed - moments[:, 2]) / rest
-    # The jackknife: of the stretches, each left out in turn.
-    error = np.sqrt((len(without) - 1) * np.var(without))
+    # One row of each stretch has its sums.
+    root = np.sqrt(moments[:, 1])
+    left = np.divide(moments[:, 2], root, out=np.zeros_like(root), where=root > 0.0) - share * root
+    error = float(jackknife_errors(root[:, None], left, np.arange(len(root)))[0])
     if not share > 0.0 or not error > 0.0:
         return 0.0, 0.0
-    return float(np.sqrt(min(share, 1.0) * 2.0 / 3.0 * uneven / used)), float(share / error)
+    return float(np.sqrt(min(share, 1.0) * 2.0 / 3.0 * uneven / used)), float(share) / error
 
 
 def _moments(t: FloatArray, q: FloatArray, hole: float) -> tuple[float, float, float, float]:

@@ -24,7 +24,7 @@ _AXES: tuple[Callable[[Recording], FloatArray], ...] = (
     lambda s: s.a,
     lambda s: s.torque,
 )
-#: What the noise of position makes of each, as signals (N, n): it is that of acceleration.
+#: The part of each that is noise of position and no motion (N, n): acceleration has most of it.
 _NOISE: tuple[Callable[[Signals], FloatArray | float] | None, ...] = (
     None,
     None,

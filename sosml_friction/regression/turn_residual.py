@@ -139,13 +139,10 @@ def _elsewhere(
         column += width
     products = X.T @ X
     size = np.sqrt(np.diag(products))
-    known = np.flatnonzero(size)
-    size = size[known]
-    spread, axes = np.linalg.eigh(products[np.ix_(known, known)] / np.outer(size, size))
+    size[size == 0.0] = 1.0
+    spread, axes = np.linalg.eigh(products / np.outer(size, size))
     kept = spread > RIDGE * spread.max()
-    unit = axes[:, kept] / np.sqrt(spread[kept]) / size[:, None]
-    to_unit = np.zeros((X.shape[1], unit.shape[1]))
-    to_unit[known] = unit
+    to_unit = axes[:, kept] / np.sqrt(spread[kept]) / size[:, None]
     return (lambda y: y - X @ (to_unit @ (to_unit.T @ (X.T @ y)))), int(kept.sum()), there
 
 

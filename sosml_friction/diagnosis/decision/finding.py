@@ -51,7 +51,8 @@ class Finding:
         """
         Return what sorts findings, best first.
 
-        Those that are equal but for rounding keep the order of the catalogue.
+        Those that are equal but for rounding, far below BIC_CLOSE, keep the order of the
+        catalogue.
         """
         return -round(float(self.delta_bic), 3)
 
