@@ -21,7 +21,7 @@ from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.segments import Segment, unsure_sign
-from sosml_friction.identification.spline_tests import PIECES, SplineTests
+from sosml_friction.identification.spline_test_functions import PIECES, SplineTestFunctions
 from sosml_friction.identification.velocity_smoother import JointNoise, VelocitySmoother
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
@@ -160,7 +160,7 @@ class WeakForm:
         # Variance of the velocity given the recording, (N, n); NaN: it has a noise of its own.
         self._variance = np.full_like(log.q, np.nan)
         self._unsmoothed: WeakForm | None = None
-        self._tests: list[SplineTests] = []
+        self._tests: list[SplineTestFunctions] = []
         self._take(replace(log, v=self._velocity(log, maximum_gap_s)))
 
     def _take(self, log: JointLog) -> None:
@@ -171,7 +171,9 @@ class WeakForm:
         stretches = self._sampler.stretches(log)
         if not self._tests:
             # They depend on positions and stamps, which smoothed velocities do not change.
-            self._tests = [SplineTests(self.time, each, self._support) for each in stretches]
+            self._tests = [
+                SplineTestFunctions(self.time, each, self._support) for each in stretches
+            ]
         for stretch, tests in zip(stretches, self._tests, strict=True):
             lost, samples = self._lost_effort(stretch), stretch.samples
             stretch = replace(stretch, samples=replace(samples, forcing=samples.forcing + lost))
@@ -444,7 +446,7 @@ class _Piece:
 
     def __init__(
         self,
-        tests: SplineTests,
+        tests: SplineTestFunctions,
         log: JointLog,
         stretch: Stretch,
         twisted: Robot | None,

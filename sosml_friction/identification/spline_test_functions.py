@@ -14,7 +14,7 @@ from sosml_friction.observers.momentum_sampler import Stretch
 PIECES = 4
 
 
-class SplineTests:
+class SplineTestFunctions:
     """
     Hold cubic B-splines phi over a stretch, each divided by its integral.
 
