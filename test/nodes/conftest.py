@@ -106,6 +106,10 @@ class Ros:
             assert time.monotonic() < end, 'the condition did not come true'
             self.executor.spin_once(timeout_sec=0.05)
 
+    def discover(self, *names: str) -> None:
+        """Wait until the graph holds these nodes: DDS may tell of a node after its messages."""
+        self.spin_until(lambda: set(names) <= set(self.node.get_node_names()))
+
     def call(
         self, kind: Any, name: str, request: Any = None, done: Callable[[], bool] = lambda: False
     ) -> Any:

@@ -39,6 +39,7 @@ def test_each_sample_gets_its_estimate_in_the_process_of_the_driver(ros, start_n
     ros.spin_until(lambda: len(estimates) > 300)
 
     # No topic goes in: the observer hears nothing, the driver only commands.
+    ros.discover('observer_node')
     heard = ros.node.get_subscriber_names_and_types_by_node('observer_node', '/')
     assert 'joint_states' not in ''.join(name for name, _ in heard)
     assert ros.node.count_publishers('joint_states') == 1

@@ -66,6 +66,7 @@ def graph(request) -> Graph:
                         for name in names)
             and 'observer_node: shoulder' in chain.diagnostics
         )  # fmt: skip
+        ros.discover(*names)
         found = Graph(statuses=set(chain.diagnostics))
         node = ros.node
 
