@@ -44,6 +44,8 @@ GAP_S = 0.05
 #: A standstill comes each so often in the mean, chosen for some thirty in a run, and lasts at most
 #: so long [s]: less than the half second after which the emulated motors switch themselves off.
 EVERY_S, LONGEST_S = 2.0, 0.3
+#: Before the name of an observer in its topic.
+_ESTIMATES = '/friction_estimate/'
 #: What the copying process moves, more than any cache holds, and the disk gets at once [bytes].
 BLOCK = 1 << 27
 
@@ -127,7 +129,12 @@ def standstills(node: str, seed: int) -> Iterator[None]:
 def judge(run: Path) -> tuple[str, list[str]]:
     """Return what is told of a run, and the promises that it broke."""
     bag = Bag.open(run / 'bag')
-    log, live = bag.joint_log(), bag.estimates()
+    log = bag.joint_log()
+    live = {
+        topic.removeprefix(_ESTIMATES): bag.joint_log(topic)
+        for topic in bag.topics
+        if topic.startswith(_ESTIMATES)
+    }
     steps = np.diff(log.t_ns) * 1e-9
     analysis = analyse_bag(run / 'bag')
     blind = ~np.isfinite(log.v).all(axis=1)
@@ -138,13 +145,13 @@ def judge(run: Path) -> tuple[str, list[str]]:
             broken.append(f'samples without an estimate of {name}')
             continue
         again = analysis.estimates[name]
-        alike = (estimate.tau_f == again) | (np.isnan(estimate.tau_f) & np.isnan(again))
+        alike = (estimate.tau == again) | (np.isnan(estimate.tau) & np.isnan(again))
         if not alike.all():
             broken.append(
                 f'{name} is not what a replay gives, in {int(np.sum(~alike))} numbers by up to '
-                f'{np.nanmax(np.abs(estimate.tau_f - again)):.2g}'
+                f'{np.nanmax(np.abs(estimate.tau - again)):.2g}'
             )
-        elif not np.array_equal(np.isnan(estimate.tau_f).any(axis=1), starts):
+        elif not np.array_equal(np.isnan(estimate.tau).any(axis=1), starts):
             broken.append(f'{name} begins afresh where no gap is')
     told = (
         f'{len(log)} samples in {np.sum(steps):.1f} s, longest step {steps.max() * 1e3:.0f} ms, '

@@ -32,6 +32,7 @@ from sosml_friction.nodes.demo import run_chain
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recorded_loop
+from validation.busy import judge
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
@@ -91,6 +92,11 @@ def test_live_estimates_equal_the_batch_path(run, bag):
     for name, live in estimates(bag).items():
         np.testing.assert_array_equal(np.isnan(live.tau), np.isnan(batch[name]))
         assert np.nanmax(np.abs(live.tau - batch[name])) <= 1e-9
+
+
+def test_the_judge_of_a_busy_machine_finds_no_broken_promise(run):
+    told, broken = judge(run)
+    assert not broken, told
 
 
 def test_the_bag_names_the_controllers_that_ran(bag):
