@@ -61,7 +61,11 @@ SymmetricOption = Annotated[
     ),
 ]
 AlphaOption = Annotated[
-    float, typer.Option(metavar='1|2', help='Exponent of the speed in the Stribeck term.')
+    float | None,
+    typer.Option(
+        metavar='1|2',
+        help='Exponent of the Stribeck term; default: 1 unless the data show another.',
+    ),
 ]
 ZeroBandOption = Annotated[
     float | None,
@@ -151,7 +155,7 @@ def fit(
     law: LawOption = 'auto',
     terms: TermsOption = None,
     symmetric: SymmetricOption = True,
-    alpha: AlphaOption = 1.0,
+    alpha: AlphaOption = None,
     zero_band: ZeroBandOption = None,
     window: WindowOption = None,
     trim: TrimOption = None,

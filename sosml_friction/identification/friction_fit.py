@@ -333,7 +333,7 @@ class _JointTask:
         for name in ('stribeck', 'stribeck_velocity'):
             unit = parameters[name].unit
             parameters[name] = Parameter.not_told(unit, reason, (0.0, np.inf), experiment)
-        law = self.settings.form.identifier(False)
+        law = self.settings.form.identifier(None)
         names = law_definition(law).parameter_names
         kept = {n: x for n, x in parameters.items() if n in names or n in _KNEE}
         return replace(fit, law=law, parameters=kept)

@@ -16,23 +16,23 @@ from sosml_friction.regression.column_norms import column_norms
 def even_part(
     problem: LawProblem,
     solution: LawSolution,
-    with_v0: bool,
+    nonlinear: tuple[str, ...],
     speeds: FloatArray,
     effort_unit: str,
 ) -> LawCheck:
     """
     Tell whether the even part of friction changes with speed.
 
-    :param with_v0: whether the width of the sign was found.
+    :param nonlinear: which parameters were found beside v_s.
     :param speeds: slowest and fastest of the data (2,) [rad/s or m/s].
     """
     form = problem.form
     p = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
     if form.symmetric:
-        names, X = problem.jacobian(solution, with_v0)
+        names, X = problem.jacobian(solution, nonlinear)
         even = [problem.speed]
         if solution.v_s is not None:
-            even.append(fade(problem.speed, solution.v_s, form.alpha))
+            even.append(fade(problem.speed, solution.v_s, solution.alpha))
         X = np.column_stack([X, *(problem.made(column) for column in even)])
         norms = column_norms(X)
         w = solution.weights
@@ -48,13 +48,13 @@ def even_part(
         bias = p['bias'] + float((theta / norms)[names.index('bias')])
     else:
         of = ['viscous_asymmetry', *(['stribeck_asymmetry'] if solution.v_s else [])]
-        full = problem.covariance(solution, with_v0)
+        full = problem.covariance(solution, nonlinear)
         found = np.array([p[name] for name in of])
         C = np.array([[full[a, b] for b in of] for a in of])
         bias = p['bias']
     shapes = [speeds]
     if solution.v_s is not None:
-        shapes.append(fade(speeds, solution.v_s, form.alpha))
+        shapes.append(fade(speeds, solution.v_s, solution.alpha))
     even_at = np.array(shapes).T @ found
     inverse = np.linalg.pinv(C, rcond=1e-10)
     statistic = float(found @ inverse @ found) / len(found)
@@ -62,6 +62,6 @@ def even_part(
     chance = float(f_distribution.sf(statistic, len(found), freedom))
     peak: FloatArray | float = 0.0
     if solution.v_s is not None:
-        peak = p['stribeck'] * fade(speeds, solution.v_s, form.alpha)
+        peak = p['stribeck'] * fade(speeds, solution.v_s, solution.alpha)
     odd_at = p['coulomb'] + peak + p['viscous'] * speeds
     return odd_even_check(speeds, odd_at, bias + even_at, chance, effort_unit, not form.symmetric)

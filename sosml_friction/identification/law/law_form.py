@@ -5,7 +5,7 @@
 from dataclasses import dataclass
 
 from sosml_friction.exceptions import ConfigurationError
-from sosml_friction.model.laws import TERM_LISTS
+from sosml_friction.model.laws import TERM_LISTS, law_of
 
 LAWS = ('auto', 'coulomb_viscous', 'stribeck')
 ALPHAS = (1.0, 2.0)
@@ -18,8 +18,8 @@ class LawForm:
 
     ``law``: ``coulomb_viscous`` is equation (9), ``stribeck`` equation (17), ``auto`` the second
     where the data show its extra term. ``symmetric``: False lets C, B and S differ with direction.
-    ``alpha``: exponent of equation (10), 1 or 2; it is collinear with S and v_s in every
-    recording that this package was tested with, so it is chosen, not fitted. ``ridge``: the
+    ``alpha``: exponent of equation (10), None for 1 unless the data show another, which is then
+    fitted: without speeds below v_s it is collinear with S and v_s. ``ridge``: the
     paper's light regularisation of v_s and bias, 0 for none. It draws the bias to zero with that
     share of its own information. A v_s that is a factor e away from the geometric mean of the
     slowest and the fastest speed costs that share of the residuals' squares. The intervals do not
@@ -28,21 +28,33 @@ class LawForm:
 
     law: str = 'auto'
     symmetric: bool = True
-    alpha: float = 1.0
+    alpha: float | None = None
     ridge: float = 0.0
 
     def __post_init__(self) -> None:
         if self.law not in LAWS:
             known = ', '.join((*LAWS, *TERM_LISTS))
             raise ConfigurationError(f'law is {self.law!r}: use one of {known}')
-        if self.alpha not in ALPHAS:
-            raise ConfigurationError(f'alpha is {self.alpha}: use 1 or 2')
+        if self.alpha is not None and self.alpha not in ALPHAS:
+            raise ConfigurationError(
+                f'alpha is {self.alpha}: use 1 or 2, or leave it out: it is then found'
+            )
         if not 0.0 <= self.ridge < 1.0:
             raise ConfigurationError(f'ridge is {self.ridge}: give a share from 0 to below 1')
 
-    def identifier(self, extra: bool) -> str:
-        """Return the law's name in a model file; ``extra``: with its Stribeck term."""
-        name = 'coulomb_viscous'
-        if extra:
-            name = 'stribeck' if self.alpha == 1.0 else 'stribeck_gaussian'
-        return name if self.symmetric else f'{name}_asymmetric'
+    @property
+    def usual(self) -> float:
+        """Return the exponent that is taken where the data show no other."""
+        return ALPHAS[0] if self.alpha is None else self.alpha
+
+    def identifier(self, alpha: float | None) -> str:
+        """
+        Return the law's name in a model file.
+
+        :param alpha: exponent of its Stribeck term, None without one.
+        """
+        knee = alpha is not None
+        terms = ['coulomb', 'viscous', *(['stribeck'] if knee else []), 'bias']
+        if not self.symmetric:
+            terms += ['viscous_asymmetry', *(['stribeck_asymmetry'] if knee else [])]
+        return law_of(terms, {} if alpha is None else {'exponent': alpha}).identifier

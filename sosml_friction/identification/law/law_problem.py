@@ -1,6 +1,6 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""The regression of a friction law: linear for any v_s of its knee and v0 of its sign."""
+"""The regression of a friction law: linear at each v_s and exponent, and v0 of its sign."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ _SAME_WEIGHTS, MOST_SOLVED = 1e-6, 20
 _HUBER = 1.345  # 95 % efficient on normal noise
 #: Laws are compared at this many speeds.
 _SPEEDS = 200
+#: Parameters that may be found beside v_s, none of them linear.
+SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,14 @@ class LawSolution:
     """
     Hold the best law for a v_s, None without Stribeck term, and a v0 of the sign, 0 for itself.
 
-    ``theta`` (P,): linear parameters, in the order of the problem's names; ``weights`` and
-    ``residual`` (K,) of the rows; ``cost``: sum of w r^2.
+    ``alpha``: exponent of the Stribeck term. ``theta`` (P,): linear parameters, in the order of
+    the problem's names; ``weights`` and ``residual`` (K,) of the rows; ``cost``: sum of w r^2.
     """
 
     theta: FloatArray
     v_s: float | None
     v0: float
+    alpha: float
     weights: FloatArray
     residual: FloatArray
     cost: float
@@ -51,7 +54,7 @@ class LawSolution:
 
 class LawProblem:
     """
-    Pose y = L [s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias] for any v_s and v0 of s.
+    Pose y = L [s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias] for any v_s, alpha and v0 of s.
 
     The arguments are those of :func:`~sosml_friction.identification.law.law_search.search_law`, y
     and ``extra`` those of the rows that take part; ``made`` is L, and of its result these rows.
@@ -88,9 +91,9 @@ class LawProblem:
         )
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
 
-    def span(self, laws: Sequence[tuple[float, float]], slowest: float) -> None:
+    def span(self, laws: Sequence[tuple[float, float, float]], slowest: float) -> None:
         """
-        Find a few columns that those of ``laws``, each v_s and v0, are combinations of.
+        Find a few columns that those of ``laws``, each v_s, v0 and alpha, are combinations of.
 
         Laws are smooth over the logarithm of speed: combinations are the same at all velocities
         as at some speeds from ``slowest`` on.
@@ -107,10 +110,10 @@ class LawProblem:
         picked, of_law = spanning(columns), columns.shape[1] // len(laws)
         own = []
         for k in picked.tolist():
-            (v_s, v0), column = laws[k // of_law], k % of_law
+            (v_s, v0, alpha), column = laws[k // of_law], k % of_law
             sign = smooth_sign(self.v, v0)
             # The first column of a law is the sign, then come those of the knee.
-            own.append(self.made(self._knees(sign, v_s)[column - 1] if column else sign))
+            own.append(self.made(self._knees(sign, v_s, alpha)[column - 1] if column else sign))
         combination = np.asarray(np.linalg.pinv(columns[:, picked]))
         self._spanned = (at, combination, np.column_stack(own))
 
@@ -144,23 +147,24 @@ class LawProblem:
             self._signs = (v0, sign, np.column_stack([self.made(sign), self._constant]))
         return self._signs[1:]
 
-    def columns(self, v_s: float | None, v0: float) -> FloatArray:
+    def columns(self, v_s: float | None, v0: float, alpha: float) -> FloatArray:
         """Return the columns of the linear parameters (K, P)."""
         sign, fixed = self._sign(v0)
         if v_s is None:
             return fixed
-        return np.column_stack([fixed, *(self.made(each) for each in self._knees(sign, v_s))])
+        knees = self._knees(sign, v_s, alpha)
+        return np.column_stack([fixed, *(self.made(each) for each in knees)])
 
-    def _knees(self, sign: FloatArray, v_s: float) -> list[FloatArray]:
+    def _knees(self, sign: FloatArray, v_s: float, alpha: float) -> list[FloatArray]:
         """Return what the sizes of the knee are multiplied with, at all velocities."""
-        peak = sign * fade(self.speed, v_s, self.form.alpha)
+        peak = sign * fade(self.speed, v_s, alpha)
         return [peak] if self.form.symmetric else [peak, np.abs(peak)]
 
     def solve(
-        self, v_s: float | None, v0: float, weights: FloatArray | None = None
+        self, v_s: float | None, v0: float, alpha: float, weights: FloatArray | None = None
     ) -> LawSolution:
         """Solve for the linear parameters: Huber weights of its own where none are given."""
-        X = self.columns(v_s, v0)
+        X = self.columns(v_s, v0, alpha)
         names = self.names(v_s)
         lower = np.array([0.0 if name in NON_NEGATIVE else -np.inf for name in names])
         scale = column_norms(X)
@@ -189,40 +193,49 @@ class LawProblem:
             last, w = w, np.minimum(1.0, _HUBER * spread / np.maximum(np.abs(residual), 1e-300))
             if np.max(np.abs(w - last)) < _SAME_WEIGHTS:
                 break
-        return LawSolution(theta, v_s, v0, w, residual, float(np.sum(w * residual**2)))
+        return LawSolution(theta, v_s, v0, alpha, w, residual, float(np.sum(w * residual**2)))
 
-    def jacobian(self, solution: LawSolution, with_v0: bool) -> tuple[tuple[str, ...], FloatArray]:
-        """Return the derivatives of the law (K, P) and what by."""
-        v_s, v0, names = solution.v_s, solution.v0, self.names(solution.v_s)
-        X = self.columns(v_s, v0)
+    def jacobian(
+        self, solution: LawSolution, found: tuple[str, ...]
+    ) -> tuple[tuple[str, ...], FloatArray]:
+        """
+        Return the derivatives of the law (K, P) and what by.
+
+        Here and below, ``found``: which of ``SIGN_WIDTH`` and ``EXPONENT`` were found besides v_s.
+        """
+        v_s, v0, alpha = solution.v_s, solution.v0, solution.alpha
+        X, names = self.columns(v_s, v0, alpha), self.names(v_s)
         p = dict(zip(names, solution.theta, strict=True))
         size: FloatArray | float = p['coulomb']
         way = np.sign(self.v)
         if v_s is not None:
-            x = (self.speed / v_s) ** self.form.alpha
+            share = self.speed / v_s
+            x = share**alpha
             amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
-            sign = self._sign(v0)[0]
-            faded = fade(self.speed, v_s, self.form.alpha)
-            slope = sign * amount * faded * self.form.alpha * x / v_s
-            X = np.column_stack([X, self.made(slope)])
+            peak = self._sign(v0)[0] * amount * fade(self.speed, v_s, alpha)
+            X = np.column_stack([X, self.made(peak * alpha * x / v_s)])
             names = (*names, 'stribeck_velocity')
-            size = size + amount * faded
-        if with_v0:
+            if EXPONENT in found:
+                bend = -peak * x * np.log(np.maximum(share, np.finfo(float).tiny))
+                X = np.column_stack([X, self.made(bend)])
+                names = (*names, EXPONENT)
+            size = size + amount * fade(self.speed, v_s, alpha)
+        if SIGN_WIDTH in found:
             u = self.v / v0
             slope = -size * u / np.cosh(np.clip(u, -300.0, 300.0)) ** 2 / v0
             X = np.column_stack([X, self.made(slope)])
-            names = (*names, 'smoothing_velocity')
+            names = (*names, SIGN_WIDTH)
         return names, X
 
     def covariance(
-        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...] = ()
+        self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...] = ()
     ) -> dict[tuple[str, str], float]:
         """
         Return the covariance of all parameters but those in ``without``.
 
         That of the jackknife, and for each column of what y may be off by, as a whole, d d^T.
         """
-        kept, X, norms = self._scaled(solution, with_v0, without)
+        kept, X, norms = self._scaled(solution, found, without)
         w = solution.weights
         # The slope of Huber's psi is 0 where a residual is clipped, not w.
         clipping = np.mean(w) / np.mean(w >= 1.0)
@@ -235,33 +248,33 @@ class LawProblem:
         }
 
     def freedom(
-        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...] = ()
+        self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...] = ()
     ) -> dict[str, float]:
         """Return the degrees of freedom of the variance of all parameters but ``without``."""
-        kept, X, _ = self._scaled(solution, with_v0, without)
-        found = jackknife_freedom(X, self.groups, solution.weights)
-        return dict(zip(kept, found.tolist(), strict=True))
+        kept, X, _ = self._scaled(solution, found, without)
+        freedom = jackknife_freedom(X, self.groups, solution.weights)
+        return dict(zip(kept, freedom.tolist(), strict=True))
 
     def _scaled(
-        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...]
+        self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...]
     ) -> tuple[list[str], FloatArray, FloatArray]:
         """Return parameters, the law's derivatives by them in units of their norms, and these."""
-        names, X = self.jacobian(solution, with_v0)
+        names, X = self.jacobian(solution, found)
         used = [k for k, name in enumerate(names) if name not in without]
         norms = column_norms(X[:, used])
         return [names[k] for k in used], X[:, used] / norms, norms
 
     def curvature(
-        self, solution: LawSolution, with_v0: bool, without: tuple[str, ...], name: str
+        self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...], name: str
     ) -> float:
         """Return the variance of a parameter where the cost is one above its least."""
-        kept, X, norms = self._scaled(solution, with_v0, without)
+        kept, X, norms = self._scaled(solution, found, without)
         X, k = X * np.sqrt(solution.weights)[:, None], kept.index(name)
         return float(np.linalg.pinv(X.T @ X)[k, k] / norms[k] ** 2)
 
-    def free_step(self, solution: LawSolution, with_v0: bool, name: str) -> float:
+    def free_step(self, solution: LawSolution, found: tuple[str, ...], name: str) -> float:
         """Return how far a parameter would move if no bound held it."""
-        names, X = self.jacobian(solution, with_v0)
+        names, X = self.jacobian(solution, found)
         norms = column_norms(X)
         root = np.sqrt(solution.weights)
         step = np.linalg.lstsq(X / norms * root[:, None], solution.residual * root, rcond=1e-12)[0]

@@ -17,13 +17,15 @@ class LawProfile:
 
     ``excess`` (K,) is the least cost at each ``stribeck_velocity`` (K,) [rad/s or m/s] above the
     least of all, in units of the 95 % limit: up to 1 is within. ``stribeck`` (K,) is the best S
-    there, and ``half`` (K,) [Nm or N] half of the range of S within the limit, NaN outside.
+    there, ``half`` (K,) [Nm or N] half of the range of S within the limit, NaN outside, and
+    ``exponent`` (K,) the best alpha, the same at all v_s where it was not found.
     """
 
     stribeck_velocity: FloatArray
     excess: FloatArray
     stribeck: FloatArray
     half: FloatArray
+    exponent: FloatArray
 
     def velocity_interval(self, limits: float = 1.0) -> tuple[float, float]:
         """Return the range of v_s of an excess below ``limits``; an open end is 0 or infinite."""
@@ -35,7 +37,7 @@ class LawProfile:
             np.inf if above is None else float(np.exp(above)),
         )
 
-    def stribeck_interval(self, speed: float = 0.0, alpha: float = 1.0) -> tuple[float, float]:
+    def stribeck_interval(self, speed: float = 0.0) -> tuple[float, float]:
         """
         Return the range of S exp(-(speed / v_s)^alpha) within the limit, over all v_s; S >= 0.
 
@@ -44,7 +46,7 @@ class LawProfile:
         within = np.isfinite(self.half)
         if not within.any():
             return 0.0, np.inf
-        faded = fade(np.asarray(speed), self.stribeck_velocity[within], alpha)
+        faded = fade(np.asarray(speed), self.stribeck_velocity[within], self.exponent[within])
         best, half = self.stribeck[within], self.half[within]
         low = float(np.min((best - half) * faded))
         high = float(np.max((best + half) * faded))

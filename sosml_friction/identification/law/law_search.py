@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -14,10 +15,13 @@ from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError, MotionError
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_problem import (
+    EXPONENT,
     MOST_SOLVED,
+    SIGN_WIDTH,
     LawProblem,
     LawSolution,
 )
+from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
 
 #: Share of the friction level that is no S.
 _NOTHING = 1e-9
@@ -30,12 +34,17 @@ _LIKE_WEIGHTS = 1e-3
 _FLAT = 1e-3
 #: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
+#: Number of exponents that are tried at each v_s; the reduced columns are made for as many, at
+#: every fourth v_s and v0.
+_ALPHAS, _FEWER = 8, 4
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, HIDDEN = 8.0, 3.0
 #: A search leaves 1e-6 of its ends; what is as near as this is at one.
 _AT_END = 1e-3
 #: v0 is searched between these multiples of the slowest speed.
 _LEAST_V0, _LARGEST_V0 = 0.08, 2.0
+#: Where searches of the exponent begin, to both sides of the usual one, 1.
+_BENDS = (0.7, 1.6)
 
 
 def search_law(
@@ -53,10 +62,10 @@ def search_law(
     """
     Return the fit of y = s(v) (C + S exp(-(|v| / v_s)^alpha)) + B v + bias with C, B, S >= 0.
 
-    For a given v_s (and v0 of the sign s, where it is to be found) the law is linear: these are
-    searched, the rest solved with Huber weights. The estimates' covariance is that of the
-    delete-one-cluster jackknife of the linearised fit, all parameters and v0 together, so that
-    noise may be correlated within a cluster and of any size in each, times (E w / E psi')^2
+    For a given v_s (and alpha, and v0 of the sign s, where they are to be found) the law is
+    linear: these are searched, the rest solved with Huber weights. The estimates' covariance is
+    that of the delete-one-cluster jackknife of the linearised fit, all parameters together, so
+    that noise may be correlated within a cluster and of any size in each, times (E w / E psi')^2
     (the variance of Huber's estimate is larger than least squares with his weights w says).
     Intervals are 95 % with Student's t of as many degrees of freedom as the clusters that tell a
     parameter leave (:func:`~.jackknife.jackknife_freedom`). That of v_s
@@ -64,9 +73,9 @@ def search_law(
     with the standard error of the jackknife.
 
     The Stribeck term is kept if an F test at 95 % says that it explains more than its two
-    parameters would by chance, v0 of the sign if one of one parameter does. What fits better by
-    less than that may be true all the same: what it moves the parameters by is in their
-    covariance, V + d d^T.
+    parameters would by chance; v0 of the sign, and another alpha than 1, if one of one parameter
+    does. What fits better by less than that may be true all the same: what it moves the parameters
+    by is in their covariance, V + d d^T.
     :mod:`~sosml_friction.identification.identifiability` says when a parameter is not
     identifiable.
 
@@ -133,86 +142,128 @@ class LawSearch:
         first = max(self.slowest, 1e-3 * self.fastest) / _BELOW
         self.grid = np.geomspace(first, self.fastest, _GRID)
         self.finds_v0 = v0 is None
+        self.finds_alpha = self.form.alpha is None and self.form.law != 'coulomb_viscous'
+        usual = self.form.usual
         signs = [v0] if v0 is not None else self._signs()
         coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
         near = [0.0, *np.geomspace(0.5 * _LEAST_V0, _LARGEST_V0, _GRID // 3) * self.slowest]
-        problem.span(
-            [(v_s, sign) for sign in (near if v0 is None else signs) for v_s in self.grid[::2]],
-            _FLAT * self.grid[0],
-        )
-        middle = float(np.median(coarse))
+        signs_of_span = near if v0 is None else signs
+        laws = [(v_s, sign, usual) for sign in signs_of_span for v_s in self.grid[::2]]
+        if self.finds_alpha:
+            bends = np.geomspace(*EXPONENTS, _ALPHAS)
+            laws += [
+                (v_s, sign, float(alpha))
+                for sign in signs_of_span[::_FEWER]
+                for v_s in self.grid[::_FEWER]
+                for alpha in bends
+            ]
+        problem.span(laws, _FLAT * self.grid[0])
+        self.coarse, middle = coarse, float(np.median(coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
         # model.
-        self._weigh(min((problem.solve(middle, sign) for sign in signs[:2]), key=_cost).weights)
-        tried = [self.solve(v_s, sign) for sign in signs for v_s in coarse]
+        first_fits = (problem.solve(middle, sign, usual) for sign in signs[:2])
+        self._weigh(min(first_fits, key=_cost).weights)
+        tried = [self.solve(v_s, sign, usual) for sign in signs for v_s in coarse]
         # A search that begins at the sign itself does not leave it: begin beside it as well.
         starts = [[fit for fit in tried if (fit.v0 > 0.0) == soft] for soft in (True, False)]
-        refined = [
-            self._refined(first.v_s, first.v0)
-            for first in (min(some, key=_cost) for some in starts if some)
-        ]
-        best = min(refined, key=_cost)
-        for _ in range(MOST_SOLVED):
-            # Without S any v_s is as good, and rounding would choose.
-            bare = problem.stribeck_at(best) <= _NOTHING * self.level
-            last = self.weights
-            self._weigh(problem.solve(None if bare else best.v_s, best.v0).weights)
-            if bare:
-                best = min((self.solve(v_s, best.v0) for v_s in coarse), key=_cost)
-            best = self._refined(best.v_s, best.v0)
-            if np.max(np.abs(self.weights - last)) < _LIKE_WEIGHTS:
-                break
-        if problem.stribeck_at(best) <= _NOTHING * self.level:
-            best = self.solve(middle, best.v0)
-        self.full = self.whole(best)
-        self.plain = self.whole(self._plain())
-        # With a smoother sign that fits better, but not by enough to be shown; of the law with a
-        # Stribeck term and without.
-        self.softer: dict[bool, LawSolution] = {}
-        if self.finds_v0:
-            self._settle_sign()
+        refined = [self._refined(min(some, key=_cost)) for some in starts if some]
+        best = self._reweighed(min(refined, key=_cost))
+        if self._is_bare(best):
+            best = self.solve(middle, best.v0, usual)
+        # What fits better than ``full`` and ``plain``, but not by enough to be shown.
+        self.full, unshown = self._settled(self.whole(best))
+        self.plain, without = self._settled(self.whole(self._plain()))
+        self._refused = {True: unshown, False: without}
 
     def _signs(self) -> list[float]:
         return [0.0, *np.geomspace(_LEAST_V0, _LARGEST_V0, _SIGNS) * self.slowest]
+
+    def found(self, solution: LawSolution) -> tuple[str, ...]:
+        """Return which parameters that are not linear were found beside v_s."""
+        width = self.finds_v0 and solution.v0 > 0.0
+        bent = self.finds_alpha and solution.v_s is not None and solution.alpha != self.form.usual
+        return (*([SIGN_WIDTH] if width else []), *([EXPONENT] if bent else []))
+
+    def _is_bare(self, solution: LawSolution) -> bool:
+        """Tell whether the best S is none: then any v_s is as good, and rounding would choose."""
+        return self.problem.stribeck_at(solution) <= _NOTHING * self.level
+
+    def _reweighed(self, best: LawSolution) -> LawSolution:
+        """Return the best law near one at weights of its own, and take these."""
+        for _ in range(MOST_SOLVED):
+            bare, last = self._is_bare(best), self.weights
+            v_s = None if bare else best.v_s
+            self._weigh(self.problem.solve(v_s, best.v0, best.alpha).weights)
+            if bare:
+                at = (self.solve(v_s, best.v0, best.alpha) for v_s in self.coarse)
+                best = min(at, key=_cost)
+            best = self._refined(best)
+            if np.max(np.abs(self.weights - last)) < _LIKE_WEIGHTS:
+                break
+        return best
 
     def _weigh(self, weights: FloatArray) -> None:
         """Take the weights of the rows in what is searched from here on."""
         self.weights, self.few = weights, self.problem.reduced(weights)
 
-    def solve(self, v_s: float | None, v0: float) -> LawSolution:
+    def solve(self, v_s: float | None, v0: float, alpha: float) -> LawSolution:
         """Return the best law of the reduced rows."""
-        return self.few.solve(v_s, v0, np.ones(len(self.few.y)))
+        return self.few.solve(v_s, v0, alpha, np.ones(len(self.few.y)))
 
     def whole(self, fit: LawSolution) -> LawSolution:
         """Return a law with what it leaves of every row."""
-        return self.problem.solve(fit.v_s, fit.v0, self.weights)
+        return self.problem.solve(fit.v_s, fit.v0, fit.alpha, self.weights)
 
-    def _refined(self, v_s: float | None, v0: float) -> LawSolution:
-        """Return the best fit near a start; v0 moves only if it is to be found and not zero."""
-        ends = []
-        if v_s is not None:
-            ends.append((v_s, self.grid[0], self.grid[-1]))
-        if self.finds_v0 and v0 > 0.0:
-            ends.append((v0, 0.5 * _LEAST_V0 * self.slowest, _LARGEST_V0 * self.slowest))
+    def at(self, v_s: float) -> LawSolution:
+        """
+        Return the best law of the reduced rows at a v_s, of whichever exponent.
+
+        The best of some, and where a parabola through it and its neighbours is least.
+        """
+        v0, alpha = self.full.v0, self.full.alpha
+        if not self.finds_alpha:
+            return self.solve(v_s, v0, alpha)
+        low, high = np.log(EXPONENTS)
+        u = np.linspace(low, high, _ALPHAS)
+        tried = [self.solve(v_s, v0, float(np.exp(each))) for each in u]
+        costs = np.array([fit.cost for fit in tried])
+        k = int(np.argmin(costs))
+        if not 0 < k < len(u) - 1:
+            return tried[k]
+        before, least, after = costs[k - 1 : k + 2]
+        by = 0.5 * (before - after) / max(before - 2.0 * least + after, np.finfo(float).tiny)
+        near = self.solve(v_s, v0, float(np.exp(u[k] + by * (u[1] - u[0]))))
+        return min(tried[k], near, key=_cost)
+
+    def _refined(self, near: LawSolution) -> LawSolution:
+        """Return the best fit near a start: v_s and what is found of it move."""
+        ends, found = [], self.found(near)
+        if near.v_s is not None:
+            ends.append((near.v_s, self.grid[0], self.grid[-1]))
+        if SIGN_WIDTH in found:
+            ends.append((near.v0, 0.5 * _LEAST_V0 * self.slowest, _LARGEST_V0 * self.slowest))
+        if EXPONENT in found:
+            ends.append((near.alpha, *EXPONENTS))
+        if not ends:
+            return near
         start, low, high = np.log(np.array(ends)).T
         size = max(float(np.linalg.norm(self.problem.y)), 1e-300)
 
         def at(u: FloatArray) -> LawSolution:
-            e = np.exp(u)
-            return self.solve(
-                float(e[0]) if v_s is not None else None,
-                float(e[-1]) if self.finds_v0 and v0 > 0.0 else v0,
-            )
+            moved = iter(np.exp(u).tolist())
+            v_s = None if near.v_s is None else next(moved)
+            v0 = next(moved) if SIGN_WIDTH in found else near.v0
+            return self.solve(v_s, v0, next(moved) if EXPONENT in found else near.alpha)
 
         middle = 0.5 * np.log(self.slowest * self.fastest)
-        pull = np.sqrt(self.form.ridge if v_s is not None else 0.0)
+        pull = np.sqrt(self.form.ridge if near.v_s is not None else 0.0)
 
         def misfit(u: FloatArray) -> FloatArray:
             residual = at(u).residual / size
             drawn = pull * float(np.linalg.norm(residual)) * (u[0] - middle)
             return np.append(residual, drawn) if pull > 0.0 else residual
 
-        found = least_squares(
+        best = least_squares(
             misfit,
             np.clip(start, low + 1e-6, high - 1e-6),
             bounds=(low, high),
@@ -222,35 +273,64 @@ class LawSearch:
             gtol=1e-14,
             max_nfev=30,
         )
-        return at(found.x)
+        return at(best.x)
 
     def _plain(self) -> LawSolution:
+        usual = self.form.usual
         if not self.finds_v0:
-            return self.solve(None, self.full.v0)
-        tried = [self.solve(None, v0) for v0 in self._signs()]
-        best = min(tried, key=_cost)
-        return self._refined(None, best.v0) if best.v0 > 0.0 else best
+            return self.solve(None, self.full.v0, usual)
+        tried = [self.solve(None, v0, usual) for v0 in self._signs()]
+        return self._refined(min(tried, key=_cost))
 
-    def _settle_sign(self) -> None:
+    def _settled(self, best: LawSolution) -> tuple[LawSolution, list[LawSolution]]:
         """
-        Take the sign itself where the data do not show that it is smoother.
+        Return a law with the sign itself and the usual exponent, or what the data show of both.
 
-        As if all clusters told it: a width that is found by chance, of few clusters, is no result
-        and makes the others no surer, while one that is missed moves S.
+        And laws that fit better by less than what shows it. What explains most is taken first,
+        the other beside it.
         """
-        freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
+        if self.form.law == 'coulomb_viscous' and best.v_s is not None:
+            return best, []
+        taken, asked = best, []
+        if SIGN_WIDTH in self.found(best):
+            taken = self.whole(self._refined(replace(best, v0=0.0)))
+            asked.append(SIGN_WIDTH)
+        if self.finds_alpha and best.v_s is not None and not self._is_bare(taken):
+            asked.append(EXPONENT)
+        while asked:
+            tried = {name: self._with(name, taken, best.v0) for name in asked}
+            name = min(tried, key=lambda one: tried[one].cost)
+            if not self._is_shown(name, tried[name], taken):
+                return taken, [x for x in tried.values() if x.cost < taken.cost]
+            taken = tried[name]
+            asked.remove(name)
+            if name == EXPONENT:
+                # The rows of the knee did not count as they should.
+                taken = self.whole(self._reweighed(taken))
+        return taken, []
+
+    def _with(self, name: str, taken: LawSolution, v0: float) -> LawSolution:
+        """Return the best law with one parameter more, v0 from a start."""
+        if name == SIGN_WIDTH:
+            return self.whole(self._refined(replace(taken, v0=v0)))
+        tried = [self._refined(replace(taken, alpha=alpha)) for alpha in _BENDS]
+        return self.whole(min(tried, key=_cost))
+
+    def _is_shown(self, name: str, more: LawSolution, less: LawSolution) -> bool:
+        """
+        Tell whether a law explains more, by one parameter, than chance would.
+
+        The width of a sign as if all clusters told it: one that is found by chance, of few
+        clusters, is no result and makes the others no surer, while one that is missed moves S.
+        """
+        freedom = None
+        if name == SIGN_WIDTH:
+            if self._is_endless(more):
+                return False
+            freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
         # Below this, differences of cost are rounding errors.
-        least = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
-        sharp = self.whole(self._refined(self.full.v_s, 0.0))
-        if self.full.v0 > 0.0 and self.form.law != 'coulomb_viscous':
-            limit = self.limit(self.full, 'smoothing_velocity', freedom=freedom)
-            if self._is_endless(self.full) or not sharp.cost - self.full.cost > max(limit, least):
-                self.softer[True], self.full = self.full, sharp
-        if self.plain.v0 > 0.0:
-            limit = self.limit(self.plain, 'smoothing_velocity', freedom=freedom)
-            sharp = self.whole(self.solve(None, 0.0))
-            if not sharp.cost - self.plain.cost > max(limit, least):
-                self.softer[False], self.plain = self.plain, sharp
+        least = _ROUNDING * float(np.sum(less.weights * self.problem.y**2))
+        return less.cost - more.cost > max(self.limit(more, name, freedom=freedom), least)
 
     def _is_endless(self, solution: LawSolution) -> bool:
         """
@@ -260,8 +340,15 @@ class LawSearch:
         """
         return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
 
-    def _has_endless_knee(self, solution: LawSolution) -> bool:
-        """Tell whether v_s is where its search ends: it stands for a bend, or for nothing."""
+    def ends_at(self, solution: LawSolution) -> bool:
+        """Tell whether an exponent is where its search ends."""
+        low, high = EXPONENTS
+        return not (1.0 + _AT_END) * low < solution.alpha < (1.0 - _AT_END) * high
+
+    def _ends(self, solution: LawSolution) -> bool:
+        """Tell whether a search ended at one of its ends: what is there is none found."""
+        if self._is_endless(solution) or self.ends_at(solution):
+            return True
         first, last = (1.0 + _AT_END) * self.grid[0], (1.0 - _AT_END) * self.grid[-1]
         return solution.v_s is not None and not first < solution.v_s < last
 
@@ -281,13 +368,13 @@ class LawSearch:
 
         :param freedom: these degrees of freedom instead.
         """
-        with_v0 = self.finds_v0 and solution.v0 > 0.0
-        curvature = self.problem.curvature(solution, with_v0, without, name)
+        found = self.found(solution)
+        curvature = self.problem.curvature(solution, found, without, name)
         if not curvature > 0.0:
             return 0.0
-        variance = self.problem.covariance(solution, with_v0, without)[name, name]
+        variance = self.problem.covariance(solution, found, without)[name, name]
         if freedom is None:
-            freedom = self.problem.freedom(solution, with_v0, without)[name]
+            freedom = self.problem.freedom(solution, found, without)[name]
         quantile = parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
         return quantile * variance / curvature
 
@@ -300,7 +387,7 @@ class LawSearch:
         if self._is_driving():
             return False
         # The direction of S: that of v_s is not defined where S is small.
-        parameters = 1 + len(self.problem.knee)
+        parameters = 1 + len(self.problem.knee) + (EXPONENT in self.found(self.full))
         limit = self.limit(self.full, 'stribeck', ('stribeck_velocity',), parameters)
         # Below this, differences of cost are rounding errors.
         rounding = _ROUNDING * float(np.sum(self.full.weights * self.problem.y**2))
@@ -322,8 +409,8 @@ class LawSearch:
 
         What ends at the end of a search is none found.
         """
-        unshown = [self.softer[shown]] if shown in self.softer else []
+        unshown = list(self._refused[shown])
         asked = self.form.law == 'auto' and not shown and not self._is_driving()
         if asked and self.problem.stribeck_at(self.full) > 0.0:
             unshown.append(self.full)
-        return [x for x in unshown if not (self._is_endless(x) or self._has_endless_knee(x))]
+        return [x for x in unshown if not self._ends(x)]

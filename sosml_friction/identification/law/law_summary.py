@@ -18,14 +18,19 @@ from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_checks import dissipation_check
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
-from sosml_friction.identification.law.law_problem import NON_NEGATIVE
+from sosml_friction.identification.law.law_problem import (
+    EXPONENT,
+    NON_NEGATIVE,
+    LawProblem,
+    LawSolution,
+)
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.identification.law.law_search import HIDDEN, LawSearch
 from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
-from sosml_friction.model.terms.kinds.fading_term import fade
+from sosml_friction.model.terms.kinds.fading_term import EXPONENTS, fade
 
 #: Number of points of the profile at which the other parameters are solved for.
 _ALONG = 5
@@ -37,6 +42,7 @@ _ORDER = (
     'viscous',
     'stribeck',
     'stribeck_velocity',
+    EXPONENT,
     'bias',
     'viscous_asymmetry',
     'stribeck_asymmetry',
@@ -45,6 +51,18 @@ _NO_COULOMB = (
     'the best fit has no Coulomb friction, the Stribeck term stands in its place: the data do not '
     'tell one from the other'
 )
+_NO_EXPONENT = (
+    f'no exponent from {EXPONENTS[0]:g} to {EXPONENTS[1]:g} makes a Stribeck term that bends as '
+    'friction does: what it is at standstill is not known'
+)
+
+
+def values_of(problem: LawProblem, solution: LawSolution) -> dict[str, float]:
+    """Return the parameters of a law by name, v_s and the exponent with those it is linear in."""
+    values = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
+    if solution.v_s is None:
+        return values
+    return {**values, 'stribeck_velocity': solution.v_s, EXPONENT: solution.alpha}
 
 
 class LawSummary:
@@ -60,16 +78,15 @@ class LawSummary:
         self.search, self.problem, self.form = search, search.problem, search.form
         self.shown = search.shows_stribeck()
         self.solution = search.full if self.shown else search.plain
-        self.with_v0 = search.finds_v0 and self.solution.v0 > 0.0
-        linear = self.problem.names(self.solution.v_s)
-        self.names = (*linear, *(('stribeck_velocity',) if self.shown else ()))
-        self.best = dict(zip(linear, self.solution.theta.tolist(), strict=True))
-        if self.shown:
-            self.best['stribeck_velocity'] = float(self.solution.v_s or np.nan)
+        self.found = search.found(self.solution)
+        self.best = values_of(self.problem, self.solution)
+        if EXPONENT not in self.found:
+            self.best.pop(EXPONENT, None)
+        self.names = tuple(self.best)
         # What one that sits on its bound could be is not known either: the others are as unsure as
         # if it were free.
-        self.C = self.problem.covariance(self.solution, self.with_v0)
-        freedom = self.problem.freedom(self.solution, self.with_v0)
+        self.C = self.problem.covariance(self.solution, self.found)
+        freedom = self.problem.freedom(self.solution, self.found)
         self.quantile = {name: t_95(own) for name, own in freedom.items()}
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
@@ -78,7 +95,8 @@ class LawSummary:
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
         problem, solution, best, search = self.problem, self.solution, self.best, self.search
-        parameters = {n: self._linear(n) for n in self.names if n != 'stribeck_velocity'}
+        linear = problem.names(solution.v_s)
+        parameters = {name: self._linear(name) for name in linear}
         extra = tuple(parameters.pop(name) for name in problem.extra)
         knee, identified = self._knee()
         parameters.update(knee)
@@ -95,7 +113,7 @@ class LawSummary:
         residual, scale = solution.residual, float(np.linalg.norm(problem.y))
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
         fit = LawFit(
-            law=self.form.identifier(self.shown and identified),
+            law=self.form.identifier(solution.alpha if self.shown and identified else None),
             parameters={n: parameters[n] for n in _ORDER if n in parameters},
             residual_std=float(np.sqrt(np.mean(residual**2))),
             relative_error=(
@@ -107,10 +125,10 @@ class LawSummary:
             derived=derived,
             checks=(
                 dissipation_check(checked, unit, *speeds),
-                even_part(problem, solution, self.with_v0, np.array(speeds), unit),
+                even_part(problem, solution, self.found, np.array(speeds), unit),
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
-            drawn_law=self.form.identifier(self.shown),
+            drawn_law=self.form.identifier(solution.alpha if self.shown else None),
             covariance=np.array([[self.C[a, b] for b in of] for a in of]),
             covariance_of=of,
             profile=self.profile,
@@ -118,10 +136,7 @@ class LawSummary:
             extra=extra,
         )
         for other in search.unshown(self.shown):
-            names = problem.names(other.v_s)
-            values = dict(zip(names, other.theta.tolist(), strict=True))
-            if other.v_s is not None:
-                values['stribeck_velocity'] = other.v_s
+            values = values_of(problem, other)
             fit = fit.with_shift({n: values[n] - best[n] for n in of if n in values})
         return fit
 
@@ -131,7 +146,7 @@ class LawSummary:
         unit = '1' if name in self.problem.extra else unit_of(name, reach.effort_unit)
         if name in NON_NEGATIVE and value <= 0.0:
             # Free to move, it would go below zero: how far up it may be all the same.
-            free = self.problem.free_step(self.solution, self.with_v0, name)
+            free = self.problem.free_step(self.solution, self.found, name)
             high = max(free + quantile * float(np.sqrt(self.C[name, name])), 0.0)
             reason = reason_for(name, reach, (0.0, high))
             if name == 'coulomb' and self.solution.v_s is not None:
@@ -162,16 +177,14 @@ class LawSummary:
         says too little: what is left of the limit at each v_s is left for the parameter there.
         """
         problem, search, quantile = self.problem, self.search, self.quantile[name]
-        v0 = search.full.v0
-        with_v0 = search.finds_v0 and v0 > 0.0
+        found_there = search.found(search.full)
         open_ = np.flatnonzero(profile.excess <= 1.0)
         picked = np.unique(open_[np.linspace(0, len(open_) - 1, _ALONG).astype(int)])
         ends = [] if found.interval is None else [found.interval]
         for k in picked:
-            v_s = float(profile.stribeck_velocity[k])
-            fit = search.whole(search.solve(v_s, v0))
-            value = float(fit.theta[problem.names(v_s).index(name)])
-            C = problem.covariance(fit, with_v0, ('stribeck_velocity',))
+            fit = search.whole(search.at(float(profile.stribeck_velocity[k])))
+            value = values_of(problem, fit)[name]
+            C = problem.covariance(fit, found_there, ('stribeck_velocity',))
             room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
             half = quantile * float(np.sqrt(C[name, name])) * room
             ends.append((value - half, value + half))
@@ -221,6 +234,8 @@ class LawSummary:
                 reason = reason_for('stribeck_velocity', reach, wide)
         if shown and best['coulomb'] <= 0.0:
             reason = _NO_COULOMB
+        if shown and EXPONENT in self.found and self.search.ends_at(self.solution):
+            reason = _NO_EXPONENT
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))
             half = self.quantile['stribeck'] * error
@@ -229,7 +244,7 @@ class LawSummary:
             low, high = profile.stribeck_interval()
             reason = reason_for('stribeck', reach, (min(low, S[0]), max(high, S[1])))
             if not reason:
-                return {
+                knee = {
                     'stribeck': Parameter(best['stribeck'], units['stribeck'], error, S),
                     'stribeck_velocity': Parameter(
                         best['stribeck_velocity'],
@@ -237,7 +252,8 @@ class LawSummary:
                         float(np.sqrt(C['stribeck_velocity', 'stribeck_velocity'])),
                         v_s,
                     ),
-                }, True
+                }
+                return {**knee, **({EXPONENT: self._exponent()} if EXPONENT in best else {})}, True
         # What may fade below the slowest speed may be anything at standstill: no data reach there.
         reaches = v_s[0] >= self.search.slowest
         low, high = profile.stribeck_interval() if reaches else (0.0, np.inf)
@@ -251,13 +267,18 @@ class LawSummary:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
 
+    def _exponent(self) -> Parameter:
+        """Return the exponent that was found."""
+        error = float(np.sqrt(self.C[EXPONENT, EXPONENT]))
+        return Parameter.estimated(self.best[EXPONENT], '1', error, self.quantile[EXPONENT])
+
     def _at_slowest(self, profile: LawProfile) -> Parameter:
         """Return the extra friction at the slowest speed of the data."""
-        slowest, alpha = self.search.slowest, self.form.alpha
-        low, high = profile.stribeck_interval(slowest, alpha)
+        slowest = self.search.slowest
+        low, high = profile.stribeck_interval(slowest)
         value = np.nan
         if self.shown:
-            left = fade(np.asarray(slowest), self.best['stribeck_velocity'], alpha)
+            left = fade(np.asarray(slowest), self.best['stribeck_velocity'], self.solution.alpha)
             value = self.best['stribeck'] * float(left)
         else:
             # No S at all is what the test did not refuse.

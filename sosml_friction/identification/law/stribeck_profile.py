@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+from sosml_friction.identification.law.law_problem import EXPONENT, SIGN_WIDTH
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.identification.law.law_search import LawSearch
 
@@ -18,22 +19,24 @@ def stribeck_profile(
     search: LawSearch, limit: float, near: FloatArray | None = None
 ) -> LawProfile:
     """
-    Return the profile over v_s, v0 moving along where it is found.
+    Return the profile over v_s: v0 moves along where it is found, the exponent unless it is told.
 
     :param limit: rise of the cost up to which it is within.
     :param near: more v_s to ask for: the grid may be wider than the interval.
     """
-    problem = search.few
-    least = search.solve(search.full.v_s, search.full.v0).cost
-    costs, best, half = [], [], []
-    v0 = search.full.v0
-    moves = search.finds_v0 and v0 > 0.0
+    problem, full = search.few, search.full
+    sought = [SIGN_WIDTH] if SIGN_WIDTH in search.found(full) else []
+    sought += [EXPONENT] if search.finds_alpha else []
+    least = search.solve(full.v_s, full.v0, full.alpha).cost
+    costs, best, half, exponents = [], [], [], []
     grid = search.grid if near is None else np.sort(np.append(search.grid, near))
-    for v_s in grid:
-        fit = search.solve(v_s, v0)
-        X = problem.columns(v_s, v0)
-        if moves:
-            X = np.column_stack([X, problem.jacobian(fit, True)[1][:, -1]])
+    for v_s in grid.tolist():
+        fit = search.at(v_s)
+        X = problem.columns(v_s, fit.v0, fit.alpha)
+        names, J = problem.jacobian(fit, tuple(sought))
+        free = [x for x in sought if not (x == EXPONENT and search.ends_at(fit))]
+        moves = [names.index(name) for name in free]
+        X = np.column_stack([X, J[:, [j for j in moves if J[:, j].any()]]])
         rest = fit.residual
         k = problem.names(v_s).index('stribeck')
         others = [j for j in range(X.shape[1]) if j != k]
@@ -51,11 +54,12 @@ def stribeck_profile(
             half.append(float(np.sqrt(room / size)) if room >= 0.0 else np.nan)
         else:
             half.append(np.inf if least + limit >= cost else np.nan)
+        exponents.append(fit.alpha)
         costs.append(cost)
         best.append(S)
     rise = np.array(costs) - min(least, min(costs))
     safe = limit if limit > 0.0 else 1e-300
-    return LawProfile(grid, rise / safe, np.array(best), np.array(half))
+    return LawProfile(grid, rise / safe, np.array(best), np.array(half), np.array(exponents))
 
 
 def about_best(search: LawSearch, v_s: float, half: float) -> FloatArray:

@@ -15,7 +15,7 @@ from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
 from sosml_friction.identification.law.law_stack import OWN, LawStack
 from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import fade
@@ -105,7 +105,9 @@ class _Comparison:
         self.present = np.unique(self.bag)
         self.v = np.nan_to_num(rows.v)
         self.sign = smooth_sign(self.v, fit.smoothing_velocity)
-        self.power = 2.0 if 'gaussian' in fit.law else 1.0
+        found = fit.parameters.get('exponent')
+        fixed = law_definition(fit.law).fixed.get('exponent', 1.0)
+        self.power = fixed if found is None else found.value
         self.columns = {
             name: rows.lag(column)[keep]
             for name, column in (
@@ -116,6 +118,7 @@ class _Comparison:
         }
         if 'viscous_asymmetry' in fit.parameters:
             self.columns['viscous_asymmetry'] = rows.lag(np.abs(self.v))[keep]
+        beside = []
         if 'stribeck' in fit.law:
             v_s = self._search()
             fade = self._fade(v_s)
@@ -127,7 +130,11 @@ class _Comparison:
             S = float(theta[terms.index('stribeck')])
             slope = self.power * (np.abs(self.v) / v_s) ** self.power / v_s
             self.columns['stribeck_velocity'] = rows.lag(S * self.sign * fade * slope)[keep]
-        self.base = np.column_stack(list(self.columns.values()))
+            if found is not None:
+                share = np.maximum(np.abs(self.v) / v_s, np.finfo(float).tiny)
+                bend = S * self.sign * fade * share**self.power * np.log(share)
+                beside.append(rows.lag(bend)[keep])
+        self.base = np.column_stack([*self.columns.values(), *beside])
 
     def _fade(self, v_s: float) -> FloatArray:
         return fade(self.v, v_s, self.power)

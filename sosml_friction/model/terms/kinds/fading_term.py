@@ -14,6 +14,10 @@ from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
 
+#: Range of the exponent: from 0.5 (Bo and Pavelescu 1982, who found 0.5 to 1) to above that of the
+#: Gaussian, 2 (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
+EXPONENTS = (0.5, 2.5)
+
 
 def fade(
     v: FloatArray | float, stribeck_velocity: FloatArray | float, exponent: FloatArray | float
@@ -53,4 +57,4 @@ class FadingTerm(EffortTerm):
     def inner_bounds(self, signals: Recording, joint: int) -> Mapping[str, tuple[float, float]]:
         """Return the physical range."""
         top = float(signals.scales.speed[joint])
-        return {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': (0.5, 2.5)}
+        return {'stribeck_velocity': (0.005 * top, 0.4 * top), 'exponent': EXPONENTS}
