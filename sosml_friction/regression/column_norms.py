@@ -1,13 +1,22 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""What the columns of a regression are divided by."""
+"""How large the columns of a regression are, and how much of one is its own."""
 
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
+
+#: Share of a column that others must leave of it, or its parameter cannot be told beside theirs.
+COLLINEAR = 1e-3
 
 
 def column_norms(X: FloatArray) -> FloatArray:
     """Return the norms of columns (N, P), 1 of those that are 0: what a regression divides by."""
     norms = np.linalg.norm(X, axis=0)
     return np.asarray(np.where(norms == 0.0, 1.0, norms))
+
+
+def told_beside(column: FloatArray, basis: FloatArray) -> bool:
+    """Tell whether a column (N,) is more than a combination of an orthonormal ``basis`` (N, P)."""
+    left = column - basis @ (basis.T @ column)
+    return float(left @ left) > COLLINEAR**2 * float(column @ column)

@@ -8,6 +8,7 @@ from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.laws import TERM_LISTS, law_of
 
 LAWS = ('auto', 'coulomb_viscous', 'stribeck')
+#: The exponents that are published: exponential and Gaussian; the paper has those between, too.
 ALPHAS = (1.0, 2.0)
 
 
@@ -19,7 +20,8 @@ class LawForm:
     ``law``: ``coulomb_viscous`` is equation (9), ``stribeck`` equation (17), ``auto`` the second
     where the data show its extra term. ``symmetric``: False lets C, B and S differ with direction.
     ``alpha``: exponent of equation (10), None for 1 unless the data show another, which is then
-    fitted: without speeds below v_s it is collinear with S and v_s. ``ridge``: the
+    fitted; without speeds below v_s it is collinear with S and v_s, which are then what they may
+    be with any exponent from 1 to 2. ``ridge``: the
     paper's light regularisation of v_s and bias, 0 for none. It draws the bias to zero with that
     share of its own information. A v_s that is a factor e away from the geometric mean of the
     slowest and the fastest speed costs that share of the residuals' squares. The intervals do not

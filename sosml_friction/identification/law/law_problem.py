@@ -20,7 +20,7 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import fade
-from sosml_friction.regression.column_norms import column_norms
+from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Parameters that friction has not below zero.
 NON_NEGATIVE = ('coulomb', 'viscous', 'stribeck')
@@ -263,6 +263,12 @@ class LawProblem:
         used = [k for k, name in enumerate(names) if name not in without]
         norms = column_norms(X[:, used])
         return [names[k] for k in used], X[:, used] / norms, norms
+
+    def tells(self, solution: LawSolution, found: tuple[str, ...], name: str) -> bool:
+        """Tell whether a parameter is no combination of the others."""
+        kept, X, _ = self._scaled(solution, found, ())
+        X, k = X * np.sqrt(solution.weights)[:, None], kept.index(name)
+        return told_beside(X[:, k], np.linalg.qr(np.delete(X, k, axis=1))[0])
 
     def curvature(
         self, solution: LawSolution, found: tuple[str, ...], without: tuple[str, ...], name: str

@@ -13,7 +13,7 @@ from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError, MotionError
-from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.identification.law.law_form import ALPHAS, LawForm
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
     MOST_SOLVED,
@@ -125,6 +125,11 @@ def _check(clusters: IndexArray, v: FloatArray) -> None:
         )
 
 
+def within(value: float, ends: tuple[float, float]) -> bool:
+    """Tell whether a search ended within its ends, and not at one of them."""
+    return (1.0 + _AT_END) * ends[0] < value < (1.0 - _AT_END) * ends[1]
+
+
 def _cost(solution: LawSolution) -> float:
     return solution.cost
 
@@ -216,24 +221,25 @@ class LawSearch:
 
     def at(self, v_s: float) -> LawSolution:
         """
-        Return the best law of the reduced rows at a v_s, of whichever exponent.
+        Return the best law of the reduced rows at a v_s, of any exponent that it may have.
 
-        The best of some, and where a parabola through it and its neighbours is least.
+        One that the data do not show is from 1 to 2, as published. It is the best of some, or
+        where a parabola through it and its neighbours is least.
         """
         v0, alpha = self.full.v0, self.full.alpha
+        own = self.solve(v_s, v0, alpha)
         if not self.finds_alpha:
-            return self.solve(v_s, v0, alpha)
-        low, high = np.log(EXPONENTS)
+            return own
+        low, high = np.log(self.exponents)
         u = np.linspace(low, high, _ALPHAS)
         tried = [self.solve(v_s, v0, float(np.exp(each))) for each in u]
         costs = np.array([fit.cost for fit in tried])
         k = int(np.argmin(costs))
-        if not 0 < k < len(u) - 1:
-            return tried[k]
-        before, least, after = costs[k - 1 : k + 2]
-        by = 0.5 * (before - after) / max(before - 2.0 * least + after, np.finfo(float).tiny)
-        near = self.solve(v_s, v0, float(np.exp(u[k] + by * (u[1] - u[0]))))
-        return min(tried[k], near, key=_cost)
+        if 0 < k < len(u) - 1:
+            before, least, after = costs[k - 1 : k + 2]
+            by = 0.5 * (before - after) / max(before - 2.0 * least + after, np.finfo(float).tiny)
+            tried.append(self.solve(v_s, v0, float(np.exp(u[k] + by * (u[1] - u[0])))))
+        return min(own, *tried, key=_cost)
 
     def _refined(self, near: LawSolution) -> LawSolution:
         """Return the best fit near a start: v_s and what is found of it move."""
@@ -313,8 +319,11 @@ class LawSearch:
         """Return the best law with one parameter more, v0 from a start."""
         if name == SIGN_WIDTH:
             return self.whole(self._refined(replace(taken, v0=v0)))
-        tried = [self._refined(replace(taken, alpha=alpha)) for alpha in _BENDS]
-        return self.whole(min(tried, key=_cost))
+        starts = (
+            min((self.solve(v_s, taken.v0, alpha) for v_s in self.coarse), key=_cost)
+            for alpha in _BENDS
+        )
+        return self.whole(min(map(self._refined, starts), key=_cost))
 
     def _is_shown(self, name: str, more: LawSolution, less: LawSolution) -> bool:
         """
@@ -323,10 +332,12 @@ class LawSearch:
         The width of a sign as if all clusters told it: one that is found by chance, of few
         clusters, is no result and makes the others no surer, while one that is missed moves S.
         """
+        if self._is_endless(more) or not self._has_knee(more):
+            return False
+        if not self.problem.tells(more, self.found(more), name):
+            return False
         freedom = None
         if name == SIGN_WIDTH:
-            if self._is_endless(more):
-                return False
             freedom = max(self.problem.count - len(self.problem.base) - 2, 1)
         # Below this, differences of cost are rounding errors.
         least = _ROUNDING * float(np.sum(less.weights * self.problem.y**2))
@@ -340,17 +351,23 @@ class LawSearch:
         """
         return solution.v0 > (1.0 - _AT_END) * _LARGEST_V0 * self.slowest
 
-    def ends_at(self, solution: LawSolution) -> bool:
-        """Tell whether an exponent is where its search ends."""
-        low, high = EXPONENTS
-        return not (1.0 + _AT_END) * low < solution.alpha < (1.0 - _AT_END) * high
+    @property
+    def exponents(self) -> tuple[float, float]:
+        """Return the ends of the exponents that the law may have, published ones if not found."""
+        return EXPONENTS if EXPONENT in self.found(self.full) else ALPHAS
 
     def _ends(self, solution: LawSolution) -> bool:
         """Tell whether a search ended at one of its ends: what is there is none found."""
-        if self._is_endless(solution) or self.ends_at(solution):
+        if self._is_endless(solution):
             return True
-        first, last = (1.0 + _AT_END) * self.grid[0], (1.0 - _AT_END) * self.grid[-1]
-        return solution.v_s is not None and not first < solution.v_s < last
+        if EXPONENT in self.found(solution) and not within(solution.alpha, EXPONENTS):
+            return True
+        return not self._has_knee(solution)
+
+    def _has_knee(self, solution: LawSolution) -> bool:
+        """Tell whether v_s is within its search, or not asked for; at an end it is a bend."""
+        v_s = solution.v_s
+        return v_s is None or within(v_s, (self.grid[0], self.grid[-1]))
 
     def limit(
         self,

@@ -25,7 +25,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.identification.law.law_search import HIDDEN, LawSearch
+from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
 from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
 from sosml_friction.model.laws import unit_of
@@ -137,7 +137,9 @@ class LawSummary:
         )
         for other in search.unshown(self.shown):
             values = values_of(problem, other)
-            fit = fit.with_shift({n: values[n] - best[n] for n in of if n in values})
+            # What is a range already is what it may be in any of them.
+            known = [n for n in of if n in values and np.isfinite(parameters[n].value)]
+            fit = fit.with_shift({n: values[n] - best[n] for n in known})
         return fit
 
     def _linear(self, name: str) -> Parameter:
@@ -234,7 +236,7 @@ class LawSummary:
                 reason = reason_for('stribeck_velocity', reach, wide)
         if shown and best['coulomb'] <= 0.0:
             reason = _NO_COULOMB
-        if shown and EXPONENT in self.found and self.search.ends_at(self.solution):
+        if EXPONENT in best and not within(best[EXPONENT], EXPONENTS):
             reason = _NO_EXPONENT
         if shown and not reason:
             error = float(np.sqrt(C['stribeck', 'stribeck']))

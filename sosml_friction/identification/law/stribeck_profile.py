@@ -9,7 +9,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.law_problem import EXPONENT, SIGN_WIDTH
 from sosml_friction.identification.law.law_profile import LawProfile
-from sosml_friction.identification.law.law_search import LawSearch
+from sosml_friction.identification.law.law_search import LawSearch, within
 
 #: Number of points of the profile near the best fit.
 _NEAR = 13
@@ -34,7 +34,8 @@ def stribeck_profile(
         fit = search.at(v_s)
         X = problem.columns(v_s, fit.v0, fit.alpha)
         names, J = problem.jacobian(fit, tuple(sought))
-        free = [x for x in sought if not (x == EXPONENT and search.ends_at(fit))]
+        bends = within(fit.alpha, search.exponents)
+        free = [name for name in sought if name != EXPONENT or bends]
         moves = [names.index(name) for name in free]
         X = np.column_stack([X, J[:, [j for j in moves if J[:, j].any()]]])
         rest = fit.residual

@@ -19,12 +19,10 @@ from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import fade
-from sosml_friction.regression.column_norms import column_norms
+from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
 _ALARM = 0.01
-#: Collinearity: a deviation of which the others leave a smaller share is not identifiable.
-_LEFT = 1e-3
 _GRID = 30
 
 
@@ -213,8 +211,7 @@ class _Comparison:
             for name in names:
                 column = self._deviation((name, int(b)))
                 basis = np.linalg.qr(X / column_norms(X))[0]
-                rest = column - basis @ (basis.T @ column)
-                if float(rest @ rest) > _LEFT**2 * float(column @ column):
+                if told_beside(column, basis):
                     X = np.column_stack([X, column])
         degrees = X.shape[1] - self.base.shape[1]
         left = int(self.groups.max()) + 1 - X.shape[1]
@@ -249,9 +246,9 @@ class _Comparison:
             for candidate in candidates:
                 column = self._deviation(candidate)
                 rest = column - basis @ (basis.T @ column)
-                size, whole = float(rest @ rest), float(column @ column)
-                if candidate in accepted or not size > _LEFT**2 * whole:
+                if candidate in accepted or not told_beside(column, basis):
                     continue
+                size = float(rest @ rest)
                 gain = float(rest @ residual) ** 2 / size
                 if gain <= best_gain:
                     continue

@@ -264,7 +264,10 @@ class _JointFit:
             differing = differing - {'bias'} | set(self.own)
         if differing - set(self.own):
             self.own = tuple(name for name in OWN if name in differing)
-            self.fit = stack.own(self.own).rows.fit(unit)
+            before, self.fit = self.fit, stack.own(self.own).rows.fit(unit)
+            if self.fit.law != before.law:
+                # What differs had been taken for a bend of the law.
+                self.agreement = find_agreement(stack, labels, unit, self.fit)
 
 
 def _choose(found: _JointFit, rule: RuleFit) -> tuple[str, str]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fitted_law import fit_law
 
+from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE
 
@@ -26,6 +27,6 @@ def test_a_knee_is_known_only_if_one_and_a_half_times_its_interval_is_closed(
         'velocity_interval',
         lambda self, cost=1.0: (0.02 if cost <= closed_up_to**2 else 0.0, 0.04),
     )
-    fit = fit_law(v, y, np.arange(len(v)), 'Nm')
+    fit = fit_law(v, y, np.arange(len(v)), 'Nm', form=LawForm(alpha=1.0))
     assert (NOT_IDENTIFIABLE not in fit.parameters['stribeck_velocity'].flags) == known
     assert (fit.law == 'stribeck') == known
