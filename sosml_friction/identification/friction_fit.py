@@ -42,7 +42,7 @@ REACH = 0.2
 _BLUR = 0.2
 #: Largest change of velocity within its own window, as a share of v_s, that leaves the knee sharp.
 _BLURRED = 0.25
-_KNEE = ('stribeck', 'stribeck_velocity')
+_KNEE = ('stribeck', 'stribeck_velocity', 'exponent')
 
 
 @dataclass(frozen=True)
@@ -330,7 +330,7 @@ class _JointTask:
             'the weak form'
         )
         parameters = dict(fit.parameters)
-        for name in ('stribeck', 'stribeck_velocity'):
+        for name in parameters.keys() & set(_KNEE):
             unit = parameters[name].unit
             parameters[name] = Parameter.not_told(unit, reason, (0.0, np.inf), experiment)
         law = self.settings.form.identifier(None)

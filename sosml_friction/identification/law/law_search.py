@@ -150,7 +150,7 @@ class LawSearch:
         self.finds_alpha = self.form.alpha is None and self.form.law != 'coulomb_viscous'
         usual = self.form.usual
         signs = [v0] if v0 is not None else self._signs()
-        coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
+        self.coarse = self.grid[:: 2 if v0 is not None else _GRID // _COARSE]
         near = [0.0, *np.geomspace(0.5 * _LEAST_V0, _LARGEST_V0, _GRID // 3) * self.slowest]
         signs_of_span = near if v0 is None else signs
         laws = [(v_s, sign, usual) for sign in signs_of_span for v_s in self.grid[::2]]
@@ -163,12 +163,12 @@ class LawSearch:
                 for alpha in bends
             ]
         problem.span(laws, _FLAT * self.grid[0])
-        self.coarse, middle = coarse, float(np.median(coarse))
+        middle = float(np.median(self.coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
         # model.
         first_fits = (problem.solve(middle, sign, usual) for sign in signs[:2])
         self._weigh(min(first_fits, key=_cost).weights)
-        tried = [self.solve(v_s, sign, usual) for sign in signs for v_s in coarse]
+        tried = [self.solve(v_s, sign, usual) for sign in signs for v_s in self.coarse]
         # A search that begins at the sign itself does not leave it: begin beside it as well.
         starts = [[fit for fit in tried if (fit.v0 > 0.0) == soft] for soft in (True, False)]
         refined = [self._refined(min(some, key=_cost)) for some in starts if some]

@@ -138,8 +138,8 @@ class LawSummary:
         for other in search.unshown(self.shown):
             values = values_of(problem, other)
             # What is a range already is what it may be in any of them.
-            known = [n for n in of if n in values and np.isfinite(parameters[n].value)]
-            fit = fit.with_shift({n: values[n] - best[n] for n in known})
+            known = [n for n in of if n in parameters and np.isfinite(parameters[n].value)]
+            fit = fit.with_shift({n: values[n] - best[n] for n in known if n in values})
         return fit
 
     def _linear(self, name: str) -> Parameter:
@@ -265,6 +265,8 @@ class LawSummary:
         ranges = {'stribeck': (low, high), 'stribeck_velocity': v_s if shown else None}
         experiment = experiment_for('stribeck', reach)
         knee = {n: Parameter.not_told(units[n], reason, ranges[n], experiment) for n in units}
+        if EXPONENT in best:
+            knee[EXPONENT] = Parameter.not_told('1', reason, EXPONENTS, experiment)
         if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False

@@ -26,7 +26,7 @@ from sosml_friction.identification.several.bag_agreement import (
     find_agreement,
 )
 from sosml_friction.identification.several.bag_roles import ROLES, BagRole
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.motion.trajectories import TRAJECTORIES
 
@@ -38,8 +38,12 @@ RULE = {
     'stribeck_velocity': ('T2',),
     'bias': ('T3',),
 }
-#: Where the law is fitted with an asymmetry, it comes from the same bags as what it is of.
-_ASYMMETRY = {'viscous_asymmetry': ('T1', 'T3'), 'stribeck_asymmetry': ('T2',)}
+#: What only some laws have comes from the same bags as what it is of.
+_OF_SOME = {
+    'exponent': ('T2',),
+    'viscous_asymmetry': ('T1', 'T3'),
+    'stribeck_asymmetry': ('T2',),
+}
 #: Which of the two ways is to be used.
 JOINT, BY_RULE = 'joint', 'rule'
 #: Bags are said to agree if they would be as different by chance in more than this share of cases.
@@ -121,7 +125,8 @@ class Consolidated:
         known = all(name in parameters and _known(parameters[name]) for name in _STRIBECK)
         laws = [fit.fit.law for fit in self.fits.values()]
         for law in laws:
-            if ('stribeck' in law) == known:
+            names = law_definition(law).parameter_names
+            if ('stribeck' in names) == known and all(name in parameters for name in names):
                 return law
         asymmetric = '_asymmetric' if 'viscous_asymmetry' in parameters else ''
         return f'{"stribeck" if known else "coulomb_viscous"}{asymmetric}'
@@ -320,7 +325,7 @@ def paper_rule(fits: Mapping[str, JointFit], roles: Mapping[str, BagRole], unit:
     )
     parameters, sources = {}, {}
     rule = dict(RULE)
-    for name, wanted in _ASYMMETRY.items():
+    for name, wanted in _OF_SOME.items():
         if any(name in fit.fit.parameters for fit in fits.values()):
             rule[name] = wanted
     for name, wanted in rule.items():

@@ -22,11 +22,12 @@ PLAIN = {
     'stribeck': 'more near standstill S',
     'stribeck_velocity': 'fading over the speed v_s',
     'bias': 'bias, the same both ways',
+    'exponent': 'the exponent of v / v_s, where it is not 1',
     'viscous_asymmetry': 'difference of B by direction',
     'stribeck_asymmetry': 'difference of S by direction',
 }
-#: Those that only laws have that differ with direction.
-_ASYMMETRIES = {'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
+#: Those that only some laws have.
+_OF_SOME = {'exponent': 'alpha', 'viscous_asymmetry': 'D_B', 'stribeck_asymmetry': 'D_S'}
 #: Estimates that no observer makes.
 _METHODS = {'weak_form': 'Weak form', 'regression': 'Regression', 'output_error': 'Output error'}
 #: What the levels, rows or samples of a fit are called in a sentence.
@@ -63,7 +64,7 @@ def pairs_text(method: str, count: int) -> str:
 
 def symbols_of(*parameters: Collection[str]) -> dict[str, str]:
     """Return name and symbol of each row that a table of such parameters has."""
-    extra = {n: s for n, s in _ASYMMETRIES.items() if any(n in some for some in parameters)}
+    extra = {n: s for n, s in _OF_SOME.items() if any(n in some for some in parameters)}
     return SYMBOLS | extra
 
 

@@ -26,7 +26,7 @@ from sosml_friction.identification.parameter_interval import (
     half_width,
     missed_truths,
 )
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import NOT_IDENTIFIABLE, Parameter
 from sosml_friction.report.common.labels import observer_label, symbols_of
 from sosml_friction.report.fit.joint_view import JointView
@@ -65,11 +65,12 @@ def law_sentence(
         _quantity('viscous', parameters['viscous'], 'viscous friction'),
     ]
     stribeck = parameters['stribeck']
-    told = law.startswith('stribeck')
+    told = 'stribeck' in law_definition(law).terms
     # Below zero it cannot be: a range that begins above it is extra friction all the same.
     seen = stribeck.interval is not None and stribeck.interval[0] > 0.0
     if told or seen:
-        parts.append(_stribeck(stribeck, parameters['stribeck_velocity']))
+        exponent = parameters.get('exponent')
+        parts.append(_stribeck(stribeck, parameters['stribeck_velocity'], exponent))
     text = f'{joint}: {", ".join(parts[:-1])} and {parts[-1]}'
     bias = parameters['bias']
     if NOT_IDENTIFIABLE in bias.flags:
@@ -263,13 +264,15 @@ def _range(name: str, parameter: Parameter) -> str:
     return f' ({text} {parameter.unit})' if text else ''
 
 
-def _stribeck(stribeck: Parameter, velocity: Parameter) -> str:
+def _stribeck(stribeck: Parameter, velocity: Parameter, exponent: Parameter | None) -> str:
     if NOT_IDENTIFIABLE not in stribeck.flags:
         fading = (
             f'a speed that it leaves open{_range("stribeck_velocity", velocity)}'
             if NOT_IDENTIFIABLE in velocity.flags
             else _with_error(velocity)
         )
+        if exponent is not None:
+            fading += f' with the exponent {_with_error(exponent)}'
         return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
     return (
         f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
