@@ -272,7 +272,7 @@ def _stribeck(stribeck: Parameter, velocity: Parameter, exponent: Parameter | No
             else _with_error(velocity)
         )
         if exponent is not None:
-            fading += f' with the exponent {_with_error(exponent)}'
+            fading += f' with the exponent {_with_error(exponent).removesuffix(" 1")}'
         return f'{_with_error(stribeck)} more near standstill, fading over {fading}'
     return (
         f'more near standstill, whose size this motion leaves open{_range("stribeck", stribeck)}'
