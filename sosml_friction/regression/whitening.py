@@ -144,7 +144,9 @@ def _contacts(
     ]
     residual, moving, times, load, wrong = [], [], [], [], []
     band = rows.signals[0].band
-    for s, part in zip(rows.signals, parts, strict=True):
+    # With the rests that were taken out: zeros are no usual size, whether friction there is known
+    # or not.
+    for s, part in zip(resting, parts, strict=True):
         kept = slice(s.band.first, None, s.band.factor)
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)
