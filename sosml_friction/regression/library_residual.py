@@ -3,10 +3,12 @@
 """What no candidate explains: the noise of the recordings, and contacts and impacts in it."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
-from sosml_friction.arrays import BoolArray, FloatArray
+from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.regression.band_rows import SMALL_GRID, BandRows
 from sosml_friction.regression.kernels import products, squares
 from sosml_friction.regression.signals import Signals
@@ -18,6 +20,13 @@ RIDGE = 1e-8
 #: At most this many points of a large grid are taken off, each of at least this share of the
 #: residual's energy. Chosen, no measurement.
 _LINES, _LINE = 16, 0.02
+#: Times at which a step is tried, at most. Chosen, no measurement: 15 ms of a minute.
+_STEPS = 4096
+#: A step of which the library leaves less than this share of its rows is none beside it. Chosen,
+#: no measurement: its height would be known from a thousandth of the data.
+_BESIDE_LIBRARY = 1e-3
+#: Probability that noise has a step: once in a hundred recordings, as of a tone.
+_STEP_CHANCE = 0.01
 #: A point must also explain this many times the variance of a row. From chance alone one of 300
 #: points does so with a probability of 300 exp(-15 / 2) = 0.17 (chi-squared, cosine and sine).
 _CHANCE = 15.0
@@ -27,29 +36,104 @@ _CHANCE = 15.0
 MORE_AT_REST = 5.0
 
 
-def library_residual(rows: BandRows) -> list[list[FloatArray]]:
-    """Return what all candidates together leave of each joint, by stretch (K,) [Nm or N]."""
-    left = []
+@dataclass(frozen=True)
+class LibraryResidual:
+    """
+    Hold what all candidates together leave of each joint, by stretch (K,) [Nm or N].
+
+    ``steady``: the same without a step of effort in time. What changes once is no noise: a model
+    of noise that had it would whiten it away.
+    """
+
+    left: list[list[FloatArray]]
+    steady: list[list[FloatArray]]
+
+
+def library_residual(rows: BandRows) -> LibraryResidual:
+    """Return what all candidates together leave."""
+    left, steady = [], []
     ends = np.cumsum([len(part) for part in rows.residual])[:-1]
+    every = max(1, -(-sum(len(part) for part in rows.residual) // _STEPS))
     for i in range(rows.signals[0].robot.n):
         G, r = np.zeros(()), np.zeros(())
+        sums: list[FloatArray] = []
         for s, part in _parts(rows):
             X = _design_matrix(rows, i, s, part)
             G, r = G + X.T @ X, r + X.T @ rows.residual[s][part, i]
+            sums.append(np.add.reduceat(X, np.arange(0, len(X), every)))
         size = np.sqrt(np.diag(G))
         acts = size > 0.0
         size = size[acts]
         G = G[np.ix_(acts, acts)] / size / size[:, None] + RIDGE * np.eye(len(size))
         x = np.zeros(len(acts))
         x[acts] = np.linalg.solve(G, r[acts] / size) / size
-        residual = np.concatenate(
-            [
-                rows.residual[s][part, i] - _design_matrix(rows, i, s, part) @ x
-                for s, part in _parts(rows)
-            ]
-        )
+
+        def fitted(x: FloatArray, i: int = i) -> FloatArray:
+            return np.concatenate(
+                [_design_matrix(rows, i, s, part) @ x for s, part in _parts(rows)]
+            )
+
+        residual = np.concatenate([part[:, i] for part in rows.residual]) - fitted(x)
         left.append(np.split(_without_lines(rows, i, residual), ends))
-    return left
+        starts = _starts(rows, every)
+        known = np.concatenate(sums)[:, acts] / size
+        begin, height, beside = _step(residual, starts, known, G)
+        if not height:
+            steady.append(left[-1])
+            continue
+        x[acts] = -beside / size
+        step = fitted(x)
+        step[begin:] += 1.0
+        steady.append(np.split(_without_lines(rows, i, residual - height * step), ends))
+    return LibraryResidual(left, steady)
+
+
+def _starts(rows: BandRows, every: int) -> IndexArray:
+    """Return every so manieth row of each part, counted through all of them."""
+    starts, first = [], 0
+    for s, part in _parts(rows):
+        count = len(rows.residual[s][part])
+        starts.append(first + np.arange(0, count, every))
+        first += count
+    return np.concatenate(starts)
+
+
+def _step(
+    residual: FloatArray, starts: IndexArray, sums: FloatArray, G: FloatArray
+) -> tuple[int, float, FloatArray]:
+    """
+    Return the step in time that is in a residual: its first row, its height, and its fit.
+
+    The height is 0 where there is none. A step at any time gains as chi-squared of one degree of
+    freedom has it, times the power of slow noise, which is seen at all other times: the best is
+    one if it gains more than the largest of all would by chance.
+
+    :param starts: first rows of the chunks (C,) at which a step is tried.
+    :param sums: of each chunk, the sums of the library's columns (C, p), of size 1.
+    :param G: products of these columns (p, p).
+    """
+    after = np.cumsum(np.add.reduceat(residual, starts)[::-1])[::-1]
+    D = np.cumsum(sums[::-1], axis=0)[::-1]
+    beside = np.linalg.solve(G, D.T)
+    count = len(residual) - starts
+    own = count - np.einsum('cp,pc->c', D, beside)
+    # What the library can make of its columns is no step beside it.
+    tried = own > _BESIDE_LIBRARY * count
+    if not tried.any():
+        return 0, 0.0, np.zeros(len(G))
+    own = np.where(tried, own, 1.0)
+    gain = np.where(tried, after**2 / own, 0.0)
+    best = int(np.argmax(gain))
+    height = float(after[best] / own[best])
+    # Of all others the gain is that of noise, once this one is taken off.
+    overlap = count[np.maximum(np.arange(len(count)), best)] - D @ beside[:, best]
+    others = (after - height * overlap)[tried] ** 2 / own[tried]
+    usual = float(np.median(others)) / float(chi2.median(1))
+    least = float(chi2.isf(_STEP_CHANCE / tried.sum(), 1))
+    share = gain[best] / max(float(residual @ residual), 1e-300)
+    if gain[best] <= least * usual or share < _LINE:
+        return 0, 0.0, np.zeros(len(G))
+    return int(starts[best]), height, beside[:, best]
 
 
 def _parts(rows: BandRows) -> Iterator[tuple[int, slice]]:

@@ -79,20 +79,20 @@ class WhitenedRegression:
         step('computing the columns of all candidates')
         rows = BandRows.make(signals, library, settings)
         step('whitening')
-        left = library_residual(rows)
+        beyond = library_residual(rows)
         resting = with_rests(signals)
         every = frozenset(range(signals[0].robot.n))
         turning = with_rests(signals, turns=every)
         # Where one creeps at rest others do, though more noise in their motion may hide it. One
         # whose friction at rest is not known sticks in passing, too, for any time.
-        unknown = every if settings.moving_only else unknown_at_rest(left, resting)
+        unknown = every if settings.moving_only else unknown_at_rest(beyond.left, resting)
         unknown |= sticking_joints(rows, resting if unknown else signals, turning)
         leave_out = bool(unknown)
         if leave_out:
             resting = with_rests(signals, turns=unknown)
             rows = rows.without_standstill(resting)
-            left = library_residual(rows)
-        whitening = Whitening.fit(rows, left, resting, leave_out, settings.tolerance)
+            beyond = library_residual(rows)
+        whitening = Whitening.fit(rows, beyond, resting, leave_out, settings.tolerance)
         if kept is not None:
             rows = rows.only(kept)
         y = whitening.apply(rows.residual)

@@ -14,7 +14,7 @@ from sosml_friction.regression.band_rows import BandRows
 from sosml_friction.regression.contacts import LOAD_SMOOTHER, Contacts, find_contacts
 from sosml_friction.regression.evidence import whiten_all
 from sosml_friction.regression.kernels import runs
-from sosml_friction.regression.library_residual import in_motion
+from sosml_friction.regression.library_residual import LibraryResidual, in_motion
 from sosml_friction.regression.noise_model import ORDER, NoiseModel, fit_noise
 from sosml_friction.regression.rests import WhitenedRests
 from sosml_friction.regression.signals import Signals
@@ -43,7 +43,7 @@ class Whitening:
     def fit(
         cls,
         rows: BandRows,
-        left: Sequence[Sequence[FloatArray]],
+        library: LibraryResidual,
         resting: Sequence[Signals],
         leave_out: bool,
         tolerance: float,
@@ -51,20 +51,20 @@ class Whitening:
         """
         Return the whitening of the noise in a residual.
 
-        :param left: what the library leaves of each joint, by stretch (K,).
+        :param library: what it leaves: noise is what is steady, and a push need not be.
         :param resting: the stretches with their rests.
         :param leave_out: leave out standstill.
         :param tolerance: relative error of a nominal parameter that is normal.
         """
         models = []
-        for i, stretches in enumerate(left):
+        for i, stretches in enumerate(library.steady):
             least = _LEAST_NOISE * max(float(rows.signals[0].scales.effort[i]), 1e-12)
             told = [x for s, x in zip(rows.signals, stretches, strict=True) if i not in s.silent]
             calm = _calm(rows.signals, i, stretches) if leave_out else told
             models.append(fit_noise(calm or stretches, least))
-        contacts = _contacts(rows, left, resting, tolerance**2)
+        contacts = _contacts(rows, library.left, resting, tolerance**2)
         if contacts.mask.any():
-            for i, stretches in enumerate(left):
+            for i, stretches in enumerate(library.steady):
                 calm = _calm(rows.signals, i, stretches, contacts.mask[:, i])
                 if calm:
                     models[i] = fit_noise(calm, 1e-12)
@@ -144,7 +144,9 @@ def _contacts(
     ]
     residual, moving, times, load, wrong = [], [], [], [], []
     band = rows.signals[0].band
-    for s, part in zip(rows.signals, parts, strict=True):
+    # With the rests that were taken out: zeros are no usual size, whether friction there is known
+    # or not.
+    for s, part in zip(resting, parts, strict=True):
         kept = slice(s.band.first, None, s.band.factor)
         # What the body behind each gear needs, without the motor's own rotor.
         body = s.band.smooth(s.rigid - np.array(s.robot.armature) * s.a, LOAD_SMOOTHER)

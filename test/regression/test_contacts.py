@@ -121,6 +121,30 @@ def test_what_friction_may_be_at_rest_is_no_push_and_more_than_that_is(change, f
     assert bool(contacts.contacts) is found
 
 
+def test_a_joint_that_rests_most_of_the_time_is_not_pushed_as_it_moves():
+    """What it leaves at rest is taken for friction, and nothing is no usual size to divide by."""
+    step, dwell = 4e-3, 700
+    s = np.linspace(0.0, 1.0, 300)
+    move = 0.1 * s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    q = np.tile(np.concatenate([move, np.full(dwell, 0.1), 0.1 - move, np.zeros(dwell)]), 15)
+    v = np.gradient(q, step)
+    moved = np.where(np.abs(v) > 1e-9, np.arange(len(q)), 0)
+    sign = np.sign(v[np.maximum.accumulate(moved)])
+    tau = SLIDER_MASS * np.gradient(v, step) + 20.0 * sign + 200.0 * v
+    rng = np.random.default_rng(3)
+    tau += np.where(np.abs(v) > 1e-9, rng.normal(0.0, 0.5, len(q)), 0.0)
+    # Motion differs a little from one time to another, as no model has it.
+    tau += 1.0 * (rng.normal(0.0, 1.0, 30).repeat(300 + dwell)) * (np.abs(v) > 0.05)
+    log, model = (
+        recording(('slider',), step * np.arange(len(q)), q, tau),
+        slider_model(20.0, 200.0),
+    )
+    settings = DiagnosisSettings()
+    signals = prepare([log], model, model.make_robot(), settings)
+    contacts = WhitenedRegression.make(signals, {'stribeck': Stribeck()}, settings).contacts
+    assert contacts.contacts == ()
+
+
 def test_a_push_on_a_residual_that_is_nothing_else_is_told(noise):
     """A joint that says nothing most of the time has no usual size to divide by."""
     t, e = noise

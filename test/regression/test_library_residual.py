@@ -1,0 +1,55 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""What all candidates together leave is noise, but for what changes once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from known_robots import SLIDER_STEP, recording, slider_model, slider_recording
+
+from sosml_friction.diagnosis.diagnosis import diagnose
+from sosml_friction.model.terms.spring import Spring
+from sosml_friction.regression.band_rows import BandRows
+from sosml_friction.regression.library_residual import library_residual
+from sosml_friction.regression.settings import DiagnosisSettings
+from sosml_friction.regression.signals import prepare
+
+MODEL, SETTINGS = slider_model(20.0, 200.0), DiagnosisSettings(nulls=4)
+
+
+def slider(step=0.0, slow=0.0, duration=60.0):
+    """Return the slider with a step of effort [N] in mid-record, and slow noise [N]."""
+    log = slider_recording(duration=duration)
+    e = np.random.default_rng(8).normal(0.0, 1.0, len(log))
+    for k in range(1, len(e)):
+        # A correlation of 1 s.
+        e[k] = e[k - 1] + (e[k] * np.sqrt(2.0 * SLIDER_STEP) - e[k - 1] * SLIDER_STEP)
+    tau = log.tau[:, 0] + step * (log.time > 0.4 * duration) + slow * e
+    return recording(('slider',), log.time, log.q, tau)
+
+
+def spread(log):
+    """Return the standard deviation of what is left, and of the same without a step [N]."""
+    signals = prepare([log], MODEL, MODEL.make_robot(), SETTINGS)
+    found = library_residual(BandRows.make(signals, {'spring': Spring()}, SETTINGS))
+    return tuple(float(np.std(np.concatenate(own[0]))) for own in (found.left, found.steady))
+
+
+def test_a_step_of_effort_is_no_noise():
+    _, noise = spread(slider())
+    left, steady = spread(slider(step=3.0))
+    assert left > 1.3 * noise
+    assert steady == pytest.approx(noise, rel=0.02)
+
+
+@pytest.mark.parametrize('slow', [0.0, 1.0])
+def test_noise_has_no_step_slow_as_it_may_be(slow):
+    left, steady = spread(slider(slow=slow))
+    assert steady == left
+
+
+def test_a_step_of_effort_is_no_noise_to_the_diagnosis():
+    found = diagnose([slider(step=3.0)], MODEL, settings=SETTINGS)
+    assert found.verdict == 'unknown_structure', found.sentence
+    assert any(x.axis == 'time' for x in found.selection.remainder.beyond_chance)
