@@ -35,7 +35,8 @@ _LISTS = """\
 `--terms` takes all of these names; one that is a term's, `stribeck`, is the term. `--law` takes m1
 to m6, the same as with `--terms`, and `coulomb_viscous` and `stribeck`: these are functions of
 velocity, fitted by the weak form and to observers, with `--alpha 2` the Gaussian, with an exponent
-that was found under the names of its terms, with `--asymmetric` by direction. [identification.md](identification.md) has both ways.
+that was found under the names of its terms, with `--asymmetric` by direction.
+[identification.md](identification.md) has both ways.
 """
 
 

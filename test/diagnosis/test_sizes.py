@@ -101,7 +101,8 @@ def test_fit_and_diagnosis_hold_the_friction_at_standstill_and_agree(slowest, ex
             f'{slowest} {exponent} {seed}: {np.round(ends, 3).tolist()} {size_text(of_diagnosis)}'
         )
     print(
-        f'slowest {slowest} rad/s, exponent {exponent}: held {held}, agree {agree}, open {flagged} of {SEEDS}'
+        f'slowest {slowest} rad/s, exponent {exponent}: held {held}, agree {agree}, '
+        f'open {flagged} of {SEEDS}'
     )
     assert min(held.values()) >= 0.88 * SEEDS
     assert agree >= 0.88 * SEEDS
