@@ -404,7 +404,8 @@ class _JointTask:
             np.minimum.reduceat(settled & moving, starts),
             means(self.v),
             lag,
-            form=self.settings.form,
+            # A mean velocity bends the knee: what exponent fits best is not that of friction.
+            form=replace(self.settings.form, alpha=self.settings.form.usual),
             unsure=self._seen(lag),
         )
 
