@@ -177,8 +177,8 @@ def fit(
         :class:`~sosml_friction.identification.friction_fit.FitSettings`.
     :param law: ``auto``, ``coulomb_viscous`` or ``stribeck``.
     :param symmetric: whether friction is the same in both directions.
-    :param alpha: exponent of the speed in the Stribeck term, 1 or 2; None for 1 unless the data
-        show another.
+    :param alpha: exponent of the speed in the Stribeck term, most often 1 or 2; None for 1 unless
+        the data show another.
     :param observers: see :func:`~sosml_friction.api.observe.observe`, as ``bandwidth`` and
         ``effort_hold``.
     :param refit_inertia: whether inertia is fitted too; it is reported, the model keeps its own.

@@ -63,8 +63,8 @@ SymmetricOption = Annotated[
 AlphaOption = Annotated[
     float | None,
     typer.Option(
-        metavar='1|2',
-        help='Exponent of the Stribeck term; default: 1 unless the data show another.',
+        metavar='NUMBER',
+        help='Exponent of the Stribeck term, 1 or 2 mostly; default: 1 unless data show another.',
     ),
 ]
 ZeroBandOption = Annotated[

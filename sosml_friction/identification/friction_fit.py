@@ -261,10 +261,10 @@ class _JointTask:
         self, observer: str, tau_f: FloatArray, lag_of: Observer, both: bool = True
     ) -> tuple[JointFit, JointFit | None]:
         order = self._order()
-        fits = []
+        fits: list[JointFit] = []
         for method in order:
             try:
-                fits.append(self._fit_by(method, observer, tau_f, lag_of))
+                fits.append(self._fit_by(method, observer, tau_f, lag_of, fits))
             except DataError:
                 chooses = self.settings.method not in ('segments', 'samples')
                 if not fits and (method == order[1] or not chooses):
@@ -296,9 +296,24 @@ class _JointTask:
         speeds = [abs(segment.velocity) for segment in self.segments if not segment.rejected]
         return bool(speeds) and min(speeds) <= REACH * max(speeds)
 
-    def _fit_by(self, method: str, observer: str, tau_f: FloatArray, lag_of: Observer) -> JointFit:
+    def _fit_by(
+        self,
+        method: str,
+        observer: str,
+        tau_f: FloatArray,
+        lag_of: Observer,
+        others: Sequence[JointFit],
+    ) -> JointFit:
         levels = self._levels(tau_f, lag_of)
-        fit = self.rows(method, tau_f, lag_of).fit(self.unit)
+        rows = self.rows(method, tau_f, lag_of)
+        if method == 'samples':
+            # A mean velocity bends the knee: the exponent is that of the segments, or the usual.
+            alphas = [
+                other.fit.drawn.get('exponent', self.settings.form.usual) for other in others
+            ]
+            alpha = next(iter(alphas), self.settings.form.usual)
+            rows = replace(rows, form=replace(rows.form, alpha=alpha))
+        fit = rows.fit(self.unit)
         if method == 'samples':
             fit = self._without_blurred_knee(fit)
         return JointFit(self.name, observer, method, self.unit, fit, self.segments, levels)
@@ -404,8 +419,7 @@ class _JointTask:
             np.minimum.reduceat(settled & moving, starts),
             means(self.v),
             lag,
-            # A mean velocity bends the knee: what exponent fits best is not that of friction.
-            form=replace(self.settings.form, alpha=self.settings.form.usual),
+            form=self.settings.form,
             unsure=self._seen(lag),
         )
 

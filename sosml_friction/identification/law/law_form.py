@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.model.laws import TERM_LISTS, law_of
+from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
 
 LAWS = ('auto', 'coulomb_viscous', 'stribeck')
 #: The exponents that are published: exponential and Gaussian; the paper has those between, too.
@@ -37,9 +38,11 @@ class LawForm:
         if self.law not in LAWS:
             known = ', '.join((*LAWS, *TERM_LISTS))
             raise ConfigurationError(f'law is {self.law!r}: use one of {known}')
-        if self.alpha is not None and self.alpha not in ALPHAS:
+        low, high = EXPONENTS
+        if self.alpha is not None and not low <= self.alpha <= high:
             raise ConfigurationError(
-                f'alpha is {self.alpha}: use 1 or 2, or leave it out: it is then found'
+                f'alpha is {self.alpha}: use 1, 2 or another from {low:g} to {high:g}, or leave it '
+                'out: it is then found'
             )
         if not 0.0 <= self.ridge < 1.0:
             raise ConfigurationError(f'ridge is {self.ridge}: give a share from 0 to below 1')
