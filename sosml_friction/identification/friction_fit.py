@@ -308,10 +308,8 @@ class _JointTask:
         rows = self.rows(method, tau_f, lag_of)
         if method == 'samples':
             # A mean velocity bends the knee: the exponent is that of the segments, or the usual.
-            alphas = [
-                other.fit.drawn.get('exponent', self.settings.form.usual) for other in others
-            ]
-            alpha = next(iter(alphas), self.settings.form.usual)
+            found = [x.fit.drawn['exponent'] for x in others if 'exponent' in x.fit.drawn]
+            alpha = found[0] if found else self.settings.form.usual
             rows = replace(rows, form=replace(rows.form, alpha=alpha))
         fit = rows.fit(self.unit)
         if method == 'samples':

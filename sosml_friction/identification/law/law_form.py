@@ -41,8 +41,8 @@ class LawForm:
         low, high = EXPONENTS
         if self.alpha is not None and not low <= self.alpha <= high:
             raise ConfigurationError(
-                f'alpha is {self.alpha}: use 1, 2 or another from {low:g} to {high:g}, or leave it '
-                'out: it is then found'
+                f'alpha is {self.alpha}: use 1, 2 or another from {low:g} to {high:g}, or leave '
+                'it out: it is then found'
             )
         if not 0.0 <= self.ridge < 1.0:
             raise ConfigurationError(f'ridge is {self.ridge}: give a share from 0 to below 1')
