@@ -64,8 +64,14 @@ class LawRows:
         parameters together: V + d d^T, d the change by the other way, times how unsure this is.
         """
         fit = self._fit(effort_unit)
+        form = replace(self.form, alpha=fit.drawn.get('exponent', self.form.usual))
         for other, unsure in self._other_ways():
-            same = replace(other, smoothing_velocity=fit.smoothing_velocity, find_smoothing=False)
+            same = replace(
+                other,
+                smoothing_velocity=fit.smoothing_velocity,
+                find_smoothing=False,
+                form=form,
+            )
             try:
                 way = same._fit(effort_unit).drawn
             except DataError:
