@@ -332,7 +332,7 @@ class LawSearch:
         The width of a sign as if all clusters told it: one that is found by chance, of few
         clusters, is no result and makes the others no surer, while one that is missed moves S.
         """
-        if self._is_endless(more) or not self._has_knee(more):
+        if self._is_endless(more) or (name == EXPONENT and not self._has_knee(more)):
             return False
         if not self.problem.tells(more, self.found(more), name):
             return False
