@@ -23,10 +23,11 @@ from scipy.stats import binom
 import sosml_friction as sf
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.law.law_fit import LawFit
+from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_rows import LawRows
 from sosml_friction.identification.law.law_stack import joined, row_noise, stack_rows
 from sosml_friction.identification.segments import unsure_sign
-from sosml_friction.identification.weak_form import WeakForm
+from sosml_friction.identification.weak_form import WeakForm, WeakSettings
 from sosml_friction.motion.trajectories import build_trajectory
 from sosml_friction.share import share_directory
 
@@ -76,16 +77,20 @@ def recorded(name: str, seed: int, rippling: bool) -> tuple[JointLog, np.ndarray
     return log, true[:, :2], true[:, 2:]
 
 
-def fitted(log: JointLog) -> tuple[WeakForm, WeakForm]:
+def fitted(log: JointLog, alpha: float | None = None) -> tuple[WeakForm, WeakForm]:
     """Return the weak form by slopes of the position, and with smoothed velocities."""
-    rough = WeakForm(log, nominal_robot(), 'end')
+    rough = WeakForm(log, nominal_robot(), 'end', WeakSettings(form=LawForm(alpha=alpha)))
     return rough, rough.with_laws([rough.fit(i) for i in range(2)])
 
 
 def read_by(bits: int, logs: list[tuple[JointLog, np.ndarray]]) -> list[LawFit]:
-    """Return the fit of each joint as if an encoder of so many bits had read its position."""
+    """
+    Return the fit of each joint as if an encoder of so many bits had read its position.
+
+    With the plant's exponent: what S is beside one that is not known has nothing to do with it.
+    """
     step = 2.0 * np.pi / 2**bits
-    forms = [fitted(replace(log, q=step * np.round(q / step)))[1] for log, q in logs]
+    forms = [fitted(replace(log, q=step * np.round(q / step)), 1.0)[1] for log, q in logs]
     return [stacked([form.rows(i) for form in forms]) for i in range(2)]
 
 
