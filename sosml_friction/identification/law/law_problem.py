@@ -19,7 +19,7 @@ from sosml_friction.identification.law.jackknife import (
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.kinds.fading_term import fade
+from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Parameters that friction has not below zero.
@@ -209,16 +209,12 @@ class LawProblem:
         size: FloatArray | float = p['coulomb']
         way = np.sign(self.v)
         if v_s is not None:
-            share = self.speed / v_s
-            x = share**alpha
             amount = p['stribeck'] + p.get('stribeck_asymmetry', 0.0) * way
-            peak = self._sign(v0)[0] * amount * fade(self.speed, v_s, alpha)
-            X = np.column_stack([X, self.made(peak * alpha * x / v_s)])
-            names = (*names, 'stribeck_velocity')
-            if EXPONENT in found:
-                bend = -peak * x * np.log(np.maximum(share, np.finfo(float).tiny))
-                X = np.column_stack([X, self.made(bend)])
-                names = (*names, EXPONENT)
+            slopes = fade_slopes(self.speed, v_s, alpha)
+            own = ('stribeck_velocity', *([EXPONENT] if EXPONENT in found else []))
+            peak = self._sign(v0)[0] * amount
+            X = np.column_stack([X, *(self.made(peak * s) for s in slopes[: len(own)])])
+            names = (*names, *own)
             size = size + amount * fade(self.speed, v_s, alpha)
         if SIGN_WIDTH in found:
             u = self.v / v0

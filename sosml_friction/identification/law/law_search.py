@@ -35,7 +35,7 @@ _FLAT = 1e-3
 #: Number of speeds of the profile, of the coarse search over v_s, and of that over v0.
 _GRID, _COARSE, _SIGNS = 36, 12, 5
 #: Number of exponents that are tried at each v_s; the reduced columns are made for as many, at
-#: every fourth v_s and v0.
+#: every fourth v_s and v0. Chosen, no measurement, as are the next.
 _ALPHAS, _FEWER = 8, 4
 #: v_s is searched from this part of the slowest speed on, and what may hide is told from a third.
 _BELOW, HIDDEN = 8.0, 3.0
@@ -332,6 +332,7 @@ class LawSearch:
         The width of a sign as if all clusters told it: one that is found by chance, of few
         clusters, is no result and makes the others no surer, while one that is missed moves S.
         """
+        # A knee at an end of its search is a bend, whatever its exponent.
         if self._is_endless(more) or (name == EXPONENT and not self._has_knee(more)):
             return False
         if not self.problem.tells(more, self.found(more), name):

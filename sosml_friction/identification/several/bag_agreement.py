@@ -18,7 +18,7 @@ from sosml_friction.identification.parameter_interval import LAW_PARAMETERS
 from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.kinds.fading_term import fade
+from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Significance level: the share of agreeing bags that may be reported to differ.
@@ -126,12 +126,10 @@ class _Comparison:
                 self.columns['stribeck_asymmetry'] = rows.lag(fade)[keep]
             theta = self._solve(np.column_stack(list(self.columns.values())))[0]
             S = float(theta[terms.index('stribeck')])
-            slope = self.power * (np.abs(self.v) / v_s) ** self.power / v_s
-            self.columns['stribeck_velocity'] = rows.lag(S * self.sign * fade * slope)[keep]
+            slope, bend = fade_slopes(self.v, v_s, self.power)
+            self.columns['stribeck_velocity'] = rows.lag(S * self.sign * slope)[keep]
             if found is not None:
-                share = np.maximum(np.abs(self.v) / v_s, np.finfo(float).tiny)
-                bend = S * self.sign * fade * share**self.power * np.log(share)
-                beside.append(rows.lag(bend)[keep])
+                beside.append(rows.lag(S * self.sign * bend)[keep])
         self.base = np.column_stack([*self.columns.values(), *beside])
 
     def _fade(self, v_s: float) -> FloatArray:

@@ -32,6 +32,19 @@ def fade(
     return result
 
 
+def fade_slopes(
+    v: FloatArray, stribeck_velocity: float, exponent: float
+) -> tuple[FloatArray, ...]:
+    """
+    Return the derivatives of :func:`fade` by v_s and by d.
+
+    f d x^d / v_s and -f x^d ln x, with x = |v| / v_s and f the fade; both 0 at rest.
+    """
+    x = np.abs(v) / stribeck_velocity
+    own = fade(v, stribeck_velocity, exponent) * x**exponent
+    return own * exponent / stribeck_velocity, -own * np.log(np.maximum(x, np.finfo(float).tiny))
+
+
 class FadingTerm(EffortTerm):
     """State friction at standstill, which fades by ``stribeck_velocity`` and ``exponent``."""
 
