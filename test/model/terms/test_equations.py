@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
+from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -347,3 +348,14 @@ def test_what_terms_say_of_themselves(what):
 
 def test_a_diagnosis_looks_for_all_but_the_parts_of_another_term():
     assert {name for name in TERMS if not TERMS[name].searched} == NOT_SEARCHED
+
+
+@pytest.mark.parametrize('exponent', [0.5, 1.0, 2.0])
+def test_the_slopes_of_the_fade_are_those_of_differences(exponent):
+    """A central difference of step h = 1e-5 is wrong by h^2 / 6 of the third derivative."""
+    v, v_s, h = np.array([-0.2, -0.01, 0.0, 0.02, 0.05, 0.3]), 0.05, 1e-5
+    by_velocity, by_exponent = fade_slopes(v, v_s, exponent)
+    ahead, behind = (fade(v, v_s * (1.0 + way * h), exponent) for way in (1.0, -1.0))
+    np.testing.assert_allclose(by_velocity * v_s, (ahead - behind) / (2.0 * h), atol=1e-8)
+    ahead, behind = (fade(v, v_s, exponent + way * h) for way in (1.0, -1.0))
+    np.testing.assert_allclose(by_exponent, (ahead - behind) / (2.0 * h), atol=1e-8)
