@@ -130,6 +130,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say_with_stribeck(stribeck_fi
     for fits in (stribeck_fits, told_fits):
         assert all('stribeck' in fit.law for fit in fits)
         assert_covers(fits, TRUTH, TRUTH)
+    assert all(fit.law == 'stribeck' for fit in told_fits)
 
 
 def test_another_exponent_is_found_by_chance_as_seldom_as_its_test_says(stribeck_fits):
@@ -164,6 +165,7 @@ def test_an_exponent_that_the_data_do_not_show_leaves_size_and_velocity_open(alp
     assert all(NOT_IDENTIFIABLE in fit.parameters['stribeck'].flags for fit in fits)
     assert_covers(fits, truth, ('coulomb', 'viscous', 'bias'))
     given = [fit.parameters['stribeck'].interval for fit in fits if 'stribeck' in fit.drawn]
+    assert given
     assert all(low <= 0.5 <= high for low, high in given)
 
 
