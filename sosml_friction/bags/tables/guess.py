@@ -11,6 +11,7 @@ import numpy as np
 
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.header_words import HeaderWord
 from sosml_friction.bags.tables.mapping import NO_POSITION
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.recorded_columns import (
@@ -35,6 +36,9 @@ _SMOOTHER = 3.0
 #: So many columns beside a position that are as smooth are no efforts: of one joint there are not
 #: as many. Chosen, no measurement.
 _JOINTS = 3
+#: Of two efforts of a joint one is not measured there if its motion explains less than this share
+#: of what it explains of the other. Chosen, no measurement.
+_FOLLOWS = 0.5
 _CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -64,6 +68,7 @@ class Guesser(RecordedColumns):
         if not self.count:
             raise DataError(f'{self.data.path} holds no numbers: give a recording')
         self._put_time()
+        self._name_positions()
         if not self._by_names():
             self._by_numbers()
         if not self.roles:
@@ -77,6 +82,7 @@ class Guesser(RecordedColumns):
                 'write the mapping yourself (docs/import.md)'
             )
         self._add_slopes()
+        self._drop_references()
         self._add_efforts()
         positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
         for one, other in combinations(positions, 2):
@@ -108,6 +114,59 @@ class Guesser(RecordedColumns):
 
     # Which column is what.
 
+    def _name_positions(self) -> None:
+        """Call a column a position if what has the name of a velocity, or efforts, tell that."""
+        own = {n: w for n, w in self.words.items() if not w.is_wish and n in self.moving}
+        named = {w.joint for w in own.values() if w.quantity == 'position'}
+        # "current" is what is now, too.
+        may = [n for n, w in own.items() if not w.quantity or 'current' in n.lower()]
+        found = {
+            s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
+            for s in reversed(self.slopes)
+            if s.cosine > _SURE and s.position in may and s.velocity in own
+            if own[s.velocity].quantity == 'velocity' and own[s.velocity].joint not in named
+        }
+        if not found and not named:
+            found = self._of_efforts(own)
+        for name, (joint, why) in found.items():
+            self.words[name] = HeaderWord('position', '', joint, False, False)
+            self.why[name] = why
+
+    def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
+        """Return joint and reason of columns that efforts of their numbers follow: J1, torque1."""
+        efforts = [n for n, w in own.items() if w.quantity == 'effort' and n in self.moving]
+        best = min((_effort_rank(own[n].unit) for n in efforts), default=0)
+        efforts = [n for n in efforts if _effort_rank(own[n].unit) == best]
+        numbers = {re.sub(r'\D', '', own[n].joint): n for n in efforts}
+        plain = {n: re.sub(r'\D', '', w.joint) for n, w in own.items() if not w.quantity}
+        pairs = {n: numbers[k] for n, k in plain.items() if k and k in numbers}
+        if not 1 < len(pairs) == len(efforts) == len(set(pairs.values())):
+            return {}
+        shares = [
+            evidence.explained(self.t, self.moving[e], self.moving[q], 1.0)
+            for q, e in pairs.items()
+        ]
+        if max(shares) < _EXPLAINED:
+            return {}
+        return {q: (own[e].joint, f'{e} has its number and follows it') for q, e in pairs.items()}
+
+    def _drop_references(self) -> None:
+        """Leave out what has no effort and moves as a joint that has one: it is its reference."""
+        positions = {j: r['position'] for j, r in self.roles.items()}
+        for joint, name in positions.items():
+            same = [
+                n
+                for j, n in positions.items()
+                if 'effort' in self.roles.get(j, ()) and {n, name} <= set(self.moving)
+                if n != name and self._nearly_same(n, name)
+            ]
+            if 'effort' not in self.roles[joint] and same:
+                del self.roles[joint]
+                self._remark(
+                    f'{name} is nearly {same[0]} and has no effort: the reference of a '
+                    'controller, it seems'
+                )
+
     def _by_names(self) -> bool:
         """Give columns whose names have a quantity to their joints; tell whether any have."""
         named = {
@@ -116,28 +175,44 @@ class Guesser(RecordedColumns):
         keys = dict.fromkeys(w.joint for w in named.values() if w.quantity == 'position')
         if not keys:
             return False
-        order = sorted(keys, key=int) if all(key.isdecimal() for key in keys) else list(keys)
-        names = self._joint_names(order)
+        names = self._joint_names(list(keys))
         for quantity in _QUANTITIES:
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # What is called as the position is comes before what has its number alone. A torque
             # needs no constant, a current a known one, and a voltage is no effort yet.
-            own.sort(key=lambda n: (named[n].joint not in names, _effort_rank(named[n].unit)))
-            for name in own:
+            rank = {n: (named[n].joint not in names, _effort_rank(named[n].unit)) for n in own}
+            of_joint: dict[str, list[str]] = {}
+            for name in sorted(own, key=lambda n: rank[n]):
                 joint = self._joint_of_key(named[name].joint, names)
-                if joint is None:
-                    continue
+                if joint is not None:
+                    of_joint.setdefault(joint, []).append(name)
+            for joint, several in of_joint.items():
                 roles = self.roles.setdefault(joint, {})
-                if quantity in roles:
-                    article = 'an' if quantity == 'effort' else 'a'
-                    self._remark(
-                        f'{name} is {article} {quantity} too: {roles[quantity]} was taken'
-                    )
+                if quantity == 'effort' and roles.get('position') in self.moving:
+                    # What is the same all the time is a limit, a supply or a switch.
+                    several = [n for n in several if n in self.moving]
+                    several = self._most_explained(joint, several, rank)
+                if not several:
                     continue
-                roles[quantity] = name
-                self.why[name] = 'its name says so'
+                roles[quantity], *others = several
+                self.why.setdefault(several[0], 'its name says so')
+                article = 'an' if quantity == 'effort' else 'a'
+                for name in others:
+                    self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _most_explained(
+        self, joint: str, names: Sequence[str], rank: Mapping[str, tuple[bool, int]]
+    ) -> list[str]:
+        """Return efforts with one first that follows the motion, of those of the same kind."""
+        alike = [n for n in names if rank[n][1] == rank[names[0]][1]]
+        if len(alike) < 2:
+            return list(names)
+        shares = {n: self._explained(n, joint) for n in alike}
+        # The size of a current, or that of the supply, does not; a command does as well.
+        first = next(n for n in alike if shares[n] >= _FOLLOWS * max(shares.values()))
+        return [first, *(n for n in names if n != first)]
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
         """Return the joint that what is left of a name means: by all of it, or by its number."""
@@ -149,14 +224,33 @@ class Guesser(RecordedColumns):
         alike = [known for known in names if number and re.findall(r'\d+', known) == number]
         return names[alike[0]] if len(alike) == 1 else None
 
-    def _joint_names(self, keys: Sequence[str]) -> dict[str, str]:
-        """Return the name of the joint by what is left of the columns' names."""
+    def _joint_names(self, keys: Sequence[str], as_in_file: bool = True) -> dict[str, str]:
+        """
+        Return the name of the joint by what is left of the columns' names.
+
+        Those that differ in their number alone have the names that stand in the file, as in
+        messages of ROS, else those of the URDF, in its order or that of their numbers.
+
+        :param as_in_file: whether the keys are in the order of the file.
+        """
         of_urdf = list(self.kinds)
-        numbered = len(keys) == 1 or all(key.isdecimal() for key in keys)
-        if len(of_urdf) == len(keys) and numbered and not set(keys) & set(of_urdf):
-            if len(keys) > 1:
-                self._remark('the joints are in the order of the URDF')
-            return dict(zip(keys, of_urdf, strict=True))
+        numbers = _numbers(keys)
+        if numbers:
+            keys = sorted(keys, key=lambda key: numbers[key])
+        if (numbers or len(keys) == 1) and not set(keys) & set(of_urdf):
+            in_file = [name for name in dict.fromkeys(self.data.texts()) if name in self.kinds]
+            if as_in_file and len(in_file) == len(keys):
+                self._remark(f'the names of the joints stand in the file: {", ".join(in_file)}')
+                return dict(zip(keys, in_file, strict=True))
+            if len(of_urdf) == len(keys):
+                theirs = _numbers(of_urdf)
+                if len(keys) > 1:
+                    self._remark(
+                        'the joints are in the order of '
+                        + ('their numbers' if theirs else 'the URDF')
+                    )
+                of_urdf.sort(key=lambda name: theirs.get(name, 0))
+                return dict(zip(keys, of_urdf, strict=True))
         named: dict[str, str] = {}
         for key in keys:
             whole = [n for n in of_urdf if n == key or n.removesuffix('_joint') == key]
@@ -442,6 +536,15 @@ class Guesser(RecordedColumns):
         rest = [n for n in self.series if n not in taken]
         if rest:
             self._remark(f'not used: {", ".join(rest)}')
+
+
+def _numbers(names: Sequence[str]) -> dict[str, int]:
+    """Return the number in each name, nothing where they differ in more than one number."""
+    found = {name: re.findall(r'\d+', name) for name in names}
+    rest = {re.sub(r'\d+', '#', name) for name in names}
+    if len(rest) > 1 or any(len(own) != 1 for own in found.values()):
+        return {}
+    return {name: int(number) for name, (number,) in found.items()}
 
 
 def _effort_rank(unit: str) -> int:

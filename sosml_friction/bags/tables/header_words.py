@@ -15,8 +15,8 @@ _QUANTITIES = {
     'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
     'drehzahl geschwindigkeit',
     'acceleration': 'qdd ddq qddot acc accel acceleration',
-    'effort': 'tau torque torques trq eff effort efforts force moment current currents cur i iq '
-    'amps voltage voltages volts drehmoment kraft strom',
+    'effort': 'tau torque torques trq eff effort efforts force moment current currents cur curr i '
+    'iq amps voltage voltages volts drehmoment kraft strom',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
@@ -39,15 +39,15 @@ _JOINED = (
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?dot'), 'qd'),
     (re.compile(r'(?i)\b(q|theta|phi)[ _]?ddot'), 'qdd'),
 )
-#: Where a word begins in ActPos and in QMsr.
-_OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])')
+#: Where a word begins in ActPos, in QMsr and in J1Pos.
+_OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
 #: A bracket with the number of a column, or of a motor: [3], [ID:001].
 _NUMBER = re.compile(r'\[((id|axis|joint|motor|servo|node)\W?)?\d+\]', re.IGNORECASE)
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
-    'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'i': 'A', 'iq': 'A', 'amps': 'A',
-    'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
+    'kraft': 'N', 'current': 'A', 'currents': 'A', 'cur': 'A', 'curr': 'A', 'i': 'A', 'iq': 'A',
+    'amps': 'A', 'strom': 'A', 'voltage': 'V', 'voltages': 'V', 'volts': 'V', 'drehzahl': 'rpm',
 }  # fmt: skip
 
 

@@ -96,7 +96,9 @@ class _StatedColumns(Guesser):
                 'column that grows all the time'
             )
         keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
-        joints = list(named) if all(named) else list(self._joint_names(keys).values())
+        at = [list(self.series).index(name) for name in stated['position']]
+        own = self._joint_names(keys, at == sorted(at))
+        joints = list(named) if all(named) else list(own.values())
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
         if strange or len(set(joints)) < count:
             known = ', '.join(self.kinds) or 'joint'

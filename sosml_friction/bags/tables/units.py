@@ -8,7 +8,7 @@ import re
 #: Of a kilogram and a pound at standard gravity [N], of an inch and a foot [m].
 _KGF, _LBF, _INCH, _FOOT = 9.80665, 4.4482216152605, 0.0254, 0.3048
 #: How counts are written.
-_COUNTS = 'counts count cts lsb'
+_COUNTS = 'counts count cts cnt lsb'
 
 # By quantity and unit: its factor to SI, of time to ns, None where the mapping must give it, and
 # how it is written: in small letters, without points, dashes and blanks. Letters alone count in
@@ -45,7 +45,7 @@ _TABLE: dict[str, dict[str, tuple[float | None, str]]] = {
         'turns/s': (2.0 * math.pi, 'turns/s turn/s rev/s r/s rps'),
         'm/s': (1.0, 'm/s mps ms1'),
         'mm/s': (1e-3, 'mm/s mmps'),
-        'counts/s': (None, 'counts/s count/s ticks/s inc/s cts/s'),
+        'counts/s': (None, 'counts/s count/s ticks/s inc/s cts/s cnt/s'),
         'mrad/s': (1e-3, 'mrad/s'),
         'cm/s': (1e-2, 'cm/s'),
         'm/min': (1.0 / 60.0, 'm/min'),

@@ -354,18 +354,123 @@ def test_a_velocity_that_is_no_slope_is_left_open_and_out(tmp_path):
 def test_joints_have_the_names_of_the_urdf_behind_that_of_the_robot(tmp_path):
     (t, q, _, tau), (_, q2, _, tau2) = joint(4), joint(5)
     names = ['t', 'elbow/position', 'elbow/effort', 'tool/position', 'tool/effort']
-    joints = ''.join(
-        f'<link name="l{k}"/><joint name="{name}" type="continuous"><axis xyz="0 1 0"/>'
-        f'<parent link="base"/><child link="l{k}"/></joint>'
-        for k, name in enumerate(('left_elbow_joint', 'left_grip'))
-    )
-    urdf = f'<robot name="r"><link name="base"/>{joints}</robot>'
+    urdf = arm('left_elbow_joint', 'left_grip')
     guess = guess_mapping(save(tmp_path, [t, q, tau, q2, tau2], names), urdf)
     assert list(guess.content['joints']) == ['left_elbow_joint', 'tool']
     assert (
         'tool: not in the URDF, which has left_elbow_joint, left_grip; call each joint as it does'
         in guess.remarks
     )
+
+
+def arm(*names):
+    """Return a URDF of joints that turn, in this order."""
+    joints = ''.join(
+        f'<link name="l{k}"/><joint name="{name}" type="continuous"><axis xyz="0 1 0"/>'
+        f'<parent link="base"/><child link="l{k}"/></joint>'
+        for k, name in enumerate(names)
+    )
+    return f'<robot name="r"><link name="base"/>{joints}</robot>'
+
+
+@pytest.mark.parametrize('form', ['columns', 'list', 'records', 'without names'])
+def test_joints_have_the_names_that_stand_in_the_file(tmp_path, form):
+    (t, q, v, tau), (_, q2, v2, tau2) = joint(4), joint(5)
+    rows = np.round(np.column_stack([t, q, q2, v, v2, tau, tau2]), 6).tolist()
+    path = tmp_path / ('x.jsonl' if form == 'records' else 'x.csv')
+    text = 't,name0,name1,position0,position1,velocity0,velocity1,effort0,effort1\n'
+    if form == 'records':
+        text = ''
+    if form == 'list':
+        text = 't,name,position,velocity,effort\n'
+    if form == 'without names':
+        text = ''
+    for s, *x in rows:
+        if form == 'list':
+            text += f"""{s},"['wrist', 'elbow']","{x[:2]}","{x[2:4]}","{x[4:]}"\n"""
+        elif form == 'records':
+            text += (
+                f'{{"t": {s}, "name": ["wrist", "elbow"], "position": {x[:2]}, '
+                f'"velocity": {x[2:4]}, "effort": {x[4:]}}}\n'
+            )
+        else:
+            text += ','.join([str(s), 'wrist', 'elbow', *map(str, x)]) + '\n'
+    path.write_text(text)
+    urdf = arm('elbow', 'wrist')
+    guess = guess_mapping(DataFile(path), urdf)
+    log = read_recording(path, parse_mapping(guess_filled(guess), path))
+    assert log.names == ('wrist', 'elbow')
+    np.testing.assert_allclose(log.q[:, 0], q, atol=1e-6)
+    assert 'the names of the joints stand in the file: wrist, elbow' in guess.remarks
+    one, two = [own['position'] for own in roles(guess).values()]
+    for positions, names in (((one, two), ['wrist', 'elbow']), ((two, one), ['elbow', 'wrist'])):
+        stated = Columns({'position': [str(name) for name in positions]})
+        assert list(map_columns(DataFile(path), stated, urdf).content['joints']) == names
+
+
+def guess_filled(guess):
+    """Return the content with Nm where the unit of an effort is open."""
+    for own in guess.content['joints'].values():
+        own['effort']['unit'] = 'Nm'
+    return guess.content
+
+
+def test_joints_that_differ_in_their_number_are_those_of_the_urdf(tmp_path):
+    (t, q, v, tau), (_, q2, v2, tau2) = joint(4), joint(5)
+    header = ['t', 'j0_pos', 'j0_vel', 'j0_tau', 'j1_pos', 'j1_vel', 'j1_tau']
+    data = save(tmp_path, [t, q, v, tau, q2, v2, tau2], header)
+    for urdf, names in ((arm('b', 'a'), ['b', 'a']), (arm('m2', 'm1'), ['m1', 'm2'])):
+        found = roles(guess_mapping(data, urdf))
+        assert [own['effort'] for own in map(found.get, names)] == ['j0_tau', 'j1_tau']
+    assert list(roles(guess_mapping(data))) == ['j0', 'j1']
+
+
+@pytest.mark.parametrize(
+    ('name', 'other'),
+    [
+        ('current_motor', lambda v, tau: np.abs(tau)),
+        ('bus_current', lambda v, tau: np.abs(tau * v) / 24.0),
+        ('current_limit_a', lambda v, tau: 0.0 * tau + 12.0),
+        ('torque_enable', lambda v, tau: 0.0 * tau + 1.0),
+    ],
+)
+def test_what_is_called_an_effort_and_does_not_follow_the_motion_is_none(tmp_path, name, other):
+    t, q, v, tau = joint(4)
+    columns = [t, q, v, other(v, tau), tau]
+    data = save(tmp_path, columns, ['t', 'position', 'velocity', name, 'q_axis_current'])
+    assert roles(guess_mapping(data))['joint']['effort'] == 'q_axis_current'
+
+
+def test_a_plan_without_effort_is_no_joint(tmp_path):
+    t, q, v, tau = joint(4)
+    header = ['t', 'q_plan_0', 'dq_plan_0', 'q_actual_0', 'dq_actual_0', 'tau_actual_0']
+    guess = guess_mapping(save(tmp_path, [t, q + 0.001, v, q, v, tau], header))
+    assert [own['position'] for own in roles(guess).values()] == ['q_actual_0']
+    assert 'q_plan_0 is nearly q_actual_0 and has no effort' in ' '.join(guess.remarks)
+
+
+@pytest.mark.parametrize(
+    ('names', 'has_velocity'),
+    [
+        (('observation.state[{}]', 'observation.velocity[{}]', 'observation.effort[{}]'), True),
+        (('q_current_{}', 'dq_{}', 'tau_{}'), True),
+        (('J{}', '', 'Torque{}'), False),
+        (('$AXIS_ACT.A{}', '', '$TORQUE_AXIS_ACT[{}]'), False),
+    ],
+)
+def test_what_has_names_tells_the_positions_that_have_none(tmp_path, names, has_velocity):
+    joints = [joint(k) for k in (4, 5)]
+    header, columns = ['t'], [joints[0][0]]
+    for quantity in (1, 2, 3):
+        if quantity != 2 or has_velocity:
+            header += [names[quantity - 1].format(k) for k in (1, 2)]
+            columns += [own[quantity] for own in joints]
+    header.append('q_cmd_1')
+    columns.append(joints[0][1] + 0.001)
+    found = list(roles(guess_mapping(save(tmp_path, columns, header))).values())
+    assert [[own['position'], own['effort']] for own in found] == [
+        [names[0].format(k), names[2].format(k)] for k in (1, 2)
+    ]
 
 
 def test_a_velocity_with_a_name_finds_the_position_without_one(tmp_path):
