@@ -10,7 +10,8 @@ _MISSING = frozenset((
     '.', '?', '*', '#value!', '#div/0!', '#num!', '#ref!', 'nan(ind)', '-nan(ind)', '1.#qnan',
     '1.#ind', '-1.#ind',
 ))  # fmt: skip
-_LIST = re.compile(r'[\[(](.*)[\])]')
+#: As [0.1, 0.2], and as Python writes arrays: array('d', [0.1, 0.2]).
+_LIST = re.compile(r"(?:(?:np\.)?array\((?:'\w', )?)?[\[(](.*?)[\])]\)?")
 _FORTRAN = re.compile(r'([+-]?[\d.]+)[dD]([+-]?\d+)')
 
 

@@ -3,7 +3,7 @@
 """What the name of a column says: quantity, unit, joint, and whether it was measured."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from sosml_friction.bags.tables.units import SPELLINGS, WRITTEN, known_units, plain_unit
@@ -28,6 +28,8 @@ _WISHES = frozenset((
     'limit', 'max', 'min', 'tcp', 'eef', 'cartesian', 'wrench', 'external', 'ext',
     'action', 'actions', 'planned', 'pose', 'orientation', 'quaternion', 'quat', 'imu', 'odom',
 ))  # fmt: skip
+#: Of these, what may be short for a joint.
+_SHORT = frozenset(('sp', 'd'))
 _FILLERS = frozenset((
     'actual', 'act', 'measured', 'meas', 'feedback', 'fbk', 'fb', 'joint', 'joints', 'state',
     'states', 'motor', 'raw', 'value', 'data', 'estimate', 'estimated', 'est', 'present',
@@ -78,7 +80,23 @@ class HeaderWord(NamedTuple):
         return f'[{self.strange}] in its name is no unit that is known{known}'
 
 
-def read_header(name: str) -> HeaderWord:
+def read_headers(names: Iterable[str]) -> dict[str, HeaderWord]:
+    """
+    Return what the names of one table say.
+
+    What is short for a wish may be the name of a joint: q_sp is that of the shoulder's pitch where
+    all that was measured has a joint in its name, as q_sr has, and a set point beside q.
+    """
+    words = {name: read_header(name) for name in names}
+    kinds = ('position', 'velocity', 'effort')
+    own = {w.joint for w in words.values() if w.quantity in kinds and not w.is_wish}
+    for name, word in words.items():
+        if own and '' not in own and word.is_wish and word.quantity in kinds and not word.joint:
+            words[name] = read_header(name, _WISHES - _SHORT)
+    return words
+
+
+def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     """Return what the name of a column says of it."""
     # A bracket with a number is the column of a table; of others that with a unit comes first.
     brackets = sorted(
@@ -100,7 +118,7 @@ def read_header(name: str) -> HeaderWord:
     for word in words:
         # "q1" is q of joint 1; "joint1" has the number alone.
         split = re.fullmatch(r'([a-zA-Z]+)(\d+)', word)
-        known = split is not None and split[1].lower() in {*_WORDS, *_FILLERS, *_WISHES}
+        known = split is not None and split[1].lower() in {*_WORDS, *_FILLERS, *wishes}
         parts += [split[1], split[2]] if split is not None and known else [word]
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
@@ -124,7 +142,7 @@ def read_header(name: str) -> HeaderWord:
         part
         for part, low in zip(parts, lower, strict=True)
         if low not in _WORDS
-        and low not in _WISHES
+        and low not in wishes
         and low not in _FILLERS
         and not (low in of_units and written)
     ]
@@ -132,7 +150,7 @@ def read_header(name: str) -> HeaderWord:
         quantity,
         written or ('' if strange else by_word),
         '_'.join(rest),
-        any(p in _WISHES for p in lower),
+        any(p in wishes for p in lower),
         bool(written),
         strange,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
-from sosml_friction.bags.tables.header_words import HeaderWord, read_header
+from sosml_friction.bags.tables.header_words import HeaderWord, read_header, read_headers
 from sosml_friction.bags.tables.importer import recognised_wrap
 from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.missing_markers import missing_markers
@@ -46,6 +46,9 @@ _COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
+#: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
+#: Chosen, no measurement.
+_FALLS = 0.1
 
 
 class RecordedColumns:
@@ -71,10 +74,11 @@ class RecordedColumns:
         self.series = data.series()
         self.result = Guess()
         self.is_named = not all(name.isdecimal() for name in data)
-        self.words = {
-            name: read_header(name) if self.is_named else HeaderWord('', '', '', False, False)
-            for name in self.series
-        }
+        self.words = read_headers(self.series)
+        for name, word in self.words.items():
+            falls = (np.diff(self.series[name]) < 0).mean() if len(self.series[name]) > 1 else 0.0
+            if not self.is_named or (word.quantity == 'time' and falls > _FALLS):
+                self.words[name] = HeaderWord('', '', '', False, False)
         joints = {} if urdf_text is None else read_joints(urdf_text).joints
         self.kinds = {
             name: joint.kind

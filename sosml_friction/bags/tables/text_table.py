@@ -72,13 +72,14 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
     if first == 0 and len(rows) > 1 and _are_numbers(rows[0].cells, rows[1].cells):
         # What pandas writes above columns without names is no sample.
         rows = rows[1:]
-    above = [cells for _, cells in rows[max(0, first - _HEADER) : first]]
+    whole = [cells for _, cells in rows[:first]]
+    above = whole[-_HEADER:]
     # A line that is no row of the table is a preamble: the header has the cells of the numbers.
     width = len(rows[first].cells) if first < len(rows) else len(above[-1])
     if all(not row.cells[-1] for row in rows[first:]):
         above = [[*cells, ''] if len(cells) == width - 1 else cells for cells in above]
     above = [cells for cells in above if len(cells) == width]
-    names = _names(above, width)
+    names = _labelled([cells for cells in whole if len(cells) == width]) or _names(above, width)
     table = _without_words(rows[first:])
     if len(table) > 1 and _says_the_end(table[-1].cells) and not _says_the_end(table[-2].cells):
         table.pop()
@@ -97,7 +98,7 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
         # A column that is there twice is one, such as the time beside each signal.
         if columns.setdefault(name, column) != column:
             raise DataError(
-                f'{path} has the header {", ".join(names)}: each column needs its own name'
+                f'{path} has two columns {name!r} with other numbers: each needs its own name'
             )
     return dict(_without_unit(name, column) for name, column in columns.items())
 
@@ -222,7 +223,7 @@ def _with_points(rows: list[Row], delimiter: str, text: str) -> list[Row]:
     grouped = [m for m, form in both.items() if re.search(f'{before}[+-]?{form}{behind}', text)]
     if len(grouped) > 1:
         return rows
-    has_commas = delimiter != ',' and _has_commas(rows[:_LOOK])
+    has_commas = _has_commas(rows[:_LOOK], delimiter)
     decimal = grouped[0] if grouped else ',' if has_commas else '.'
     if not grouped and decimal == '.':
         return rows
@@ -239,10 +240,14 @@ def _with_points(rows: list[Row], delimiter: str, text: str) -> list[Row]:
     return [Row(k, [plain(cell) for cell in row]) for k, row in rows]
 
 
-def _has_commas(rows: list[Row]) -> bool:
+def _has_commas(rows: list[Row], delimiter: str) -> bool:
     cells = [cell for _, row in rows for cell in row]
     points = sum('.' in cell and is_number(cell) for cell in cells)
-    return sum(_DECIMAL_COMMA.fullmatch(cell) is not None for cell in cells) > points
+    commas = [cell for cell in cells if _DECIMAL_COMMA.fullmatch(cell)]
+    if delimiter == ',' and all(re.fullmatch(_THOUSANDS['.'], cell) for cell in commas):
+        # "1,234" in quotes, where commas part cells, is one of thousands or open.
+        return False
+    return len(commas) > points
 
 
 def _form(row: Row) -> tuple[int, int, int]:
@@ -268,6 +273,26 @@ def _first_of_numbers(rows: list[Row]) -> int:
         if width == usual[0] and numbers and words <= width - usual[1] - usual[2]:
             return k
     return 1
+
+
+def _labelled(above: list[list[str]]) -> list[str]:
+    """
+    Return the names where each line above the numbers begins with what it has, else nothing.
+
+    So a scope writes them: Name, Data-Type, SampleTime[ms], Unit. Its column of time, below those
+    words, has no name but that of the line of its step.
+    """
+    labels = {cells[0].lower(): cells for cells in above}
+    if not {'name', 'unit'} <= set(labels):
+        return []
+    names, units = labels['name'], labels['unit']
+    time = next((c[0] for c in above if read_header(c[0]).quantity == 'time'), names[0])
+    # "° (Degree)" is said twice.
+    bare = [_IN_BRACKETS.sub(r'\1', re.sub(r'\s+\(.*\)$', '', unit)) for unit in units]
+    return [
+        time if n == names[0] else n if is_missing(u) else f'{n} [{u}]'
+        for n, u in zip(names, bare, strict=True)
+    ]
 
 
 def _names(above: list[list[str]], width: int) -> list[str]:

@@ -441,6 +441,22 @@ def test_what_is_called_an_effort_and_does_not_follow_the_motion_is_none(tmp_pat
     assert roles(guess_mapping(data))['joint']['effort'] == 'q_axis_current'
 
 
+@pytest.mark.parametrize('other', ['SR', ''])
+def test_what_is_short_for_a_set_point_may_be_a_joint(tmp_path, other):
+    (t, q, v, tau), (_, q2, v2, tau2) = joint(4), joint(5)
+    words = ('q', 'qd', 'tau')
+    header = ['t', *(f'{word}_{other}'.strip('_') for word in words), *(f'{w}_SP' for w in words)]
+    found = roles(guess_mapping(save(tmp_path, [t, q, v, tau, q2, v2, tau2], header)))
+    assert list(found) == ([other, 'SP'] if other else ['joint'])
+
+
+def test_a_time_that_falls_may_be_a_torque(tmp_path):
+    t, q, v, tau = joint(4)
+    guess = guess_mapping(save(tmp_path, [t * 1e9, q, v, tau], ['stamp_ns', 'p', 'v', 't']))
+    assert guess.content['time']['variable'] == 'stamp_ns'
+    assert roles(guess) == {'joint': {'position': 'p', 'velocity': 'v', 'effort': 't'}}
+
+
 def test_a_plan_without_effort_is_no_joint(tmp_path):
     t, q, v, tau = joint(4)
     header = ['t', 'q_plan_0', 'dq_plan_0', 'q_actual_0', 'dq_actual_0', 'tau_actual_0']

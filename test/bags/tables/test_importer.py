@@ -629,7 +629,7 @@ def test_data_that_does_not_fit_is_refused(tmp_path, source, mapping, changes, m
         ('x.csv', b't,q,tau\n', 'holds no samples'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2\n', 'line 3 has 2 cells where the header has 3'),
         ('x.csv', b't,q,tau\n0,1,2\n1,2,two\n', "line 3, column 'tau': 'two' is not a number"),
-        ('x.csv', b't,q,q\n0,1,2\n', 'has the header t, q, q: each column needs its own name'),
+        ('x.csv', b't,q,q\n0,1,2\n', "has two columns 'q' with other numbers: each needs its own"),
         ('x.csv', b't,q,tau\n\xff\xfe,1,2\n', 'is not a number'),
         ('x.mat', b'not a mat file' * 20, 'is no readable MAT file'),
         ('x.npz', b'PK not a zip', 'is no readable NPZ file'),

@@ -12,6 +12,7 @@ from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.text_table import read_text_table
 from sosml_friction.exceptions import DataError
 
+LISTS = ['"[{}, {}]"', '"({}, {})"', '[{} {}]', '"array(\'d\', [{}, {}])"', 'array([{} {}])']
 NAMES = ('t', 'q [rad]', 'motor current (A)', 'dq', 'Temp')
 
 
@@ -168,7 +169,9 @@ def test_headers_of_spreadsheets_and_instruments_are_read(tmp_path, text):
 
 def test_one_name_for_two_columns_is_refused(tmp_path):
     (tmp_path / 'x.csv').write_text('t,q,q\n0,1,2\n1,2,3\n')
-    with pytest.raises(DataError, match='the header t, q, q: each column needs its own name'):
+    with pytest.raises(
+        DataError, match="has two columns 'q' with other numbers: each needs its own"
+    ):
         read_text_table(tmp_path / 'x.csv', (tmp_path / 'x.csv').read_bytes())
 
 
@@ -177,7 +180,7 @@ def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
     assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, -1234.5], [1, 2000.5]]
 
 
-@pytest.mark.parametrize('form', ['"[{}, {}]"', '"({}, {})"', '[{} {}]'])
+@pytest.mark.parametrize('form', LISTS)
 def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
     rows = [f'{k},{form.format(2 * k, 0.5 * k)}' for k in range(5)]
     (tmp_path / 'x.csv').write_text('t,q\n' + '\n'.join(rows))
@@ -260,3 +263,48 @@ def test_a_word_behind_the_last_row_is_no_sample(tmp_path):
     # A state that comes without numbers is one.
     (tmp_path / 'x.csv').write_text('state,q\nRUN,1.5\nSTOP,\nSTOP,\n')
     assert len(DataFile(tmp_path / 'x.csv')['q']) == 3
+
+
+@pytest.mark.parametrize(('decimal', 'groups'), [('.', 1), (',', 1), ('.', 3)])
+def test_a_header_whose_lines_say_what_they_have_is_read(tmp_path, decimal, groups):
+    lines = {
+        'Name': ['ActPos', 'ActVelo', 'ActTorque'],
+        'SymbolComment': ['', '', ''],
+        'Data-Type': ['REAL64'] * 3,
+        'SampleTime[ms]': ['2'] * 3,
+        'VariableSize': ['8'] * 3,
+        'SymbolName': ['Axis.ActPos', 'Axis.ActVelo', 'Axis.ActTorque'],
+        'Port': ['851'] * 3,
+        'BitMask': ['0xffff'] * 3,
+        'Unit': ['° (Degree)', '(None)', 'Nm'],
+    }
+    text = 'Name\tscope\nStart\t1329\tMonday\t15:56\n\n'
+    rows = {key: [key] for key in lines} if groups == 1 else {key: [] for key in lines}
+    for key, cells in lines.items():
+        for cell in cells:
+            rows[key] += [cell] if groups == 1 else [key, cell]
+    text += ''.join('\t'.join(row) + '\n' for row in rows.values()) + '\n'
+    for k in range(20):
+        numbers = [f'{x:.1f}'.replace('.', decimal) for x in (1.5 * k, -k, 0.1 * k)]
+        stamp = [str(2 * k)]
+        row = stamp + numbers if groups == 1 else [x for own in numbers for x in (*stamp, own)]
+        text += '\t'.join(row) + '\n'
+    (tmp_path / 'x.csv').write_text(text + 'EOF\n')
+    data = DataFile(tmp_path / 'x.csv')
+    assert list(data) == ['SampleTime[ms]', 'ActPos [°]', 'ActVelo', 'ActTorque [Nm]']
+    np.testing.assert_array_equal(data['SampleTime[ms]'], 2 * np.arange(20))
+    np.testing.assert_allclose(data['ActPos'], 1.5 * np.arange(20))
+
+
+@pytest.mark.parametrize(
+    ('cells', 'expected'), [(('0,5', '-12,25'), [0.5, -12.25]), (('1,234', '2,500'), None)]
+)
+def test_decimal_commas_in_quotes_between_commas_are_read(tmp_path, cells, expected):
+    text = 't,q\n' + ''.join(f'"{k}","{cell}"\n' for k, cell in enumerate(cells * 5))
+    (tmp_path / 'x.csv').write_text(text)
+    data = DataFile(tmp_path / 'x.csv')
+    if expected is None:
+        with pytest.raises(DataError, match='not a number'):
+            data['q']
+    else:
+        np.testing.assert_array_equal(data['q'][:2], expected)
