@@ -98,6 +98,8 @@ class RecordedColumns:
                 is_marker = np.isin(values, markers)
                 self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
+        if self.time.name and not self.time.unit and rate is None:
+            self._tell_time()
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
         if self.time.name and self.time.unit and rate is None:
             self.t = evidence.seconds(self.series, self.time)
@@ -118,6 +120,16 @@ class RecordedColumns:
         self.why: dict[str, str] = {}
         # Positions that are nearly the same: one is measured, the others are its references.
         self.alike: set[str] = set()
+
+    def _tell_time(self) -> None:
+        """Find the unit of stamps that their step does not tell, as of a count of milliseconds."""
+        stamps = (self.series[self.time.name] - self.series[self.time.name][0]).astype(float)
+        clocks = (self.time.name, self.time.nanoseconds)
+        others = {n: x for n, x in self.series.items() if n not in clocks}
+        unit = evidence.unit_by_slopes(stamps, evidence.moving(stamps, others))
+        if unit and not read_header(self.time.name).strange:
+            reason = f'{self.time.reason}; in {unit} velocities are the slopes of positions'
+            self.time = self.time._replace(unit=unit, reason=reason)
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons

@@ -22,6 +22,8 @@ _RATES = (10.0, 10_000.0)
 _TOLD = ('s', 'ms', 'us', 'ns', 'd')
 #: Least cosine between the steps of one series and the integral of another that is its slope.
 SLOPE = 0.95
+#: Cosine of a slope that is one in whatever units, and how near 1 its factor is in the right ones.
+_SURE, _SAME = 0.999, 0.01
 #: Time over which steps are taken, in samples: longer than the noise of an encoder.
 _SAMPLES = 8
 #: How much of the steps of time may be 0: a logger that writes a sample twice.
@@ -209,6 +211,21 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
         if i != j:
             found.append(Slope(names[i], names[j], float(cosine[i, j]), ratio))
     return sorted(found, key=lambda slope: -abs(slope.cosine))
+
+
+def unit_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> str:
+    """Return the unit of time in which velocities are slopes in the unit of position, or ''."""
+    factors = np.array([s.factor for s in slopes(stamps, series) if s.cosine > _SURE])
+    step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    # A velocity per sample is a slope in a unit that makes 1 Hz.
+    units = {unit: 1e-9 * TIME_UNITS[unit] for unit in _TOLD}
+    votes = {
+        unit: int((np.abs(factors / size - 1.0) < _SAME).sum())
+        for unit, size in units.items()
+        if _RATES[0] * step * size <= 1.0 < _RATES[1] * step * size
+    }
+    best = max(votes, key=lambda unit: votes[unit], default='')
+    return best if best and votes[best] else ''
 
 
 def lead(t: FloatArray, first: FloatArray, second: FloatArray) -> float:

@@ -450,6 +450,23 @@ def test_what_is_short_for_a_set_point_may_be_a_joint(tmp_path, other):
     assert list(found) == ([other, 'SP'] if other else ['joint'])
 
 
+@pytest.mark.parametrize('name', ['duration', 'SampleCount', 'tick'])
+@pytest.mark.parametrize(('per_count', 'unit'), [(1.0, 'ms'), (0.37, ''), (1e-3, '')])
+def test_a_count_is_milliseconds_where_velocities_are_slopes_in_them(
+    tmp_path, name, per_count, unit
+):
+    t, q, v, tau = joint(4, rate=1000.0)
+    columns = [np.arange(len(t)) + 5230, q, v * per_count, tau]
+    data = save(tmp_path, columns, [name, 'q', 'dq', 'tau'])
+    assert guess_mapping(data).content['time'] == {'variable': name, 'unit': unit or FILL_IN}
+    stated = Columns({'position': ['q'], 'velocity': ['dq'], 'effort': ['tau']})
+    if unit:
+        assert map_columns(data, stated).content['time']['unit'] == unit
+    else:
+        with pytest.raises(DataError, match='say which column is time and its unit'):
+            map_columns(data, stated)
+
+
 def test_a_time_that_falls_may_be_a_torque(tmp_path):
     t, q, v, tau = joint(4)
     guess = guess_mapping(save(tmp_path, [t * 1e9, q, v, tau], ['stamp_ns', 'p', 'v', 't']))
