@@ -17,7 +17,7 @@ from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.proposed_mapping import Guess
 from sosml_friction.bags.tables.series_evidence import counts_samples
-from sosml_friction.bags.tables.units import LINEAR_UNITS, UNITS
+from sosml_friction.bags.tables.units import LINEAR_UNITS, TIME_UNITS, UNITS
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.model.urdf_joints import read_joints
 
@@ -76,9 +76,13 @@ class RecordedColumns:
         self.is_named = not all(name.isdecimal() for name in data)
         self.words = read_headers(self.series)
         for name, word in self.words.items():
-            falls = (np.diff(self.series[name]) < 0).mean() if len(self.series[name]) > 1 else 0.0
+            steps = np.diff(self.series[name])
+            falls = (steps < 0).mean() if len(steps) else 0.0
             if not self.is_named or (word.quantity == 'time' and falls > _FALLS):
                 self.words[name] = HeaderWord('', '', '', False, False)
+            elif 'time' in name.lower() and (steps > 0).all():
+                # Where each signal has a time of its own: Time_q, q, Time_tau, tau.
+                self.words[name] = word._replace(quantity='time')
         joints = {} if urdf_text is None else read_joints(urdf_text).joints
         self.kinds = {
             name: joint.kind
@@ -98,7 +102,7 @@ class RecordedColumns:
                 is_marker = np.isin(values, markers)
                 self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
-        if self.time.name and not self.time.unit and rate is None:
+        if self.time.name and rate is None:
             self._tell_time()
         self.t: FloatArray = np.arange(float(self.count)) / (rate or 1.0)
         if self.time.name and self.time.unit and rate is None:
@@ -122,14 +126,19 @@ class RecordedColumns:
         self.alike: set[str] = set()
 
     def _tell_time(self) -> None:
-        """Find the unit of stamps that their step does not tell, as of a count of milliseconds."""
+        """Let velocities tell the unit of stamps, where neither their name nor a user does."""
+        word = read_header(self.time.name)
+        is_said = word.strange or (word.quantity == 'time' and word.unit)
+        if is_said or self.time.nanoseconds or self.time.reason == 'stated':
+            return
         stamps = (self.series[self.time.name] - self.series[self.time.name][0]).astype(float)
-        clocks = (self.time.name, self.time.nanoseconds)
-        others = {n: x for n, x in self.series.items() if n not in clocks}
-        unit = evidence.unit_by_slopes(stamps, evidence.moving(stamps, others))
-        if unit and not read_header(self.time.name).strange:
-            reason = f'{self.time.reason}; in {unit} velocities are the slopes of positions'
-            self.time = self.time._replace(unit=unit, reason=reason)
+        others = {n: x for n, x in self.series.items() if n != self.time.name}
+        size = evidence.step_by_slopes(stamps, evidence.moving(stamps, others))
+        unit = next((u for u, ns in TIME_UNITS.items() if size and ns == round(1e9 * size)), '')
+        if size and unit != self.time.unit:
+            why = f'velocities are the slopes of positions in {unit or f"steps of {size:g} s"}'
+            reason = self.time.reason.split('; ')[0]
+            self.time = self.time._replace(unit=unit, reason=f'{reason}; {why}')
 
     def _put_time(self) -> None:
         content, reasons = self.result.content, self.result.reasons
@@ -321,7 +330,8 @@ class RecordedColumns:
             entry['unit'] = written or _SLOPES.get(unit, FILL_IN)
             return entry, f'slope of {position}, cosine {slope.cosine:.4f}, in an unknown time'
         if si is None:
-            entry['unit'] = written or FILL_IN
+            is_of_counts = unit == 'counts' and agree(slope.factor, 1.0)
+            entry['unit'] = written or ('counts/s' if is_of_counts else FILL_IN)
             if entry['unit'] == 'counts/s':
                 entry['counts_per_turn'] = FILL_IN
             return entry, f'{told}; its unit depends on that of position'

@@ -213,19 +213,18 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
     return sorted(found, key=lambda slope: -abs(slope.cosine))
 
 
-def unit_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> str:
-    """Return the unit of time in which velocities are slopes in the unit of position, or ''."""
+def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> float:
+    """Return the power of ten of s in which velocities are slopes of positions, 0 if none is."""
     factors = np.array([s.factor for s in slopes(stamps, series) if s.cosine > _SURE])
     step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     # A velocity per sample is a slope in a unit that makes 1 Hz.
-    units = {unit: 1e-9 * TIME_UNITS[unit] for unit in _TOLD}
     votes = {
-        unit: int((np.abs(factors / size - 1.0) < _SAME).sum())
-        for unit, size in units.items()
+        size: int((np.abs(factors / size - 1.0) < _SAME).sum())
+        for size in (10.0**-k for k in range(10))
         if _RATES[0] * step * size <= 1.0 < _RATES[1] * step * size
     }
-    best = max(votes, key=lambda unit: votes[unit], default='')
-    return best if best and votes[best] else ''
+    best = max(votes, key=lambda size: votes[size], default=0.0)
+    return best if best and votes[best] else 0.0
 
 
 def lead(t: FloatArray, first: FloatArray, second: FloatArray) -> float:

@@ -22,6 +22,8 @@ _THOUSANDS = {'.': r'[+-]?\d{1,3}(,\d{3})+(\.\d*)?', ',': r'[+-]?\d{1,3}(\.\d{3}
 _COMMENT = re.compile(r'\s*(?:[#%!]|//)')
 _BETWEEN = re.compile(r"(?<=\d)[\u00a0\u2009\u202f'](?=\d{3}(?!\d))")
 _WITH_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([^\d\s.].*)')
+#: A name before its number, as a serial monitor shows it.
+_LABEL = re.compile(r'([^\W\d][^:=]*?)\s*[:=]\s*([+-]?[\d.].*)')
 _IN_BRACKETS = re.compile(r'^[\[(](.*)[\])]$')
 #: Lines that a header may have: a group of columns, names, units, a description.
 _HEADER = 4
@@ -90,7 +92,8 @@ def _columns(path: Path, rows: list[Row], first: int, may_be_cut: bool) -> Colum
         if len(cells) != width:
             raise DataError(
                 f'{path} line {line} has {len(cells)} cells where the '
-                f'{"header" if above else "first row"} has {width}: correct that line'
+                f'{"header" if above else "first row"} has {width}: correct that line, or give '
+                'the tables of the file in files of their own'
             )
     columns: Columns = {}
     for i, name in enumerate(names):
@@ -113,6 +116,11 @@ def _rows(path: Path, text: str) -> tuple[list[Row], int]:
         rows = [Row(k, _cells(line, delimiter)) for k, line in lines]
     except csv.Error as error:
         raise DataError(f'{path} is no readable CSV file: {error}') from error
+    names = _labels(rows)
+    if names:
+        lines.insert(0, (0, ''))
+        rows = [Row(k, [_LABEL.sub(r'\2', cell) for cell in cells]) for k, cells in rows]
+        rows.insert(0, Row(0, names))
     if ',' in text and (delimiter != ',' or '"' in text):
         rows = _with_points(rows, delimiter, text)
     first = _first_of_numbers(rows)
@@ -126,6 +134,14 @@ def _rows(path: Path, text: str) -> tuple[list[Row], int]:
     if not rows:
         raise DataError(f'{path} has comments only: a CSV file needs rows of numbers')
     return rows, first
+
+
+def _labels(rows: list[Row]) -> list[str]:
+    """Return the names that stand before the numbers of most rows, t:10,q:0.5, else nothing."""
+    matches = [[_LABEL.fullmatch(cell) for cell in row.cells] for row in rows[:_LOOK]]
+    forms = Counter(tuple(m[1] if m else '' for m in own) for own in matches)
+    names, often = max(forms.items(), key=lambda form: form[1])
+    return list(names) if all(names) and 2 * often > len(matches) else []
 
 
 def _are_numbers(cells: list[str], below: list[str]) -> bool:

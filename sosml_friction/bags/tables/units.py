@@ -116,7 +116,11 @@ def known_units(quantity: str) -> str:
     return ', '.join(_TABLE[quantity])
 
 
+#: Signs that look alike: of micro, and of degrees.
+_ALIKE = str.maketrans({'µ': 'u', 'μ': 'u', 'º': '°', '˚': '°'})
+
+
 def plain_unit(text: str) -> str:
     """Return a unit without what it may be written with: N·m and N-m are Nm, deg/sec is deg/s."""
-    bare = re.sub(r'[\s·⋅.*_-]', '', text.lower()).replace('µ', 'u').replace('μ', 'u')
+    bare = re.sub(r'[\s·⋅.*_-]', '', text.lower()).translate(_ALIKE)
     return re.sub('/sec(ond)?$', '/s', bare)

@@ -460,11 +460,41 @@ def test_a_count_is_milliseconds_where_velocities_are_slopes_in_them(
     data = save(tmp_path, columns, [name, 'q', 'dq', 'tau'])
     assert guess_mapping(data).content['time'] == {'variable': name, 'unit': unit or FILL_IN}
     stated = Columns({'position': ['q'], 'velocity': ['dq'], 'effort': ['tau']})
+    reason = guess_mapping(data).reasons['time']
+    assert ('velocities are the slopes of positions in ms' in reason) == bool(unit)
     if unit:
         assert map_columns(data, stated).content['time']['unit'] == unit
     else:
         with pytest.raises(DataError, match='say which column is time and its unit'):
             map_columns(data, stated)
+
+
+def test_a_step_that_makes_another_rate_than_the_slopes_is_open(tmp_path):
+    t, q, v, tau = joint(4, rate=500.0)
+    columns = [np.round(t * 1e7), q, v, tau]
+    data = save(tmp_path, columns, ['ElapsedTicks', 'position', 'velocity', 'torque'])
+    guess = guess_mapping(data)
+    assert guess.left_open == ['time.unit']
+    assert 'in steps of 1e-07 s' in guess.reasons['time']
+    rated = map_columns(data, Columns({'position': ['position']}, rate=500.0))
+    assert rated.content['sample_rate'] == 500.0
+
+
+def test_each_signal_may_have_a_time_of_its_own(tmp_path):
+    t, q, v, tau = joint(4)
+    header = ['Time_q', 'q', 'Time_dq', 'dq', 'Time_tau', 'tau']
+    guess = guess_mapping(save(tmp_path, [t, q, t + 1e-4, v, t + 2e-4, tau], header))
+    assert guess.content['time']['variable'] == 'Time_q'
+    assert roles(guess) == {'joint': {'position': 'q', 'velocity': 'dq', 'effort': 'tau'}}
+
+
+def test_velocities_in_counts_are_slopes_of_positions_in_counts(tmp_path):
+    t, q, v, tau = joint(4)
+    columns = [t, np.round(q * 2e4), np.round(v * 2e4), tau]
+    data = save(tmp_path, columns, ['t', 'pos [cnt]', 'vel', 'tau'])
+    stated = Columns({'position': ['pos'], 'velocity': ['vel']}, counts_per_turn=2e4 * math.tau)
+    log = read_recording(data.path, parse_mapping(map_columns(data, stated).content, data.path))
+    np.testing.assert_allclose(log.v[:, 0], v, atol=1e-4)
 
 
 def test_a_time_that_falls_may_be_a_torque(tmp_path):
@@ -574,6 +604,9 @@ def test_noise_is_no_robot(tmp_path):
         ('torque [st ft]', 'effort', '', '', False),
         ('position [rev]', 'position', 'turns', '', False),
         ('T [K]', 'temperature', 'K', '', False),
+        ('q [º]', 'position', 'deg', '', False),
+        ('speed [cnt/sec]', 'velocity', 'counts/s', '', False),
+        ('J2Position', 'position', '', 'J2', False),
         ('q [A]', 'effort', 'A', '', False),
         ('q [rpm]', 'velocity', 'rpm', '', False),
         ('position_in', 'position', '', 'in', False),

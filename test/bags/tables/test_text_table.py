@@ -308,3 +308,20 @@ def test_decimal_commas_in_quotes_between_commas_are_read(tmp_path, cells, expec
             data['q']
     else:
         np.testing.assert_array_equal(data['q'][:2], expected)
+
+
+@pytest.mark.parametrize('form', ['t:{},q:{},tau [Nm]:{}', 't = {}; q = {}; tau [Nm] = {}'])
+def test_names_before_each_number_are_those_of_the_columns(tmp_path, form):
+    rows = [form.format(k, -0.5 * k, 0.1) for k in range(20)]
+    (tmp_path / 'x.csv').write_text('\n'.join(['Booting...', 'ready', *rows, '']))
+    names, values = values_of(tmp_path / 'x.csv')
+    assert names == ['t', 'q', 'tau [Nm]']
+    np.testing.assert_array_equal(values[:, 1], -0.5 * np.arange(20))
+
+
+def test_two_tables_below_each_other_are_told(tmp_path):
+    rows = [f'; {k}; 1' for k in range(20)]
+    text = '\n'.join(['0.Variable; q', *rows, '1.Variable; dq', '1.Class; 14', *rows, ''])
+    (tmp_path / 'x.csv').write_text(text)
+    with pytest.raises(DataError, match='give the tables of the file in files of their own'):
+        DataFile(tmp_path / 'x.csv')
