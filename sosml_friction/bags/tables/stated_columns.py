@@ -81,6 +81,13 @@ class _StatedColumns(Guesser):
                     f'{len(names)} columns of {quantity} are stated and {count} of position: name '
                     'one for each joint'
                 )
+        own = [name for names in stated.values() for name in names]
+        twice = [name for name in own if own.count(name) > 1]
+        if twice:
+            raise ConfigurationError(
+                f'column {twice[0]} is stated twice, and each is one quantity of one joint: where '
+                'files have a quantity each, put their columns into one table'
+            )
         self._put_time()
         if self.rate is None and not self.time.unit:
             why = '' if self.time.name else self._unread_time()
@@ -97,8 +104,8 @@ class _StatedColumns(Guesser):
             )
         keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
         at = [list(self.series).index(name) for name in stated['position']]
-        own = self._joint_names(keys, at == sorted(at))
-        joints = list(named) if all(named) else list(own.values())
+        called = self._joint_names(keys, at == sorted(at)).values()
+        joints = list(named) if all(named) else list(called)
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
         if strange or len(set(joints)) < count:
             known = ', '.join(self.kinds) or 'joint'

@@ -633,6 +633,7 @@ STATED = [
     (Columns({'position': ['x']}), "has no series 'x': it has t, q, i"),
     (Columns({'position': ['q:furlong']}), "unknown unit 'furlong': known are rad, deg"),
     (Columns({'position': ['q'], 'effort': ['i', 'i']}), '2 columns of effort are stated and 1'),
+    (Columns({'position': ['q'], 'effort': ['q']}), 'q is stated twice, and each is one quantity'),
     (Columns({'position': ['q'], 'effort': ['i']}), 'effort i is in A: give the Nm .* as --kt'),
     (
         Columns({'position': ['q'], 'effort': ['i:Nm']}, scales=[1.8]),
