@@ -189,15 +189,16 @@ class DataFile(Mapping[str, NDArray[Any]]):
         usual = max(lengths, key=lambda n: (lengths.count(n) * (n > 1), n), default=0)
         return {name: values for name, values in found.items() if len(values) == usual}
 
-    def texts(self) -> list[str]:
-        """Return the words that are the same in every row, of a list one for each place."""
-        found: list[str] = []
+    def texts(self) -> list[list[str]]:
+        """Return the words of each column that has the same ones in every row."""
+        found: list[list[str]] = []
         for value in self._variables.values():
             if isinstance(value, list):
                 cells = {cell for _, cell in value}
-                found += re.findall(r'[^\s,;\[\]()\'"]+', cells.pop()) if len(cells) == 1 else []
+                if len(cells) == 1:
+                    found.append(re.findall(r'[^\s,;\[\]()\'"]+', cells.pop()))
             elif value.dtype.kind == 'U' and value.ndim and (value == value[:1]).all():
-                found += np.ravel(value[:1]).tolist()
+                found.append(np.ravel(value[:1]).tolist())
         return found
 
     def constants(self) -> dict[str, float]:

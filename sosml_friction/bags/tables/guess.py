@@ -91,6 +91,12 @@ class Guesser(RecordedColumns):
                     f'{one} and {other} are nearly the same: one may be the reference of a '
                     'controller, and no joint'
                 )
+            elif abs(np.corrcoef(self.moving[one], self.moving[other])[0, 1]) > _SURE:
+                ratio = float(np.std(self.moving[other]) / np.std(self.moving[one]))
+                self._remark(
+                    f'{other} is {one} times {ratio:.4g}: two encoders of one joint, it seems; '
+                    'keep that at whose side the effort is'
+                )
         self.result.content['joints'] = {}
         for joint, roles in self.roles.items():
             self._put_joint(joint, roles)
@@ -122,10 +128,14 @@ class Guesser(RecordedColumns):
         may = [n for n, w in own.items() if not w.quantity or 'current' in n.lower()]
         found = {
             s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
-            for s in reversed(self.slopes)
+            for s in self.slopes
             if s.cosine > _SURE and s.position in may and s.velocity in own
             if own[s.velocity].quantity == 'velocity' and own[s.velocity].joint not in named
         }
+        joints = [joint for joint, _ in found.values()]
+        if len(set(joints)) < len(joints):
+            # Of a position and its reference the numbers say which was measured.
+            return
         if not found and not named:
             found = self._of_efforts(own)
         for name, (joint, why) in found.items():
@@ -238,8 +248,8 @@ class Guesser(RecordedColumns):
         if numbers:
             keys = sorted(keys, key=lambda key: numbers[key])
         if (numbers or len(keys) == 1) and not set(keys) & set(of_urdf):
-            in_file = [name for name in dict.fromkeys(self.data.texts()) if name in self.kinds]
-            if as_in_file and len(in_file) == len(keys):
+            in_file = self._listed(len(keys))
+            if as_in_file and in_file:
                 self._remark(f'the names of the joints stand in the file: {", ".join(in_file)}')
                 return dict(zip(keys, in_file, strict=True))
             if len(of_urdf) == len(keys):
@@ -261,6 +271,14 @@ class Guesser(RecordedColumns):
             is_one = len(found) == 1 and found[0] not in named.values()
             named[key] = found[0] if is_one else plain
         return named
+
+    def _listed(self, count: int) -> list[str]:
+        """Return the names of so many joints that stand in every row of the file, if they do."""
+        texts = self.data.texts()
+        lists = [own for own in texts if len(own) == count and set(own) & set(self.kinds)]
+        alone = [own[0] for own in texts if len(own) == 1 and own[0] in self.kinds]
+        plain = list(dict.fromkeys(alone))
+        return lists[0] if lists else plain if len(plain) == count else []
 
     def _by_numbers(self) -> None:
         """Find the positions by what is the slope of what, else by smoothness."""

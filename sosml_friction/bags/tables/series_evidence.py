@@ -214,7 +214,7 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
 
 
 def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> float:
-    """Return the power of ten of s in which velocities are slopes of positions, 0 if none is."""
+    """Return the power of ten of s in which most slopes have the unit of position, 0 if none."""
     factors = np.array([s.factor for s in slopes(stamps, series) if s.cosine > _SURE])
     step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     # A velocity per sample is a slope in a unit that makes 1 Hz.
@@ -224,7 +224,7 @@ def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> floa
         if _RATES[0] * step * size <= 1.0 < _RATES[1] * step * size
     }
     best = max(votes, key=lambda size: votes[size], default=0.0)
-    return best if best and votes[best] else 0.0
+    return best if best and votes[best] and 2 * votes[best] >= len(factors) else 0.0
 
 
 def lead(t: FloatArray, first: FloatArray, second: FloatArray) -> float:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The mapping of columns whose quantities are stated, as on a command line."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from shlex import quote
@@ -104,8 +105,10 @@ class _StatedColumns(Guesser):
             )
         keys = [''] if count == 1 else [str(k) for k in range(1, count + 1)]
         at = [list(self.series).index(name) for name in stated['position']]
-        called = self._joint_names(keys, at == sorted(at)).values()
-        joints = list(named) if all(named) else list(called)
+        called = self._by_place(stated['position']) or list(
+            self._joint_names(keys, at == sorted(at)).values()
+        )
+        joints = list(named) if all(named) else called
         strange = [joint for joint in joints if self.kinds and joint not in self.kinds]
         if strange or len(set(joints)) < count:
             known = ', '.join(self.kinds) or 'joint'
@@ -123,6 +126,15 @@ class _StatedColumns(Guesser):
             self._put_joint(joint, roles)
             self._close(joint, self.result.content['joints'][joint], k)
         return self.result
+
+    def _by_place(self, positions: Sequence[str]) -> list[str]:
+        """Return the joints of columns of one list by their places in that of the names."""
+        parts = [re.fullmatch(r'(.+)\[(\d+)\]', name) for name in positions]
+        lists = {part[1] for part in parts if part}
+        if None in parts or len(lists) != 1 or not lists <= set(self.data):
+            return []
+        names = self._listed(min(self.data[lists.pop()].shape))
+        return [names[int(part[2])] for part in parts if part] if len(names) > 1 else []
 
     def _of_joint(self, entry: str) -> tuple[str, str]:
         """Return the joint, '' if none is named, and the rest of ``JOINT=COLUMN``."""

@@ -408,6 +408,28 @@ def test_joints_have_the_names_that_stand_in_the_file(tmp_path, form):
         assert list(map_columns(DataFile(path), stated, urdf).content['joints']) == names
 
 
+def test_some_places_of_a_list_have_the_names_of_their_places(tmp_path):
+    (t, q, _, _), (_, q2, _, _) = joint(4), joint(5)
+    rows = [
+        f"""{s:.6f},"['tool', 'wrist', 'elbow']","[{0.5}, {a:.6f}, {b:.6f}]"\n"""
+        for s, a, b in zip(t, q, q2, strict=True)
+    ]
+    (tmp_path / 'x.csv').write_text('t,name,position\n' + ''.join(rows))
+    stated = Columns({'position': ['position[1]', 'position[2]']})
+    content = map_columns(DataFile(tmp_path / 'x.csv'), stated, arm('elbow', 'wrist')).content
+    assert {n: own['position']['variable'] for n, own in content['joints'].items()} == {
+        'wrist': 'position[1]',
+        'elbow': 'position[2]',
+    }
+
+
+def test_columns_with_numbers_in_brackets_are_no_list(tmp_path):
+    (t, q, _, _), (_, q2, _, _) = joint(4), joint(5)
+    data = save(tmp_path, [t, q, q2], ['t', 'state.q[0]', 'state.q[1]'])
+    stated = Columns({'position': ['state.q[0]', 'state.q[1]']})
+    assert list(map_columns(data, stated, arm('b', 'a')).content['joints']) == ['b', 'a']
+
+
 def guess_filled(guess):
     """Return the content with Nm where the unit of an effort is open."""
     for own in guess.content['joints'].values():
@@ -542,6 +564,13 @@ def test_a_velocity_with_a_name_finds_the_position_without_one(tmp_path):
     assert roles(guess) == {'joint': {'position': 'a0', 'velocity': 'speed', 'effort': 'u'}}
 
 
+def test_of_two_positions_of_a_named_velocity_the_later_one_was_measured(tmp_path):
+    t, q, v, tau = joint(4)
+    columns = [t, np.interp(t + 0.02, t, q), q, v, tau]
+    guess = guess_mapping(save(tmp_path, columns, ['t', 'a0', 'a1', 'speed', 'u']))
+    assert roles(guess)['joint'] == {'position': 'a1', 'velocity': 'speed', 'effort': 'u'}
+
+
 def test_what_moves_a_slide_is_no_torque_by_its_name(tmp_path):
     t, q, _, tau = joint(4)
     data = save(tmp_path, [t, q, tau], ['t', 'x [m]', 'tau'])
@@ -554,6 +583,15 @@ def test_two_positions_that_are_nearly_the_same_are_told(tmp_path):
     t, q, v, tau = joint(4)
     data = save(tmp_path, [t, q, q + 0.01 * v, tau], ['t', 'q_m', 'q_r', 'u'])
     assert 'q_m and q_r are nearly the same' in ' '.join(guess_mapping(data).remarks)
+
+
+def test_an_encoder_of_the_motor_beside_that_of_the_joint_is_told(tmp_path):
+    t, q, _, tau = joint(4)
+    names = ['t', 'motor_position [rad]', 'output_position [rad]', 'output_torque [Nm]']
+    guess = guess_mapping(save(tmp_path, [t, 9.0 * q, q, tau], names))
+    assert '[rad] times 0.1111: two encoders of one joint' in ' '.join(guess.remarks)
+    two = guess_mapping(save(tmp_path, [t, joint(5)[1], q, tau], names))
+    assert 'two encoders' not in ' '.join(two.remarks)
 
 
 def test_noise_is_no_robot(tmp_path):
