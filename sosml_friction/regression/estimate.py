@@ -22,6 +22,7 @@ from sosml_friction.regression.evidence import (
     solve_bounded,
 )
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.rival import rival_probability
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Step of an inner parameter for the slope of the columns, as a share of it: the error of the
@@ -80,12 +81,16 @@ class Estimate:
 
     ``fit``: of the nominal's deviations, then the amplitudes of ``placed`` in order; ``errors``:
     their standard errors (p + k,); ``inner_errors``: of each term, those of its inner parameters.
+    ``shift`` and ``inner_shift``: the part of them by which terms differ from their rivals, of
+    those that explain more.
     """
 
     placed: tuple[Placed, ...]
     fit: Fit
     errors: FloatArray
     inner_errors: tuple[Mapping[str, float], ...]
+    shift: FloatArray
+    inner_shift: tuple[Mapping[str, float], ...]
 
     def fitted(self, laboratory: WhitenedRegression) -> list[Fitted]:
         """Return what was found of each term, as the term is asked about it."""
@@ -322,13 +327,40 @@ def estimate(laboratory: WhitenedRegression, placed: Sequence[Placed]) -> Estima
     variance = linear.variances(laboratory, fit)
     for each, part in with_amplitudes(placed, len(laboratory.nominal.bound)):
         variance[part] += (_regressor_error(laboratory, each) * fit.baseline.x[part]) ** 2
-    errors = np.sqrt(variance)
-    known = linear.known
+    known, shift = linear.known, np.sqrt(_rival_variance(laboratory, placed, linear, fit))
+    errors = np.hypot(np.sqrt(variance), shift)
     inner: list[dict[str, float]] = [{} for _ in placed]
-    for (k, name, own, _), error in zip(linear.owners, errors[known:], strict=True):
+    moved: list[dict[str, float]] = [{} for _ in placed]
+    at = zip(linear.owners, errors[known:].tolist(), shift[known:].tolist(), strict=True)
+    for (k, name, own, _), error, by in at:
         body = _tolerance(laboratory) if name in placed[k].term.with_body else 0.0
-        inner[k][name] = own * float(np.hypot(error, body))
-    return Estimate(tuple(placed), fit, errors[:known], tuple(inner))
+        inner[k][name], moved[k][name] = own * float(np.hypot(error, body)), own * by
+    return Estimate(tuple(placed), fit, errors[:known], tuple(inner), shift[:known], tuple(moved))
+
+
+def _rival_variance(
+    laboratory: WhitenedRegression, placed: Sequence[Placed], linear: Linear, fit: Fit
+) -> FloatArray:
+    """
+    Return the variance of all parameters (m,) by not knowing which of a term's rivals is true.
+
+    w d^2, with d what changes with the rival and w its probability. Of inner parameters it is
+    that of their logarithms.
+    """
+    result = np.zeros(linear.known + len(linear.owners))
+    rivals = [(k, each, rival) for k, each in enumerate(placed) for rival in each.term.rivals()]
+    if not rivals:
+        return result
+    cost = equations_of(laboratory, placed).solve()[1]
+    ratio = max(fit.baseline.cost / float(laboratory.known.sum()), 1.0)
+    for k, each, rival in rivals:
+        one = replace(each, term=rival).with_inner(laboratory, each.inner)
+        others = settle(laboratory, [*placed[:k], one, *placed[k + 1 :]])
+        x, its = equations_of(laboratory, others).solve()
+        ratios = [others[i].inner[name] / own for i, name, own, _ in linear.owners]
+        d = np.concatenate([x - fit.baseline.x, np.log(ratios)])
+        result += rival_probability((its - cost) / ratio) * d**2
+    return result
 
 
 def _regressor_error(laboratory: WhitenedRegression, each: Placed) -> float:

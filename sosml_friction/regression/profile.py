@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.parameter import Z_95, Parameter
 from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.estimate import (
     Estimate,
@@ -67,11 +67,12 @@ class Profile:
 
         Along each of its inner parameters, the term's others and all sizes are fitted anew; the
         inner parameters of other terms stay. The limit is where the cost is 1.96^2 times the
-        variance of what is left above the least.
+        variance of what is left above the least; each end is as much farther as a rival of the
+        term says.
         """
         placed = estimate.placed[which]
         errors = {
-            name: error / abs(float(placed.inner[name]))
+            name: float(_without(error, estimate.inner_shift[which][name]) / placed.inner[name])
             for name, error in estimate.inner_errors[which].items()
         }
         if max(errors.values(), default=0.0) < _LINEAR:
@@ -85,10 +86,25 @@ class Profile:
                 end, passed = walk.along(name, way * min(_STEP * error, _LONGEST))
                 ends.append(end)
                 points += passed
-            found[name] = (ends[0], ends[1])
+            by = estimate.inner_shift[which][name]
+            found[name] = _farther((ends[0], ends[1]), float(placed.inner[name]), by)
         low = np.min([p.amplitude - p.half for p in points], axis=0)
         high = np.max([p.amplitude + p.half for p in points], axis=0)
-        return cls(found, np.column_stack([low, high]), tuple(points))
+        fitted = (x[walk.part] for x in (estimate.fit.baseline.x, estimate.shift))
+        rows = zip(*(x.tolist() for x in (low, high, *fitted)), strict=True)
+        sizes = np.array([_farther((a, b), x, by) for a, b, x, by in rows])
+        return cls(found, sizes, tuple(points))
+
+
+def _without(error: FloatArray | float, part: FloatArray | float) -> FloatArray:
+    """Return an error without one of the independent parts that it is made of."""
+    return np.sqrt(np.maximum(np.square(error) - np.square(part), 0.0))
+
+
+def _farther(ends: tuple[float, float], value: float, shift: float) -> tuple[float, float]:
+    """Return a 95 % interval about a value with another error added; it does not pass 0."""
+    low, high = Parameter(value, '', 0.0, ends).with_variance(shift**2).interval or ends
+    return (max(low, 0.0) if ends[0] >= 0.0 else low), (min(high, 0.0) if ends[1] <= 0.0 else high)
 
 
 class _Walk:
@@ -100,10 +116,12 @@ class _Walk:
         self.placed = [*others, estimate.placed[which]]
         self.least = estimate.fit.baseline.cost
         linear = Linear.make(laboratory, estimate.placed, estimate.fit.baseline.x)
-        part = list(with_amplitudes(estimate.placed, len(laboratory.nominal.bound)))[which][1]
-        modelled = np.diag(linear.covariance(laboratory)[0])
+        parts = list(with_amplitudes(estimate.placed, len(laboratory.nominal.bound)))
+        self.part = parts[which][1]
+        modelled = np.diag(linear.covariance(laboratory)[0])[self.part]
         # How much more scatter there is than the modelled noise makes, in this term's sizes.
-        self.limit = Z_95**2 * float(np.max(estimate.errors[part] ** 2 / modelled[part]))
+        errors = _without(estimate.errors[self.part], estimate.shift[self.part])
+        self.limit = Z_95**2 * float(np.max(errors**2 / modelled))
         self.now: list[Placed] = self.placed
 
     def at(self, inner: Mapping[str, float], held: tuple[str, ...]) -> ProfilePoint:

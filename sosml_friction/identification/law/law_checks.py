@@ -14,6 +14,7 @@ from sosml_friction.model.terms.kinds.fading_term import fade
 
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'
+KNEE = 'knee'
 #: Chance below which a part that changes with speed is not taken for noise.
 _CHANCE = 0.01
 #: Smaller than this share of friction it does not matter.
@@ -76,6 +77,25 @@ def dissipation_check(
         False,
         f'{start}{what}, so that the law drives the joint {way} from {first:.3g} to {last:.3g} '
         f'{speed_unit}: this is an offset of gravity or of the current, not friction.',
+    )
+
+
+def knee_check(law: Mapping[str, float], effort_unit: str) -> LawCheck:
+    """
+    Say that the broad knee explains more than the one of the law that was fitted.
+
+    :param law: the parameters with the broad one, by name.
+    """
+    letters = {'coulomb': 'C', 'viscous': 'B', 'stribeck': 'S', 'stribeck_velocity': 'v_s'}
+    values = ', '.join(
+        f'{letter} {law[name]:.3g} {unit_of(name, effort_unit)}'
+        for name, letter in letters.items()
+    )
+    return LawCheck(
+        KNEE,
+        True,
+        'Friction falls from standstill more like 1 / (1 + (v / v_s)^2) than like the fitted '
+        f'law, whose errors allow for it: with that knee it has {values}.',
     )
 
 

@@ -19,7 +19,7 @@ from sosml_friction.identification.law.jackknife import (
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
-from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
+from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Parameters that friction has not below zero.
@@ -39,7 +39,8 @@ class LawSolution:
     """
     Hold the best law for a v_s, None without Stribeck term, and a v0 of the sign, 0 for itself.
 
-    ``alpha``: exponent of the Stribeck term. ``theta`` (P,): linear parameters, in the order of
+    ``alpha``: exponent of the Stribeck term, NaN of the broad one, which has none.
+    ``theta`` (P,): linear parameters, in the order of
     the problem's names; ``weights`` and ``residual`` (K,) of the rows; ``cost``: sum of w r^2.
     """
 
@@ -157,7 +158,8 @@ class LawProblem:
 
     def _knees(self, sign: FloatArray, v_s: float, alpha: float) -> list[FloatArray]:
         """Return what the sizes of the knee are multiplied with, at all velocities."""
-        peak = sign * fade(self.speed, v_s, alpha)
+        broad = np.isnan(alpha)
+        peak = sign * (broad_fade(self.speed, v_s) if broad else fade(self.speed, v_s, alpha))
         return [peak] if self.form.symmetric else [peak, np.abs(peak)]
 
     def solve(

@@ -22,6 +22,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
+from sosml_friction.regression.rival import rival_probability
 
 #: Share of the friction level that is no S.
 _NOTHING = 1e-9
@@ -162,6 +163,8 @@ class LawSearch:
                 for v_s in self.grid[::_FEWER]
                 for alpha in bends
             ]
+            broad = [(v_s, sign, np.nan) for sign in signs_of_span[::_FEWER] for v_s in self.grid]
+            laws += broad[::2]
         problem.span(laws, _FLAT * self.grid[0])
         middle = float(np.median(self.coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
@@ -186,7 +189,8 @@ class LawSearch:
     def found(self, solution: LawSolution) -> tuple[str, ...]:
         """Return which parameters that are not linear were found beside v_s."""
         width = self.finds_v0 and solution.v0 > 0.0
-        bent = self.finds_alpha and solution.v_s is not None and solution.alpha != self.form.usual
+        bent = self.finds_alpha and solution.v_s is not None
+        bent = bent and solution.alpha != self.form.usual and not np.isnan(solution.alpha)
         return (*([SIGN_WIDTH] if width else []), *([EXPONENT] if bent else []))
 
     def _is_bare(self, solution: LawSolution) -> bool:
@@ -386,15 +390,20 @@ class LawSearch:
 
         :param freedom: these degrees of freedom instead.
         """
+        unit = self._unit(solution, name, without)
+        if not unit > 0.0:
+            return 0.0
+        if freedom is None:
+            freedom = self.problem.freedom(solution, self.found(solution), without)[name]
+        return parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom)) * unit
+
+    def _unit(self, solution: LawSolution, name: str, without: tuple[str, ...] = ()) -> float:
+        """Return how much the cost rises by one jackknife standard error of a parameter."""
         found = self.found(solution)
         curvature = self.problem.curvature(solution, found, without, name)
         if not curvature > 0.0:
             return 0.0
-        variance = self.problem.covariance(solution, found, without)[name, name]
-        if freedom is None:
-            freedom = self.problem.freedom(solution, found, without)[name]
-        quantile = parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom))
-        return quantile * variance / curvature
+        return self.problem.covariance(solution, found, without)[name, name] / curvature
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""
@@ -432,3 +441,14 @@ class LawSearch:
         if asked and self.problem.stribeck_at(self.full) > 0.0:
             unshown.append(self.full)
         return [x for x in unshown if not self._ends(x)]
+
+    def broad(self) -> tuple[LawSolution, float] | None:
+        """Return the best law with the broad knee and its probability; None if it has none."""
+        if not self.finds_alpha:
+            return None
+        tried = [self.solve(v_s, self.full.v0, np.nan) for v_s in self.coarse]
+        law = self.whole(self._refined(min(tried, key=_cost)))
+        if self._ends(law):
+            return None
+        excess, unit = law.cost - self.full.cost, self._unit(self.full, 'stribeck')
+        return law, rival_probability(excess / max(unit, np.finfo(float).tiny))

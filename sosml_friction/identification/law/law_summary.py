@@ -16,7 +16,7 @@ from sosml_friction.identification.identifiability import (
 )
 from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import dissipation_check
+from sosml_friction.identification.law.law_checks import LawCheck, dissipation_check, knee_check
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
@@ -37,6 +37,8 @@ _ALONG = 5
 #: v_s counts as known if an interval this many times as wide as that of 95 % is narrow, too:
 #: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
+#: A law that is as probable as this is told.
+_TOLD = 0.95
 _ORDER = (
     'coulomb',
     'viscous',
@@ -62,7 +64,8 @@ def values_of(problem: LawProblem, solution: LawSolution) -> dict[str, float]:
     values = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
     if solution.v_s is None:
         return values
-    return {**values, 'stribeck_velocity': solution.v_s, EXPONENT: solution.alpha}
+    values['stribeck_velocity'] = solution.v_s
+    return values if np.isnan(solution.alpha) else {**values, EXPONENT: solution.alpha}
 
 
 class LawSummary:
@@ -91,6 +94,22 @@ class LawSummary:
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
         self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
+        self._add_others()
+
+    def _add_others(self) -> None:
+        """Add what the laws that may be true as well move the parameters by: p d d^T of each."""
+        knee, before = ('stribeck_velocity',) * 2, self.C.copy()
+        others = [(law, 1.0) for law in self.search.unshown(self.shown)]
+        broad = self.search.broad() if self.shown else None
+        #: The law with the broad knee where the data speak for it.
+        self.better = broad[0] if broad is not None and broad[1] > _TOLD else None
+        for law, probability in [*others, *([broad] if broad else [])]:
+            values = values_of(self.problem, law)
+            d = {name: values[name] - own for name, own in self.best.items() if name in values}
+            for one, two in self.C:
+                self.C[one, two] += probability * d.get(one, 0.0) * d.get(two, 0.0)
+        #: Variance of v_s that its profile does not know.
+        self.beside_profile = self.C.get(knee, 0.0) - before.get(knee, 0.0)
 
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
@@ -112,7 +131,7 @@ class LawSummary:
         of = tuple(n for n in self.names if (n, n) in self.C and n not in problem.extra)
         residual, scale = solution.residual, float(np.linalg.norm(problem.y))
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
-        fit = LawFit(
+        return LawFit(
             law=self.form.identifier(solution.alpha if self.shown and identified else None),
             parameters={n: parameters[n] for n in _ORDER if n in parameters},
             residual_std=float(np.sqrt(np.mean(residual**2))),
@@ -126,6 +145,7 @@ class LawSummary:
             checks=(
                 dissipation_check(checked, unit, *speeds),
                 even_part(problem, solution, self.found, np.array(speeds), unit),
+                *self._knee_checks(),
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
             drawn_law=self.form.identifier(solution.alpha if self.shown else None),
@@ -135,12 +155,12 @@ class LawSummary:
             slowest=search.slowest,
             extra=extra,
         )
-        for other in search.unshown(self.shown):
-            values = values_of(problem, other)
-            # What is a range already is what it may be in any of them.
-            known = [n for n in of if n in parameters and np.isfinite(parameters[n].value)]
-            fit = fit.with_shift({n: values[n] - best[n] for n in known if n in values})
-        return fit
+
+    def _knee_checks(self) -> list[LawCheck]:
+        """Return what is to be said of the knee."""
+        if self.better is None:
+            return []
+        return [knee_check(values_of(self.problem, self.better), self.reach.effort_unit)]
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""
@@ -226,7 +246,7 @@ class LawSummary:
         if profile is None:
             reason = 'the law that was asked for has no such term'
             return {n: Parameter.not_told(unit, reason) for n, unit in units.items()}, False
-        v_s = profile.velocity_interval() if shown else (0.0, np.inf)
+        v_s = self._velocity_interval(profile) if shown else (0.0, np.inf)
         reason = reason_for('stribeck_velocity', reach, v_s)
         if shown and not reason:
             # The interval of 95 % may be closed by chance; at three standard errors it is then
@@ -270,6 +290,12 @@ class LawSummary:
         if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
+
+    def _velocity_interval(self, profile: LawProfile) -> tuple[float, float]:
+        """Return the 95 % interval of v_s: of its profile, and of the laws that may be true."""
+        of_profile = profile.velocity_interval()
+        own = Parameter(self.best['stribeck_velocity'], '', 0.0, of_profile)
+        return own.with_variance(self.beside_profile).interval or of_profile
 
     def _exponent(self) -> Parameter:
         """Return the exponent that was found."""

@@ -12,6 +12,7 @@ import numpy as np
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.sampling import lost_share
 from sosml_friction.identification.friction_fit import REGRESSION
+from sosml_friction.identification.law.law_checks import KNEE
 from sosml_friction.identification.law.law_fit import DERIVED, STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.identification.number_text import (
@@ -89,11 +90,11 @@ def law_sentence(
 
 def law_remarks(fit: LawFit) -> list[str]:
     """
-    Return what a law must not be used without: failed checks, and what is known instead of S.
+    Return what a law must not be used without: failed checks, its knee, what there is for S.
 
     Sentences with their full stops.
     """
-    remarks = [check.sentence for check in fit.checks if not check.passed]
+    remarks = [check.sentence for check in fit.checks if not check.passed or check.name == KNEE]
     if STRIBECK_AT_SLOWEST in fit.derived:
         speed = unit_of('stribeck_velocity', fit.derived[STRIBECK_AT_SLOWEST].unit)
         remarks.append(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
-from sosml_friction.model.terms.kinds.fading_term import fade, fade_slopes
+from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
 from sosml_friction.model.terms.kinds.fitted import Fitted
 from sosml_friction.model.terms.kinds.measurement_term import MeasurementTerm
 from sosml_friction.model.terms.kinds.motion import Motion
@@ -359,3 +359,20 @@ def test_the_slopes_of_the_fade_are_those_of_differences(exponent):
     np.testing.assert_allclose(by_velocity * v_s, (ahead - behind) / (2.0 * h), atol=1e-8)
     ahead, behind = (fade(v, v_s, exponent + way * h) for way in (1.0, -1.0))
     np.testing.assert_allclose(by_exponent, (ahead - behind) / (2.0 * h), atol=1e-8)
+
+
+def test_the_rival_of_friction_that_fades_is_its_broad_knee():
+    """Half of it is left at v_s, a fifth at twice v_s, and it has no exponent."""
+    v, inner = np.array([0.0, 0.05, -0.1]), {'stribeck_velocity': 0.05, 'exponent': 1.0}
+    np.testing.assert_allclose(broad_fade(v, 0.05), [1.0, 0.5, 0.2])
+    (rival,) = TERMS['stribeck']().rivals()
+    one, none = np.ones((3, 1)), np.zeros((3, 0))
+    motion = Motion.steady(v[:, None], one)
+    np.testing.assert_allclose(rival.effort(motion, 0, inner, none)[0], [1.0, 0.5, 0.2])
+    assert rival.refined == ('stribeck_velocity',)
+    assert TERMS['coulomb']().rivals() == ()
+
+
+def test_a_term_that_the_model_states_has_no_rival():
+    stated = TERMS['stribeck']().as_stated(np.array([0.3]), ('stribeck joint',))
+    assert stated.rivals() == ()

@@ -4,6 +4,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
-from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.model.terms.kinds.term import Inner, Term
 
 #: Range of the exponent: from 0.5 (Bo and Pavelescu 1982, who found 0.5 to 1) to above that of the
 #: Gaussian, 2 (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
@@ -32,6 +33,16 @@ def fade(
     return result
 
 
+def broad_fade(v: FloatArray, stribeck_velocity: float) -> FloatArray:
+    """
+    Return 1 / (1 + (v / v_s)^2), which falls later than any exponential of |v| / v_s.
+
+    D. P. Hess, A. Soom, Journal of Tribology 112, 1990; it is in the model of seven parameters of
+    Armstrong-Helouvry, Dupont and Canudas de Wit 1994.
+    """
+    return np.asarray(1.0 / (1.0 + (v / stribeck_velocity) ** 2))
+
+
 def fade_slopes(
     v: FloatArray, stribeck_velocity: float, exponent: float
 ) -> tuple[FloatArray, ...]:
@@ -46,10 +57,24 @@ def fade_slopes(
 
 
 class FadingTerm(EffortTerm):
-    """State friction at standstill, which fades by ``stribeck_velocity`` and ``exponent``."""
+    """
+    State friction at standstill, which fades by ``stribeck_velocity`` and ``exponent``.
+
+    ``broad``: it fades as :func:`broad_fade`, which has no exponent.
+    """
 
     inner: ClassVar[Mapping[str, str]] = {'stribeck_velocity': '{length}/s', 'exponent': '1'}
     refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
+    broad: bool = False
+
+    def rivals(self) -> tuple[Term, ...]:
+        """Return the term that fades as :func:`broad_fade`."""
+        if self.stated is not None:
+            # Its inner parameters stay.
+            return ()
+        result = copy(self)
+        vars(result).update(broad=True, refined=('stribeck_velocity',))
+        return (result,)
 
     @abstractmethod
     def at_standstill(self, motion: Motion, joint: int | slice) -> FloatArray:
@@ -59,7 +84,8 @@ class FadingTerm(EffortTerm):
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
     ) -> tuple[FloatArray, ...]:
         """Return it times exp(-(|q'| / v_s)^d)."""
-        own = fade(motion.v[:, joint], inner['stribeck_velocity'], inner['exponent'])
+        v, v_s = motion.v[:, joint], inner['stribeck_velocity']
+        own = broad_fade(v, v_s) if self.broad else fade(v, v_s, inner['exponent'])
         return (self.at_standstill(motion, joint) * own,)
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:

@@ -119,6 +119,14 @@ class Term(ABC):
         vars(result).update(refined=(), parameter_error=True)
         return result
 
+    def rivals(self) -> tuple[Term, ...]:
+        """
+        Return the same idea with other published equations, of the same parameters.
+
+        None of them is looked for; where one explains more, what it moves is in the errors.
+        """
+        return ()
+
     def whole(self, change: FloatArray) -> FloatArray:
         """Return the amplitudes (k,) of which a fit found ``change``: with what the model has."""
         return change if self.stated is None else self.stated + change
