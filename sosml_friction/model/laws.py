@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction laws: lists of terms with a name, as functions of velocity."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -167,6 +170,13 @@ class FrictionLaw:
             )
         self.parameters = {name: float(parameters[name]) for name in names}
         self.smoothing_velocity = float(smoothing_velocity)
+        self._terms = [kind() for kind in definition.kinds]
+
+    def rival(self) -> FrictionLaw:
+        """Return the law of the same parameters with the rivals of its terms."""
+        result = copy(self)
+        result._terms = [next(iter(term.rivals()), term) for term in self._terms]
+        return result
 
     def torque(self, v: ArrayLike) -> FloatArray:
         """Return tau_f at velocity ``v`` [rad/s or m/s], same shape."""
@@ -176,10 +186,10 @@ class FrictionLaw:
         motion = Motion.steady(flat, smooth_sign(flat, self.smoothing_velocity))
         total = np.zeros(len(flat))
         state = np.zeros((len(flat), 0))
-        for kind in self.definition.kinds:
-            inner = {name: values[name] for name in kind.inner}
-            parts = kind().effort(motion, 0, inner, state)
-            for name, part in zip(kind.amplitudes, parts, strict=True):
+        for term in self._terms:
+            inner = {name: values[name] for name in term.inner}
+            parts = term.effort(motion, 0, inner, state)
+            for name, part in zip(term.amplitudes, parts, strict=True):
                 total = total + values[name] * part
         return total.reshape(v.shape)
 

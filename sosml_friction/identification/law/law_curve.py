@@ -36,8 +36,9 @@ def band(fit: LawFit, v: FloatArray) -> FloatArray | None:
     """
     Return half of the 95 % confidence band of the fitted law at each velocity, (N,) [Nm or N].
 
-    The band of the mean at one velocity, t sqrt(g' Cov g) with the gradient g of the law and
-    Student's t for the fit's degrees of freedom; None where the fit has no covariance.
+    The band of the mean at one velocity, t sqrt(g' Cov g + sum p d^2) with the gradient g of the
+    law, d how far another law of probability p is from it there, and Student's t for the fit's
+    degrees of freedom; None where the fit has no covariance.
 
     :param v: velocity (N,) [rad/s or m/s].
     """
@@ -60,5 +61,7 @@ def band(fit: LawFit, v: FloatArray) -> FloatArray | None:
         ]
         gradient[:, k] = (ends[1] - ends[0]) / (2.0 * step)
     variance = np.einsum('ni,ij,nj->n', gradient, covariance, gradient)
+    for other, probability in fit.others:
+        variance += probability * (other.torque(v) - law.torque(v)) ** 2
     freedom = max(fit.clusters - len(names), 1)
     return np.array(t_95(freedom) * np.sqrt(np.maximum(variance, 0.0)))

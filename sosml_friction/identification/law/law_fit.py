@@ -15,6 +15,7 @@ from sosml_friction.identification.law.law_checks import (
     LawCheck,
 )
 from sosml_friction.identification.law.law_profile import LawProfile
+from sosml_friction.model.laws import FrictionLaw
 from sosml_friction.model.parameter import Parameter
 
 #: What a fit says beside the parameters of the law, by name in ``LawFit.derived``.
@@ -44,9 +45,10 @@ class LawFit:
     fitted. ``smoothing_velocity`` [rad/s or m/s] is that of the sign, as it was given or found, 0
     for the sign itself. ``derived`` is what the data tell beside the parameters, by the names in
     ``DERIVED``; ``checks`` say whether the law is friction at all. ``covariance`` (P, P) is that
-    of the estimates of ``covariance_of``, in their units. ``profile`` is None without a Stribeck
-    term; ``slowest`` [rad/s or m/s] is the least speed of the data, ``extra`` the
-    factors of the columns that the caller added.
+    of the estimates of ``covariance_of``, in their units, if none of ``others`` is true: laws that
+    may be, each with its probability. What they move is in the errors of the parameters.
+    ``profile`` is None without a Stribeck term; ``slowest`` [rad/s or m/s] is the least speed of
+    the data, ``extra`` the factors of the columns that the caller added.
     """
 
     law: str
@@ -65,6 +67,7 @@ class LawFit:
     profile: LawProfile | None = None
     slowest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
+    others: tuple[tuple[FrictionLaw, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what is said of every law that was fitted."""

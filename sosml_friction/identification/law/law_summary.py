@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
 from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
-from sosml_friction.model.laws import unit_of
+from sosml_friction.model.laws import FrictionLaw, law_definition, unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS, fade
 
@@ -98,18 +99,29 @@ class LawSummary:
 
     def _add_others(self) -> None:
         """Add what the laws that may be true as well move the parameters by: p d d^T of each."""
-        knee, before = ('stribeck_velocity',) * 2, self.C.copy()
+        knee, self.own_C = ('stribeck_velocity',) * 2, self.C.copy()
         others = [(law, 1.0) for law in self.search.unshown(self.shown)]
         broad = self.search.broad() if self.shown else None
         #: The law with the broad knee where the data speak for it.
         self.better = broad[0] if broad is not None and broad[1] > _TOLD else None
+        self.others: list[tuple[FrictionLaw, float]] = []
         for law, probability in [*others, *([broad] if broad else [])]:
             values = values_of(self.problem, law)
+            self.others.append((self._curve(law, values), probability))
             d = {name: values[name] - own for name, own in self.best.items() if name in values}
             for one, two in self.C:
                 self.C[one, two] += probability * d.get(one, 0.0) * d.get(two, 0.0)
         #: Variance of v_s that its profile does not know.
-        self.beside_profile = self.C.get(knee, 0.0) - before.get(knee, 0.0)
+        self.beside_profile = self.C.get(knee, 0.0) - self.own_C.get(knee, 0.0)
+
+    def _curve(self, law: LawSolution, values: Mapping[str, float]) -> FrictionLaw:
+        """Return a law to be drawn."""
+        broad = np.isnan(law.alpha)
+        alpha = self.form.usual if broad else law.alpha
+        definition = law_definition(self.form.identifier(None if law.v_s is None else alpha))
+        own = {name: values[name] for name in definition.parameter_names}
+        curve = FrictionLaw(definition, own, law.v0)
+        return curve.rival() if broad else curve
 
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
@@ -149,11 +161,12 @@ class LawSummary:
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
             drawn_law=self.form.identifier(solution.alpha if self.shown else None),
-            covariance=np.array([[self.C[a, b] for b in of] for a in of]),
+            covariance=np.array([[self.own_C[a, b] for b in of] for a in of]),
             covariance_of=of,
             profile=self.profile,
             slowest=search.slowest,
             extra=extra,
+            others=tuple(self.others),
         )
 
     def _knee_checks(self) -> list[LawCheck]:

@@ -5,7 +5,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,9 @@ from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.effort_term import EffortTerm
 from sosml_friction.model.terms.kinds.motion import Motion
 from sosml_friction.model.terms.kinds.recording import Recording
-from sosml_friction.model.terms.kinds.term import Inner, Term
+from sosml_friction.model.terms.kinds.term import Inner
+
+_T = TypeVar('_T', bound='FadingTerm')
 
 #: Range of the exponent: from 0.5 (Bo and Pavelescu 1982, who found 0.5 to 1) to above that of the
 #: Gaussian, 2 (Armstrong-Helouvry, Dupont and Canudas de Wit 1994).
@@ -67,7 +69,7 @@ class FadingTerm(EffortTerm):
     refined: ClassVar[tuple[str, ...]] = ('stribeck_velocity', 'exponent')
     broad: bool = False
 
-    def rivals(self) -> tuple[Term, ...]:
+    def rivals(self: _T) -> tuple[_T, ...]:
         """Return the term that fades as :func:`broad_fade`."""
         if self.stated is not None:
             # Its inner parameters stay.

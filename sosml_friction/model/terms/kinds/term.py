@@ -7,7 +7,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from sosml_friction.model.terms.kinds.simulated_term import SimulatedTerm
 from sosml_friction.registry import Registry
 
 Inner = Mapping[str, float]
+_T = TypeVar('_T', bound='Term')
 
 #: The joint of a term that acts in all joints together, in files.
 ALL_JOINTS = '*'
@@ -119,7 +120,7 @@ class Term(ABC):
         vars(result).update(refined=(), parameter_error=True)
         return result
 
-    def rivals(self) -> tuple[Term, ...]:
+    def rivals(self: _T) -> tuple[_T, ...]:
         """
         Return the same idea with other published equations, of the same parameters.
 
