@@ -15,6 +15,7 @@ from sosml_friction.model.terms.kinds.fading_term import fade
 DISSIPATION = 'dissipation'
 ODD_EVEN = 'odd_even'
 KNEE = 'knee'
+BEND = 'bend'
 #: Chance below which a part that changes with speed is not taken for noise.
 _CHANCE = 0.01
 #: Smaller than this share of friction it does not matter.
@@ -96,6 +97,29 @@ def knee_check(law: Mapping[str, float], effort_unit: str) -> LawCheck:
         True,
         'Friction falls from standstill more like 1 / (1 + (v / v_s)^2) than like the fitted '
         f'law, whose errors allow for it: with that knee it has {values}.',
+    )
+
+
+def bend_check(
+    speeds: FloatArray, law: FloatArray, bent: FloatArray, power: float, effort_unit: str
+) -> LawCheck | None:
+    """
+    Say where friction bends otherwise than the law, None if that is too little to matter.
+
+    :param speeds: of the data (N,) [rad/s or m/s]; ``law`` friction by the law there (N,)
+        [Nm or N], ``bent`` with a power of speed beside it.
+    """
+    apart = bent - law
+    k = int(np.argmax(np.abs(apart)))
+    if abs(apart[k]) < _MATTERS * float(np.abs(law).max()):
+        return None
+    unit = unit_of('velocity', effort_unit)
+    return LawCheck(
+        BEND,
+        False,
+        f'Friction bends with speed otherwise than the law: with |v|^{power:g} beside it, it is '
+        f'{abs(apart[k]):.3g} {effort_unit} {"more" if apart[k] > 0.0 else "less"} at '
+        f'{speeds[k]:.3g} {unit} (by chance alone: p < 0.01); the errors allow for that.',
     )
 
 

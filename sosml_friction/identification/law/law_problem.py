@@ -32,6 +32,8 @@ _HUBER = 1.345  # 95 % efficient on normal noise
 _SPEEDS = 200
 #: Parameters that may be found beside v_s, none of them linear.
 SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
+#: Size of the power of speed of a bent law.
+POWER = 'power'
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,14 @@ class LawProblem:
             [self.made(column) for column in constant] + [extra[keep]]
         )
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
+
+    def bent(self, power: float, top: float) -> LawProblem:
+        """Return the problem with the column sign(v) |v / top|^power, called ``power``, more."""
+        result = copy(self)
+        result.base, result._signs, result._spanned = (*self.base, POWER), None, None
+        column = self.made(np.sign(self.v) * (self.speed / top) ** power)
+        result._constant = np.column_stack([self._constant, column])
+        return result
 
     def span(self, laws: Sequence[tuple[float, float, float]], slowest: float) -> None:
         """

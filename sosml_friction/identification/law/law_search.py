@@ -22,6 +22,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
+from sosml_friction.regression.curves.speed_power import POWERS
 from sosml_friction.regression.rival import rival_probability
 
 #: Share of the friction level that is no S.
@@ -29,6 +30,8 @@ _NOTHING = 1e-9
 #: Share of the sum of squares that is a rounding error.
 _ROUNDING = 1e-20
 _LEVEL = 0.95
+#: What says that a law is not the right one is surer.
+_SURE = 0.99
 #: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
 _LIKE_WEIGHTS = 1e-3
 #: Laws are compared from this share of the least v_s on: there they are flat.
@@ -381,9 +384,10 @@ class LawSearch:
         without: tuple[str, ...] = (),
         parameters: int = 1,
         freedom: float | None = None,
+        level: float = _LEVEL,
     ) -> float:
         """
-        Return which fall of the cost by some parameters chance exceeds, in 5 %.
+        Return which fall of the cost by some parameters chance exceeds, in 5 % or 1 - level.
 
         The fall that one jackknife standard error of ``name``, one of them, makes, times a
         quantile of F, whose degrees of freedom are those of that standard error.
@@ -395,7 +399,7 @@ class LawSearch:
             return 0.0
         if freedom is None:
             freedom = self.problem.freedom(solution, self.found(solution), without)[name]
-        return parameters * float(f_distribution.ppf(_LEVEL, parameters, freedom)) * unit
+        return parameters * float(f_distribution.ppf(level, parameters, freedom)) * unit
 
     def _unit(self, solution: LawSolution, name: str, without: tuple[str, ...] = ()) -> float:
         """Return how much the cost rises by one jackknife standard error of a parameter."""
@@ -404,6 +408,27 @@ class LawSearch:
         if not curvature > 0.0:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
+
+    def bent(self, law: LawSolution, named: LawSolution) -> tuple[LawSolution, float] | None:
+        """
+        Return a law with the power of speed that explains most beside it, and that power.
+
+        None if it explains no more than its size and power would by chance, in 1 %, as the law
+        that is ``named`` knows it.
+        """
+        tried = [
+            (
+                self.problem.bent(power, self.fastest).solve(
+                    law.v_s, law.v0, law.alpha, law.weights
+                ),
+                power,
+            )
+            for power in POWERS
+        ]
+        best, power = min(tried, key=lambda one: one[0].cost)
+        least = _ROUNDING * float(np.sum(law.weights * self.problem.y**2))
+        limit = self.limit(named, 'coulomb', parameters=2, level=_SURE)
+        return (best, power) if law.cost - best.cost > max(limit, least) else None
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""

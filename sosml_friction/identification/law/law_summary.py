@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +14,15 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
+from sosml_friction.identification.law.bent_law import BentLaw
 from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import LawCheck, dissipation_check, knee_check
+from sosml_friction.identification.law.law_checks import (
+    LawCheck,
+    bend_check,
+    dissipation_check,
+    knee_check,
+)
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
@@ -40,6 +45,8 @@ _ALONG = 5
 _SURE = 1.5
 #: A law that is as probable as this is told.
 _TOLD = 0.95
+#: Speeds at which two laws are compared.
+_DRAWN = 100
 _ORDER = (
     'coulomb',
     'viscous',
@@ -100,23 +107,50 @@ class LawSummary:
     def _add_others(self) -> None:
         """Add what the laws that may be true as well move the parameters by: p d d^T of each."""
         knee, self.own_C = ('stribeck_velocity',) * 2, self.C.copy()
-        others = [(law, 1.0) for law in self.search.unshown(self.shown)]
-        broad = self.search.broad() if self.shown else None
-        #: The law with the broad knee where the data speak for it.
-        self.better = broad[0] if broad is not None and broad[1] > _TOLD else None
-        self.others: list[tuple[FrictionLaw, float]] = []
-        for law, probability in [*others, *([broad] if broad else [])]:
-            values = values_of(self.problem, law)
-            self.others.append((self._curve(law, values), probability))
-            d = {name: values[name] - own for name, own in self.best.items() if name in values}
-            for one, two in self.C:
-                self.C[one, two] += probability * d.get(one, 0.0) * d.get(two, 0.0)
+        self.others: list[tuple[FrictionLaw | BentLaw, float]] = []
+        self.said: list[LawCheck] = []
+        for law in self.search.unshown(self.shown):
+            self._add(law, self._curve(law), 1.0)
+        nearest, broad = self.solution, self.search.broad() if self.shown else None
+        if broad is not None:
+            law, probability = broad
+            self._add(law, self._curve(law), probability)
+            if probability > _TOLD:
+                nearest = law
+                values = values_of(self.problem, law)
+                self.said.append(knee_check(values, self.reach.effort_unit))
+        self._add_bent(nearest)
         #: Variance of v_s that its profile does not know.
         self.beside_profile = self.C.get(knee, 0.0) - self.own_C.get(knee, 0.0)
 
-    def _curve(self, law: LawSolution, values: Mapping[str, float]) -> FrictionLaw:
+    def _add_bent(self, nearest: LawSolution) -> None:
+        """Add the law with a power of speed, where the data show one that matters."""
+        search, curve = self.search, self._curve(nearest)
+        speeds = np.geomspace(search.slowest, search.fastest, _DRAWN)
+        found = search.bent(nearest, self.solution)
+        if found is None:
+            return
+        law, power = found
+        size = float(law.theta[len(self.problem.base)])
+        own = replace(law, theta=np.delete(law.theta, len(self.problem.base)))
+        bent = BentLaw(self._curve(own), size, power, search.fastest)
+        unit = self.reach.effort_unit
+        check = bend_check(speeds, curve.torque(speeds), bent.torque(speeds), power, unit)
+        if check is not None:
+            self.said.append(check)
+            self._add(own, bent, 1.0)
+
+    def _add(self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float) -> None:
+        """Add a law that may be true to the errors."""
+        values = values_of(self.problem, law)
+        d = {name: values[name] - own for name, own in self.best.items() if name in values}
+        for one, two in self.C:
+            self.C[one, two] += probability * d.get(one, 0.0) * d.get(two, 0.0)
+        self.others.append((curve, probability))
+
+    def _curve(self, law: LawSolution) -> FrictionLaw:
         """Return a law to be drawn."""
-        broad = np.isnan(law.alpha)
+        values, broad = values_of(self.problem, law), np.isnan(law.alpha)
         alpha = self.form.usual if broad else law.alpha
         definition = law_definition(self.form.identifier(None if law.v_s is None else alpha))
         own = {name: values[name] for name in definition.parameter_names}
@@ -157,7 +191,7 @@ class LawSummary:
             checks=(
                 dissipation_check(checked, unit, *speeds),
                 even_part(problem, solution, self.found, np.array(speeds), unit),
-                *self._knee_checks(),
+                *self.said,
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
             drawn_law=self.form.identifier(solution.alpha if self.shown else None),
@@ -168,12 +202,6 @@ class LawSummary:
             extra=extra,
             others=tuple(self.others),
         )
-
-    def _knee_checks(self) -> list[LawCheck]:
-        """Return what is to be said of the knee."""
-        if self.better is None:
-            return []
-        return [knee_check(values_of(self.problem, self.better), self.reach.effort_unit)]
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""

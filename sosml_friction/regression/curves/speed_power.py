@@ -13,7 +13,7 @@ from sosml_friction.model.terms.kinds.term import Inner
 from sosml_friction.regression.curves.curve import Curve
 
 #: Powers of speed that are neither Coulomb friction nor viscous.
-_POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
+POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
 
 
 class SpeedPower(Curve):
@@ -25,7 +25,7 @@ class SpeedPower(Curve):
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return powers well away from 0 and 1, which have names."""
-        return [{'power': p} for p in _POWERS]
+        return [{'power': p} for p in POWERS]
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return s (|q'| / top speed)^p."""

@@ -59,7 +59,7 @@ def fit_verdict(views: Sequence[JointView]) -> tuple[str, str]:
         return 'bad', 'No friction could be fitted'
     checks = [check for view in fitted if view.model for check in view.model.fit.checks]
     if not all(check.passed for check in checks):
-        return 'open', 'Fitted, but a check says that it may not be friction'
+        return 'open', 'Fitted, but a check says that the law does not hold as it stands'
     if len(fitted) < len(views):
         return 'open', f'Fitted for {len(fitted)} of {len(views)} joints'
     if any(map(model_questions, fitted)):

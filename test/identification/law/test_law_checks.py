@@ -7,7 +7,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sosml_friction.identification.law.law_checks import dissipation_check, odd_even_check
+from sosml_friction.identification.law.law_checks import (
+    bend_check,
+    dissipation_check,
+    knee_check,
+    odd_even_check,
+)
 from sosml_friction.identification.number_text import rounded
 
 
@@ -65,3 +70,18 @@ def test_an_asymmetry_that_is_in_the_law_is_no_fault_and_no_reason_to_fit_it():
     assert check.passed
     assert 'differs by direction' in check.sentence
     assert 'fit the asymmetric form' not in check.sentence
+
+
+def test_a_bend_is_told_where_it_is_largest_and_not_where_it_is_nothing():
+    speeds, law = np.array([0.1, 0.2, 0.4]), np.array([1.0, 1.1, 1.3])
+    check = bend_check(speeds, law, law + np.array([0.01, -0.05, 0.02]), 0.5, 'Nm')
+    assert not check.passed
+    assert 'with |v|^0.5 beside it, it is 0.05 Nm less at 0.2 rad/s' in check.sentence
+    assert bend_check(speeds, law, law + np.array([0.01, -0.02, 0.02]), 0.5, 'Nm') is None
+
+
+def test_another_knee_is_told_with_its_values():
+    law = {'coulomb': 0.8, 'viscous': 0.35, 'stribeck': 0.5, 'stribeck_velocity': 0.03}
+    check = knee_check(law, 'Nm')
+    assert check.passed
+    assert check.sentence.endswith('C 0.8 Nm, B 0.35 Nm s/rad, S 0.5 Nm, v_s 0.03 rad/s.')

@@ -13,7 +13,8 @@ from scipy.stats import binom
 
 from sosml_friction.exceptions import DataError
 from sosml_friction.identification.law.jackknife import jackknife_errors
-from sosml_friction.identification.law.law_checks import KNEE
+from sosml_friction.identification.law.law_checks import BEND, KNEE
+from sosml_friction.identification.law.law_curve import band, fitted_law
 from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.model.laws import make_friction_law
@@ -557,3 +558,28 @@ def broad_excess(v, truth):
 
 def intervals(fits, name):
     return [fit.parameters[name].interval for fit in fits]
+
+
+@pytest.mark.parametrize(
+    'bends', [lambda v: 0.5 * np.sqrt(v), lambda v: 0.5 * np.tanh(v / 0.2), lambda v: 0.8 * v**2]
+)
+def test_friction_that_bends_otherwise_is_told_and_within_the_errors(bends):
+    """Law (9) is a straight line. Its band then holds friction all the same."""
+    speeds = np.geomspace(0.01, 0.6, 20)
+    v, at = plateaus(speeds), np.geomspace(0.01, 0.6, 50)
+    for seed in range(20):
+        y = np.sign(v) * (0.8 + bends(np.abs(v))) + fine(np.random.default_rng(seed), len(v))
+        fit = fit_law(v, y, np.arange(len(v)), 'Nm', form=LawForm('coulomb_viscous'))
+        (told,) = (check for check in fit.checks if check.name == BEND)
+        assert not told.passed
+        wrong = np.abs(fitted_law(fit).torque(at) - 0.8 - bends(at))
+        assert (wrong <= band(fit, at)).mean() >= 0.95
+        low, high = fit.parameters['coulomb'].interval
+        assert low <= 0.8 <= high
+
+
+def test_a_law_that_is_true_bends_as_friction_does(stribeck_fits, null_fits):
+    """In 1 % of the sets another is found by chance; more than that rate has once in 20."""
+    for fits in (stribeck_fits, null_fits):
+        told = sum(check.name == BEND for fit in fits for check in fit.checks)
+        assert told <= binom.ppf(0.95, SETS, 0.01)
