@@ -152,6 +152,14 @@ class LawProblem:
         """Return the linear parameters, in the order of the columns."""
         return self.base if v_s is None else (*self.base, *self.knee)
 
+    def values_of(self, solution: LawSolution) -> dict[str, float]:
+        """Return the parameters of a law by name, v_s and exponent with those it is linear in."""
+        values = dict(zip(self.names(solution.v_s), solution.theta.tolist(), strict=True))
+        if solution.v_s is None:
+            return values
+        values['stribeck_velocity'] = solution.v_s
+        return values if np.isnan(solution.alpha) else {**values, EXPONENT: solution.alpha}
+
     def _sign(self, v0: float) -> tuple[FloatArray, FloatArray]:
         if self._signs is None or self._signs[0] != v0:
             sign = smooth_sign(self.v, v0)

@@ -14,27 +14,20 @@ from sosml_friction.identification.identifiability import (
     experiment_for,
     reason_for,
 )
-from sosml_friction.identification.law.bent_law import BentLaw
 from sosml_friction.identification.law.even_part import even_part
 from sosml_friction.identification.law.jackknife import t_95
-from sosml_friction.identification.law.law_checks import (
-    LawCheck,
-    bend_check,
-    dissipation_check,
-    knee_check,
-)
+from sosml_friction.identification.law.law_checks import dissipation_check
 from sosml_friction.identification.law.law_fit import STRIBECK_AT_SLOWEST, LawFit
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
     NON_NEGATIVE,
-    LawProblem,
-    LawSolution,
 )
 from sosml_friction.identification.law.law_profile import LawProfile
 from sosml_friction.identification.law.law_search import HIDDEN, LawSearch, within
+from sosml_friction.identification.law.other_laws import OtherLaws
 from sosml_friction.identification.law.stribeck_profile import about_best, stribeck_profile
 from sosml_friction.identification.parameter_interval import AT_ZERO
-from sosml_friction.model.laws import FrictionLaw, law_definition, unit_of
+from sosml_friction.model.laws import unit_of
 from sosml_friction.model.parameter import AT_BOUND, NOT_IDENTIFIABLE, Parameter
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS, fade
 
@@ -43,10 +36,6 @@ _ALONG = 5
 #: v_s counts as known if an interval this many times as wide as that of 95 % is narrow, too:
 #: 1.5 * 1.96 = 2.9, about three standard errors.
 _SURE = 1.5
-#: A law that is as probable as this is told.
-_TOLD = 0.95
-#: Speeds at which two laws are compared.
-_DRAWN = 100
 _ORDER = (
     'coulomb',
     'viscous',
@@ -67,15 +56,6 @@ _NO_EXPONENT = (
 )
 
 
-def values_of(problem: LawProblem, solution: LawSolution) -> dict[str, float]:
-    """Return the parameters of a law by name, v_s and the exponent with those it is linear in."""
-    values = dict(zip(problem.names(solution.v_s), solution.theta.tolist(), strict=True))
-    if solution.v_s is None:
-        return values
-    values['stribeck_velocity'] = solution.v_s
-    return values if np.isnan(solution.alpha) else {**values, EXPONENT: solution.alpha}
-
-
 class LawSummary:
     """
     Say what is known of every parameter of a law that was searched.
@@ -90,7 +70,7 @@ class LawSummary:
         self.shown = search.shows_stribeck()
         self.solution = search.full if self.shown else search.plain
         self.found = search.found(self.solution)
-        self.best = values_of(self.problem, self.solution)
+        self.best = self.problem.values_of(self.solution)
         if EXPONENT not in self.found:
             self.best.pop(EXPONENT, None)
         self.names = tuple(self.best)
@@ -102,60 +82,15 @@ class LawSummary:
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
         self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
-        self._add_others()
-
-    def _add_others(self) -> None:
-        """Add what the laws that may be true as well move the parameters by: p d d^T of each."""
-        knee, self.own_C = ('stribeck_velocity',) * 2, self.C.copy()
-        self.others: list[tuple[FrictionLaw | BentLaw, float]] = []
-        self.said: list[LawCheck] = []
-        for law in self.search.unshown(self.shown):
-            self._add(law, self._curve(law), 1.0)
-        nearest, broad = self.solution, self.search.broad() if self.shown else None
-        if broad is not None:
-            law, probability = broad
-            self._add(law, self._curve(law), probability)
-            if probability > _TOLD:
-                nearest = law
-                values = values_of(self.problem, law)
-                self.said.append(knee_check(values, self.reach.effort_unit))
-        self._add_bent(nearest)
-        #: Variance of v_s that its profile does not know.
-        self.beside_profile = self.C.get(knee, 0.0) - self.own_C.get(knee, 0.0)
-
-    def _add_bent(self, nearest: LawSolution) -> None:
-        """Add the law with a power of speed, where the data show one that matters."""
-        search, curve = self.search, self._curve(nearest)
-        speeds = np.geomspace(search.slowest, search.fastest, _DRAWN)
-        found = search.bent(nearest, self.solution)
-        if found is None:
-            return
-        law, power = found
-        size = float(law.theta[len(self.problem.base)])
-        own = replace(law, theta=np.delete(law.theta, len(self.problem.base)))
-        bent = BentLaw(self._curve(own), size, power, search.fastest)
-        unit = self.reach.effort_unit
-        check = bend_check(speeds, curve.torque(speeds), bent.torque(speeds), power, unit)
-        if check is not None:
-            self.said.append(check)
-            self._add(own, bent, 1.0)
-
-    def _add(self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float) -> None:
-        """Add a law that may be true to the errors."""
-        values = values_of(self.problem, law)
-        d = {name: values[name] - own for name, own in self.best.items() if name in values}
-        for one, two in self.C:
-            self.C[one, two] += probability * d.get(one, 0.0) * d.get(two, 0.0)
-        self.others.append((curve, probability))
-
-    def _curve(self, law: LawSolution) -> FrictionLaw:
-        """Return a law to be drawn."""
-        values, broad = values_of(self.problem, law), np.isnan(law.alpha)
-        alpha = self.form.usual if broad else law.alpha
-        definition = law_definition(self.form.identifier(None if law.v_s is None else alpha))
-        own = {name: values[name] for name in definition.parameter_names}
-        curve = FrictionLaw(definition, own, law.v0)
-        return curve.rival() if broad else curve
+        # The profile is that of the law itself.
+        self.others = OtherLaws(search, self.solution, self.shown, effort_unit)
+        self.own_C, self.C = (
+            self.C,
+            {
+                (one, two): own + self.others.variance(one, two)
+                for (one, two), own in self.C.items()
+            },
+        )
 
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
@@ -191,7 +126,7 @@ class LawSummary:
             checks=(
                 dissipation_check(checked, unit, *speeds),
                 even_part(problem, solution, self.found, np.array(speeds), unit),
-                *self.said,
+                *self.others.checks,
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
             drawn_law=self.form.identifier(solution.alpha if self.shown else None),
@@ -200,7 +135,7 @@ class LawSummary:
             profile=self.profile,
             slowest=search.slowest,
             extra=extra,
-            others=tuple(self.others),
+            others=tuple(self.others.curves),
         )
 
     def _linear(self, name: str) -> Parameter:
@@ -246,7 +181,7 @@ class LawSummary:
         ends = [] if found.interval is None else [found.interval]
         for k in picked:
             fit = search.whole(search.at(float(profile.stribeck_velocity[k])))
-            value = values_of(problem, fit)[name]
+            value = problem.values_of(fit)[name]
             C = problem.covariance(fit, found_there, ('stribeck_velocity',))
             room = np.sqrt(max(1.0 - float(profile.excess[k]), 0.0))
             half = quantile * float(np.sqrt(C[name, name])) * room
@@ -336,7 +271,8 @@ class LawSummary:
         """Return the 95 % interval of v_s: of its profile, and of the laws that may be true."""
         of_profile = profile.velocity_interval()
         own = Parameter(self.best['stribeck_velocity'], '', 0.0, of_profile)
-        return own.with_variance(self.beside_profile).interval or of_profile
+        more = self.others.variance('stribeck_velocity', 'stribeck_velocity')
+        return own.with_variance(more).interval or of_profile
 
     def _exponent(self) -> Parameter:
         """Return the exponent that was found."""
