@@ -117,6 +117,7 @@ def with_output_error(
     smoothing_velocity: Mapping[str, float],
     wanted: bool,
     effort_hold: Sequence[str] | str = 'start',
+    alpha: float = 1.0,
 ) -> tuple[FrictionFit, OutputErrorFits | None]:
     """
     Return the fits with those of output error beside them, and what simulation says of all.
@@ -126,6 +127,7 @@ def with_output_error(
 
     :param wanted: whether to fit; else only the closed loop is simulated with what ``inverse``
         found, where the controller is known.
+    :param alpha: exponent of the Stribeck term, where no fit found another.
     """
     checks = (
         {}
@@ -143,18 +145,22 @@ def with_output_error(
             unavailable[name] = fit.unavailable.get(name, 'it has no fit to begin with')
             continue
         first = next(iter(joints[name].values()))
-        known = [one.fit.parameters for one in joints[name].values()]
+        laws = list(joints[name].values())
+        known = [one.fit.parameters for one in laws]
         start = first_guess(
             robot, i, next((p for p in known if np.isfinite(p['coulomb'].value)), None)
         )
         width = smoothing_velocity[name]
+        exponent = next(
+            (x.fit.drawn['exponent'] for x in laws if 'exponent' in x.fit.drawn), alpha
+        )
         try:
             if name in controlled and is_alone(robot, log):
                 modes[name] = 'controller'
                 found[name] = fit_controlled(log, robot, name, controlled[name], start, width)
             else:
                 modes[name] = 'measured_effort'
-                found[name] = fit_windows(log, robot, i, start, width, effort_hold)
+                found[name] = fit_windows(log, robot, i, start, width, effort_hold, exponent)
         except DataError as error:
             unavailable[name] = str(error)
             continue

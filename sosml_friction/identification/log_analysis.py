@@ -205,7 +205,7 @@ def analyse_log(
     }
     wanted = settings.method == OUTPUT_ERROR
     fit, output_error = with_output_error(
-        fit, controllers(log), log, robot, inverse, widths, wanted, own_holds
+        fit, controllers(log), log, robot, inverse, widths, wanted, own_holds, settings.form.usual
     )
     if output_error is not None and output_error.joints:
         estimates = {**estimates, OUTPUT_ERROR: np.full(log.q.shape, np.nan)}

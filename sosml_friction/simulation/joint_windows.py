@@ -15,8 +15,8 @@ _fade = register_jitable(fade)
 
 @register_jitable  # type: ignore[untyped-decorator]
 def _acceleration(known: tuple[float, ...], t: float, q: float, v: float) -> float:
-    C, B, bias, S, v_s, width, force, mass, mass_rate, other_rate = known
-    friction = np.tanh(v / width) * (C + S * _fade(v, v_s, 1.0)) + B * v + bias
+    C, B, bias, S, v_s, exponent, width, force, mass, mass_rate, other_rate = known
+    friction = np.tanh(v / width) * (C + S * _fade(v, v_s, exponent)) + B * v + bias
     return float((force - friction - mass_rate * v - other_rate) / (mass + t * mass_rate))
 
 
@@ -29,13 +29,14 @@ def simulate_joint_windows(
     forcing: FloatArray,
     m: FloatArray,
     other: FloatArray,
+    exponent: float,
     width: float,
     steps: int,
 ) -> FloatArray:
     """
     Return the positions (W, L) [rad or m] of a joint in W windows of L samples.
 
-        (m v + other)' = forcing - (C + S exp(-|v| / v_s)) tanh(v / width) - B v - bias,
+        (m v + other)' = forcing - (C + S exp(-(|v| / v_s)^exponent)) tanh(v / width) - B v - bias,
 
     m and the momentum ``other`` of the moving joints beside it on lines between the samples.
 
@@ -58,7 +59,8 @@ def simulate_joint_windows(
                 for s in range(steps):
                     mass = m[k, j - 1] + s * step * m_rate
                     known = (
-                        C, B, bias, S, v_s, width, forcing[k, j], mass, m_rate, other_rate
+                        C, B, bias, S, v_s, exponent, width, forcing[k, j], mass, m_rate,
+                        other_rate,
                     )  # fmt: skip
                     here, speed = runge_kutta_step(_acceleration, known, here, speed, step)
             x[k, j] = here

@@ -41,20 +41,22 @@ def dissipation_check(
     effort_unit: str,
     slowest: float,
     fastest: float,
+    exponent: float = 1.0,
 ) -> LawCheck:
     """
     Ask whether friction with its bias takes energy at every speed of the data.
 
-    tau_f v >= 0 needs C + S exp(-w / v_s) + B w >= |bias| at every w from ``slowest`` to
+    tau_f v >= 0 needs C + S exp(-(w / v_s)^d) + B w >= |bias| at every w from ``slowest`` to
     ``fastest``. Where it is less the law drives the joint in one direction: no friction does.
 
     :param best: best fit and 95 % interval by parameter.
+    :param exponent: d.
     """
     value = {name: each[0] for name, each in best.items()}
     w = np.geomspace(max(slowest, 1e-6 * fastest), fastest, 200)
     level = value['coulomb'] + value['viscous'] * w
     if 'stribeck_velocity' in value:
-        level = level + value['stribeck'] * fade(w, value['stribeck_velocity'], 1.0)
+        level = level + value['stribeck'] * fade(w, value['stribeck_velocity'], exponent)
     bias, coulomb, speed_unit = value['bias'], value['coulomb'], unit_of('velocity', effort_unit)
     beyond = abs(bias) > level
     if not beyond.any():

@@ -124,7 +124,7 @@ class LawSummary:
             smoothing_velocity=solution.v0,
             derived=derived,
             checks=(
-                dissipation_check(checked, unit, *speeds),
+                dissipation_check(checked, unit, *speeds, solution.alpha),
                 even_part(problem, solution, self.found, np.array(speeds), unit),
                 *self.others.checks,
             ),

@@ -10,7 +10,8 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.identification.law.jackknife import t_95
 from sosml_friction.identification.law.law_fit import LawFit
-from sosml_friction.model.laws import unit_of
+from sosml_friction.identification.law.law_form import LawForm
+from sosml_friction.model.laws import law_definition, unit_of
 from sosml_friction.model.parameter import AT_BOUND, Parameter
 
 
@@ -21,7 +22,7 @@ class OutputErrorFit:
 
     ``position_error`` and ``effort_error`` [%] are 100 |simulated - measured| / |measured|; effort
     that drives the simulation has none, NaN. Both are over ``samples`` in ``clusters`` independent
-    pieces; ``smoothing_velocity`` is what was simulated.
+    pieces; ``smoothing_velocity`` and ``exponent``, of the Stribeck term, are what was simulated.
     """
 
     parameters: Mapping[str, Parameter]
@@ -30,6 +31,7 @@ class OutputErrorFit:
     samples: int
     clusters: int
     smoothing_velocity: float
+    exponent: float = 1.0
 
     def law_fit(self, effort_unit: str) -> LawFit:
         """
@@ -40,10 +42,13 @@ class OutputErrorFit:
         """
         names = ('coulomb', 'viscous', 'stribeck', 'stribeck_velocity', 'bias')
         S = self.parameters.get('stribeck')
-        law = 'stribeck' if S is not None and np.isfinite(S.value) else 'coulomb_viscous'
+        knee = S is not None and np.isfinite(S.value)
+        law = LawForm().identifier(self.exponent if knee else None)
         reason = 'the simulation has Coulomb and viscous friction only'
         unknown = {n: Parameter.not_told(unit_of(n, effort_unit), reason) for n in names}
         parameters = {n: self.parameters.get(n, unknown[n]) for n in names}
+        if 'exponent' in law_definition(law).parameter_names:
+            parameters['exponent'] = Parameter(self.exponent, '1')
         return LawFit(
             law,
             parameters,

@@ -55,6 +55,7 @@ def fit_windows(
     start: Mapping[str, float],
     smoothing_velocity: float,
     effort_hold: Sequence[str] | str = 'start',
+    exponent: float = 1.0,
 ) -> OutputErrorFit:
     """
     Fit friction so that joint ``i``, driven by its measured effort, moves as it was measured.
@@ -69,9 +70,10 @@ def fit_windows(
 
     :param start: first guess of coulomb, viscous and bias; the inertia is the model's.
     :param smoothing_velocity: v0 of the sign; 0 for a thousandth of the top speed [rad/s or m/s].
+    :param exponent: of the Stribeck term, known.
     :raises DataError: if windows without holes are too few, or the joint does not move.
     """
-    task = _Windows(log, robot, i, effort_hold)
+    task = _Windows(log, robot, i, effort_hold, exponent)
     width = smoothing_velocity if smoothing_velocity > 0.0 else _SHARPNESS * task.top_speed
     return task.fit(start, width)
 
@@ -80,9 +82,14 @@ class _Windows:
     """The windows of one joint, and what drives it in them."""
 
     def __init__(
-        self, log: JointLog, robot: Robot, i: int, effort_hold: Sequence[str] | str
+        self,
+        log: JointLog,
+        robot: Robot,
+        i: int,
+        effort_hold: Sequence[str] | str,
+        exponent: float,
     ) -> None:
-        self.i, self.unit = i, robot.effort_units[i]
+        self.i, self.unit, self.exponent = i, robot.effort_units[i], exponent
         log = log.select(robot.names)
         time = log.time
         steps = np.diff(time)
@@ -132,7 +139,7 @@ class _Windows:
     ) -> FloatArray:
         """Return the positions in all windows, (windows, samples)."""
         return simulate_joint_windows(
-            theta, x0, w0, self.h, self.forcing, self.m, self.off, width, steps
+            theta, x0, w0, self.h, self.forcing, self.m, self.off, self.exponent, width, steps
         )
 
     def residual(self, theta: FloatArray, width: float, steps: int) -> FloatArray:
@@ -253,4 +260,5 @@ class _Windows:
             int(rest.size),
             int(self.groups.max()) + 1,
             width,
+            self.exponent,
         )

@@ -36,6 +36,13 @@ def test_a_bias_above_coulomb_friction_drives_the_joint():
     assert check.sentence.endswith('offset of gravity or of the current, not friction.')
 
 
+def test_the_knee_of_the_check_is_that_of_the_law():
+    """At 2 v_s, exp(-4) of S is left of a Gaussian knee, where exp(-2) is of an exponential."""
+    known = best(coulomb=0.2, viscous=0.0, stribeck=1.0, stribeck_velocity=0.01, bias=0.3)
+    assert dissipation_check(known, 'Nm', 0.01, 0.02).passed
+    assert not dissipation_check(known, 'Nm', 0.01, 0.02, 2.0).passed
+
+
 @pytest.mark.parametrize('bias', [0.1, -0.1, 0.0])
 def test_a_bias_below_friction_passes_with_its_share(bias):
     check = dissipation_check(best(coulomb=0.5, viscous=0.1, bias=bias), 'Nm', 0.01, 1.0)

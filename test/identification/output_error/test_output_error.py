@@ -187,10 +187,10 @@ def test_emps_is_fitted_under_its_recorded_controller(data_directory, tmp_path):
 
 
 @cache
-def exact_run():
+def exact_run(name='stribeck'):
     """Return the slider under its effort at 250 Hz, with a Stribeck term: t, q, tau, robot."""
     robot = read_model(share_directory() / 'config' / 'emps').make_robot()
-    law = make_friction_law('stribeck', STRIBECK, 1e-3)
+    law = make_friction_law(name, STRIBECK, 1e-3)
     path = speed_ladder({'slider': 0.0}, {'slider': 0.0}, [0.005, 0.01, 0.03, 0.1], 0.5)
     spline = path.spline()
     h, fine = 0.004, 8
@@ -206,9 +206,9 @@ def exact_run():
     return t, q, tau, robot
 
 
-def windows_log(noise):
+def windows_log(noise, name='stribeck'):
     """Return the run as a log without velocity, 1 um and 0.5 N of noise at ``noise`` 1."""
-    t, q, tau, robot = exact_run()
+    t, q, tau, robot = exact_run(name)
     rng = np.random.default_rng(0)
     q = q + rng.normal(0.0, noise * 1e-6, q.shape)
     tau = tau + rng.normal(0.0, noise * 0.5, tau.shape)
@@ -230,6 +230,17 @@ def test_the_measured_effort_alone_gives_back_exact_signals():
         assert fit.parameters[name].value == pytest.approx(truth, rel=0.01), name
     assert np.isnan(fit.effort_error)
     assert fit.law_fit('N').law == 'stribeck'
+
+
+def test_the_knee_that_is_simulated_has_the_exponent_of_the_law():
+    log, robot = windows_log(0.0, 'stribeck_gaussian')
+    guess = {'coulomb': 15.0, 'viscous': 50.0, 'bias': 0.0}
+    fit = fit_windows(log, robot, 0, guess, 1e-3, exponent=2.0)
+    for name, truth in STRIBECK.items():
+        assert fit.parameters[name].value == pytest.approx(truth, rel=0.01), name
+    assert fit.law_fit('N').law == 'stribeck_gaussian'
+    other = replace(fit, exponent=1.5).law_fit('N')
+    assert other.parameters['exponent'].value == 1.5
 
 
 def test_the_measured_effort_with_noise_gives_intervals_that_hold_the_truth():
