@@ -15,6 +15,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import FRICTION, LOAD, NOMINAL, BodyRefit
 from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.late_effort import DELAY, LateEffort, at_the_end
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND
@@ -35,11 +36,13 @@ class BodyComparison:
     ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
     ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
     may be off by where the model's are kept, None where they are exact, as told, or refitted.
+    ``late``: by how much effort was taken sooner for all of these, None where it is not late.
     """
 
     refit: BodyRefit | None = None
     timing: EffortTiming | None = None
     doubt: BodyDoubt | None = None
+    late: LateEffort | None = None
 
     @classmethod
     def of(
@@ -79,10 +82,20 @@ class BodyComparison:
             if not tolerance:
                 return cls()
             raise
+        late = None
+        if at_the_end(fit):
+            # Beyond an interval effort is as late as it is, which reads as viscous friction.
+            step('measuring how late effort is')
+            delayed = fit_with(bare, (*FRICTION, DELAY), body_tolerance=tolerance, settled=False)
+            late = LateEffort.of(delayed, logs)
+        if late is not None:
+            logs = [late.undone(log) for log in logs]
+            fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
+            fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
-            return cls(rotors, _timing(fit, logs), doubt)
+            return cls(rotors, _timing(fit, logs), doubt, late)
         shown = [term.label for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
         step('fitting beside the friction that the data show')
         again = fit_with(bare, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
@@ -94,7 +107,7 @@ class BodyComparison:
             fitted = replace(body.model, effects=())
             last = fit_with(fitted, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
-        return cls(body, _timing(fit, logs))
+        return cls(body, _timing(fit, logs), late=late)
 
 
 def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:

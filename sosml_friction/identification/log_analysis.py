@@ -39,6 +39,7 @@ from sosml_friction.identification.friction_fit import (
     with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.late_effort import BY_JOINT
 from sosml_friction.identification.law.law_curve import fitted_law
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
@@ -141,12 +142,18 @@ def analyse_log(
     if compared is None:
         progress('comparing the rigid body with the motion')
         compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)
+    if compared.late is not None:
+        log = compared.late.undone(log)
+        # What a joint by itself says of it is less sure.
+        others = [found for found in checks.findings if found.check != BY_JOINT]
+        checks = replace(checks, findings=(*others, compared.late.finding()))
     body, timing = compared.refit, compared.timing if silent else None
     if timing is not None:
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
-        said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
-        checks = replace(checks, findings=(*checks.findings, said))
+        if compared.late is None:
+            said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
+            checks = replace(checks, findings=(*checks.findings, said))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
