@@ -18,8 +18,10 @@ from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.nominal import EFFORT_HOLD
 
-#: The term that says by how much, and the check that tells the same of a joint by itself.
-DELAY, BY_JOINT = 'effort_delay', 'effort_lag'
+#: What a finding about it is called, and that which tells the same of a joint by itself.
+LATE, BY_JOINT = 'late_effort', 'effort_lag'
+#: The term that says by how much.
+DELAY = 'effort_delay'
 #: Share of its bound from which on a deviation is at it: rounding of a search.
 _AT_BOUND = 0.99
 #: A step between samples of more than this many median ones is a hole, as for even_stretches.
@@ -66,7 +68,7 @@ class LateEffort:
         """Return for a person what was found and done."""
         told = plus_minus(1e3 * self.delay_s, 1e3 * Z_95 * self.std_error, 'ms')
         return DataFinding(
-            'late_effort',
+            LATE,
             ALL_JOINTS,
             WARNING,
             f'effort is reported {told} after the motion that it makes, and samples are '
