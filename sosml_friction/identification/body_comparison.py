@@ -97,7 +97,13 @@ class BodyComparison:
             fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
             fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
         shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
-        loads = {term.joint: term.parameters[COEFFICIENT] for term in shown if term.term == LOAD}
+        # What is said of a law is a name: it has to be worth the price of a parameter besides.
+        price = float(np.log(fit.rows))
+        loads = {
+            term.joint: term.parameters[COEFFICIENT]
+            for term in shown
+            if term.term == LOAD and _is_shown(term, price)
+        }
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
@@ -124,10 +130,14 @@ def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
     return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 
-def _is_shown(term: FittedTerm) -> bool:
-    """Tell whether the data show very strongly that a term is there, z^2 of its likelihood."""
+def _is_shown(term: FittedTerm, price: float = 0.0) -> bool:
+    """
+    Tell whether the data show very strongly that a term is there, z^2 of its likelihood.
+
+    :param price: what it has to exceed besides.
+    """
     p = term.parameters[COEFFICIENT if term.term == LOAD else 'stribeck']
-    sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+    sure = p.value > 0.0 and p.value**2 > (VERY_STRONG + price) * p.std_error**2
     return sure and not (
         term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
     )
