@@ -156,6 +156,9 @@ def test_a_regression_surer_than_its_prior_tells_the_timing_and_another_one_noth
     assert told.hold(step) == 'mean'
     nothing = EffortTiming.of(-0.004, 0.005, prior, step)
     assert (nothing.delay_s, nothing.std_error) == (0.0, pytest.approx(step / np.sqrt(12.0)))
+    # It was told as 0.0 ms, with an error.
+    assert 'the motion does not tell it either' in nothing.sentence(step)
+    assert '2.03 ± 0.39 ms late' in told.sentence(step)
     end = EffortTiming.of(0.0055, 0.0001, prior, step)
     assert end.later(step) == pytest.approx(1.0, abs=0.02)
     assert (end.hold(step), end.std_error < 0.001) == ('end', True)
