@@ -33,7 +33,7 @@ from sosml_friction.model.parameter import Parameter
 from sosml_friction.one_thread import in_one_thread
 from sosml_friction.report.common.tables import parameter_table
 from sosml_friction.report.fit.consolidation_view import bags_answers, bags_table
-from sosml_friction.report.fit.findings import answers, caveats
+from sosml_friction.report.fit.findings import answers, caveats, data_remarks
 from sosml_friction.report.fit.joint_view import joint_views
 from sosml_friction.report.fit.results import fit_document, write_results
 
@@ -116,10 +116,12 @@ class Fit(Result):
         """Return what was found, with its uncertainty and what the data leave open."""
         known = self.analysis
         if isinstance(known, BagsAnalysis):
-            return '\n'.join([*bags_answers(known), table_text(bags_table(known))])
+            return '\n'.join(
+                [*bags_answers(known), table_text(bags_table(known)), *_remarks(known.bags)]
+            )
         views = joint_views(known)
         table = table_text(parameter_table(known))
-        return '\n'.join([*answers(views), table, *caveats(views)])
+        return '\n'.join([*answers(views), table, *caveats(views), *data_remarks(known)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of ``sosml fit --json``, without its entry ``output``."""
@@ -146,6 +148,18 @@ class Fit(Result):
             parts.append(f'{joint}: {", ".join(values)}')
         parts += [f'{joint}: no fit' for joint in self.unavailable]
         return '; '.join(parts)
+
+
+def _remarks(bags: Mapping[str, BagAnalysis]) -> list[str]:
+    """Return what is wrong with recordings, of which those are named that share a sentence."""
+    said: dict[str, list[str]] = {}
+    for label, one in bags.items():
+        for sentence in data_remarks(one):
+            said.setdefault(sentence, []).append(label)
+    return [
+        text if len(labels) == len(bags) else f'{", ".join(labels)}: {text}'
+        for text, labels in said.items()
+    ]
 
 
 @in_one_thread

@@ -4,8 +4,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -15,9 +15,10 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.body_doubt import BodyDoubt
 from sosml_friction.identification.body_refit import FRICTION, LOAD, NOMINAL, BodyRefit
 from sosml_friction.identification.effort_timing import EffortTiming
+from sosml_friction.identification.late_effort import DELAY, LateEffort, at_the_end
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile
-from sosml_friction.model.parameter import AT_BOUND
+from sosml_friction.model.parameter import AT_BOUND, Parameter
 from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.nominal import EFFORT_HOLD
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -25,6 +26,8 @@ from sosml_friction.regression.settings import DiagnosisSettings
 #: What repeats over position is noise beside bodies, and its hundreds of lines are much of the
 #: time of a comparison, and of an hour most of its memory.
 _WITHOUT = ('cogging',)
+#: What friction by load has of the load.
+COEFFICIENT = 'load_coefficient'
 
 
 @dataclass(frozen=True)
@@ -35,11 +38,15 @@ class BodyComparison:
     ``refit``: the rigid body that fits, None where the model's does within the usual tolerance.
     ``timing``: when effort is reported, None where nothing was fitted. ``doubt``: what the bodies
     may be off by where the model's are kept, None where they are exact, as told, or refitted.
+    ``late``: by how much effort was taken sooner for all of these, None where it is not late.
+    ``loads``: by joint, the share of its load that is friction, where the data show it.
     """
 
     refit: BodyRefit | None = None
     timing: EffortTiming | None = None
     doubt: BodyDoubt | None = None
+    late: LateEffort | None = None
+    loads: Mapping[str, Parameter] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -79,22 +86,40 @@ class BodyComparison:
             if not tolerance:
                 return cls()
             raise
+        late = None
+        if at_the_end(fit):
+            # Beyond an interval effort is as late as it is, which reads as viscous friction.
+            step('measuring how late effort is')
+            delayed = fit_with(bare, (*FRICTION, DELAY), body_tolerance=tolerance, settled=False)
+            late = LateEffort.of(delayed, logs)
+        if late is not None:
+            logs = [late.undone(log) for log in logs]
+            fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
+            fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
+        shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
+        # What is said of a law is a name: it has to be worth the price of a parameter besides.
+        price = float(np.log(fit.rows))
+        loads = {
+            term.joint: term.parameters[COEFFICIENT]
+            for term in shown
+            if term.term == LOAD and _is_shown(term, price)
+        }
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
             doubt = None if tolerance == 0.0 else BodyDoubt.of(fit.laboratory, fit.estimate.fit)
-            return cls(rotors, _timing(fit, logs), doubt)
-        shown = [term.label for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
+            return cls(rotors, _timing(fit, logs), doubt, late, loads)
+        labels = [term.label for term in shown]
         step('fitting beside the friction that the data show')
-        again = fit_with(bare, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
+        again = fit_with(bare, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
         fit = replace(again, body=fit.body)
         body = BodyRefit.of(fit, model)
         if body.loads and not body.refused:
             # Load is what the bodies of the model need: with those that fit it is another one.
             step('fitting friction by the load of these bodies')
             fitted = replace(body.model, effects=())
-            last = fit_with(fitted, (*NOMINAL, *shown), body_tolerance=fit.body.tolerance)
+            last = fit_with(fitted, (*NOMINAL, *labels), body_tolerance=fit.body.tolerance)
             body = body.with_friction_of(last)
-        return cls(body, _timing(fit, logs))
+        return cls(body, _timing(fit, logs), None, late, loads)
 
 
 def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
@@ -105,10 +130,14 @@ def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
     return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 
-def _is_shown(term: FittedTerm) -> bool:
-    """Tell whether the data show very strongly that a term is there, z^2 of its likelihood."""
-    p = term.parameters['load_coefficient' if term.term == LOAD else 'stribeck']
-    sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+def _is_shown(term: FittedTerm, price: float = 0.0) -> bool:
+    """
+    Tell whether the data show very strongly that a term is there, z^2 of its likelihood.
+
+    :param price: what it has to exceed besides.
+    """
+    p = term.parameters[COEFFICIENT if term.term == LOAD else 'stribeck']
+    sure = p.value > 0.0 and p.value**2 > (VERY_STRONG + price) * p.std_error**2
     return sure and not (
         term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
     )

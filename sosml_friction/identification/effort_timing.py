@@ -70,8 +70,11 @@ class EffortTiming:
         """Return for a person what was found, without a full stop."""
         early = 'late' if self.delay_s > 0.0 else 'early'
         told = plus_minus(1e3 * abs(self.delay_s), 1e3 * Z_95 * self.std_error, 'ms')
+        found = f'by the motion it is reported {told} {early}'
+        if not self.is_told(step):
+            found = 'the motion does not tell it either'
         return (
-            'nothing says where between samples effort holds; by the motion it is reported '
-            f'{told} {early} (samples are {1e3 * step:.3g} ms apart), which is in the errors; '
+            f'nothing says where between samples effort holds; {found} '
+            f'(samples are {1e3 * step:.3g} ms apart), which is in the errors; '
             '--effort-hold states it: start for a command, end for a measured current'
         )

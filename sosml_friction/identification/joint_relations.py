@@ -34,6 +34,8 @@ _CLUSTER_S = 1.0
 _LONGEST_S = 0.06
 #: A delay is told if it takes this share off the misfit, and more than a period and a half.
 _BETTER = 0.7
+#: Mean of the sign of velocity over the window where a joint moves in one direction: rounding.
+_ONE_WAY = 0.999
 #: Speeds that are the highest, and those next to it, as shares of it. Chosen, no measurement.
 _AT_TOP, _BELOW_TOP = 0.97, (0.75, 0.94)
 #: Fewest samples of either; how much more effort scatters at the highest, and by how many standard
@@ -307,7 +309,9 @@ def effort_relation(
             other, misfit, _, _ = left(np.column_stack([column, friction]), tau)
             if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
                 unit, unit_scale, unit_misfit = name, float(other[0]), misfit
-    late_s, late_misfit = _delay(effort, rows, slopes, inertial, gravity, friction)
+    # Where a joint sticks, friction turns around later than the velocity does: no clock is in it.
+    slides = np.where(np.abs(sign) > _ONE_WAY, effort, np.nan)
+    late_s, late_misfit = _delay(slides, rows, slopes, inertial, gravity, friction)
     return EffortRelation(
         float(theta[0]), error, alone, free, as_it_is, parts[0], parts[1],
         unit, unit_scale, unit_misfit, late_s, late_misfit,

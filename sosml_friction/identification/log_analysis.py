@@ -14,9 +14,9 @@ from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.bags.source import Source, log_source
 from sosml_friction.exceptions import ConfigurationError, DataError
 from sosml_friction.identification.body_comparison import BodyComparison
-from sosml_friction.identification.body_refit import BodyRefit
+from sosml_friction.identification.body_refit import LOAD, BodyRefit
 from sosml_friction.identification.data_checks import DataChecks, check_data
-from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, DataFinding
+from sosml_friction.identification.data_finding import LEFT_OUT, NOTE, WARNING, DataFinding
 from sosml_friction.identification.effort_timing import TIMING
 from sosml_friction.identification.fits_without_observer import (
     with_output_error,
@@ -39,12 +39,16 @@ from sosml_friction.identification.friction_fit import (
     with_variance,
 )
 from sosml_friction.identification.inverse_model import InverseFits, fit_inverse_model
+from sosml_friction.identification.late_effort import BY_JOINT
 from sosml_friction.identification.law.law_curve import fitted_law
+from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.output_error.fits import OUTPUT_ERROR, OutputErrorFits
+from sosml_friction.identification.parameter_interval import half_width
 from sosml_friction.identification.ripple import PlateauRipple, joint_ripple, shift_by_ripple
 from sosml_friction.identification.weak_form import WeakForm, WeakSettings, shown_by_slope
 from sosml_friction.model.effort_correction import EffortCorrection
 from sosml_friction.model.model_folder import RobotModelFile
+from sosml_friction.model.parameter import Parameter
 from sosml_friction.model.robot import Robot
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS, TERMS
 from sosml_friction.observers.configuration import ObserverConfiguration
@@ -141,12 +145,18 @@ def analyse_log(
     if compared is None:
         progress('comparing the rigid body with the motion')
         compared = BodyComparison.of([log], nominal, settings.body_tolerance, progress)
+    if compared.late is not None:
+        log = compared.late.undone(log)
+        # What a joint by itself says of it is less sure.
+        others = [found for found in checks.findings if found.check != BY_JOINT]
+        checks = replace(checks, findings=(*others, compared.late.finding()))
     body, timing = compared.refit, compared.timing if silent else None
     if timing is not None:
         if timing.is_told(log.step):
             holds = (timing.hold(log.step),) * len(holds)
-        said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
-        checks = replace(checks, findings=(*checks.findings, said))
+        if compared.late is None:
+            said = DataFinding(TIMING, ALL_JOINTS, NOTE, timing.sentence(log.step))
+            checks = replace(checks, findings=(*checks.findings, said))
     if body is not None:
         nominal = body.model
         robot = nominal.make_robot()
@@ -216,6 +226,7 @@ def analyse_log(
         provenance['rigid_body'] = {**earlier, **to_plain(body.to_dict())}
     fitted = fitted_model(nominal, fit, provenance, () if body is None else body.loads)
     checks = _with_averaged(checks, nominal, fit, fitted)
+    checks = _with_loads(checks, nominal, fit, fitted, compared.loads)
     return BagAnalysis(
         log, estimates, configuration, fit, fitted, inverse, checks, output_error, body, ripple
     )
@@ -324,3 +335,30 @@ def _with_averaged(
     )
     found = DataFinding('effects', ALL_JOINTS, LEFT_OUT, sentence)
     return replace(checks, findings=(*checks.findings, found))
+
+
+def _with_loads(
+    checks: DataChecks,
+    nominal: RobotModelFile,
+    fit: FrictionFit,
+    fitted: RobotModelFile,
+    loads: Mapping[str, Parameter],
+) -> DataChecks:
+    """Return the checks with what friction by load, which no model states, does to the laws."""
+    stated = {term.joint for term in (*nominal.effects, *fitted.effects) if term.effect == LOAD}
+    found = []
+    for joint, p in loads.items():
+        if joint in stated or joint not in fit.joints:
+            continue
+        share = plus_minus(100.0 * p.value, 100.0 * half_width(p), '%')
+        found.append(
+            DataFinding(
+                'load',
+                joint,
+                WARNING,
+                f'{share} of the load of joint {joint} is friction besides, which the law that '
+                'is fitted holds on average: its Coulomb friction is that of a joint under load; '
+                f'--terms coulomb,viscous,stribeck,{LOAD} fits both',
+            )
+        )
+    return replace(checks, findings=(*checks.findings, *found))

@@ -223,6 +223,42 @@ def test_a_late_velocity_and_a_late_effort_are_told_with_their_delay(good, robot
     assert {f.check for f in late.findings} == {'effort_lag'}
 
 
+def sticking(dwell: float, late: int) -> JointLog:
+    """
+    Return a pendulum that sticks for ``dwell`` [s] where it turns around, then breaks away.
+
+    As long as it sticks its effort is that of the motion before; it comes ``late`` samples later.
+    """
+    rng, here, parts, ways = np.random.default_rng(0), 0.0, [], []
+    for k in range(24):
+        to = (0.6 if k % 2 == 0 else -0.6) * rng.uniform(0.5, 1.0)
+        u = np.arange(0.0, 1.0, PERIOD / (2.5 * abs(to - here)))
+        rest = np.full(round(dwell / PERIOD), to)
+        parts.append(np.append(here + (to - here) * u**3 * (10.0 - 15.0 * u + 6.0 * u**2), rest))
+        ways.append(np.full(len(parts[-1]), np.sign(to - here)))
+        here = to
+    q, way = np.concatenate(parts), np.concatenate(ways)
+    v = np.gradient(q, PERIOD)
+    a = np.gradient(v, PERIOD)
+    mass, length, armature = 0.36, 0.3, 0.1
+    tau = (armature + mass * length**2) * a + mass * 9.81 * length * np.sin(q)
+    tau += 2.0 * way + 0.3 * v + 0.02 * rng.standard_normal(len(q))
+    rows = np.maximum(np.arange(len(q)) - late, 0)
+    t_ns = np.rint(1e9 * PERIOD * np.arange(len(q))).astype(np.int64)
+    return JointLog(('joint',), t_ns, q[:, None], v[:, None], tau[rows, None])
+
+
+def test_a_joint_that_sticks_where_it_turns_around_has_no_late_effort():
+    """Friction turns around after the velocity: 100 ms of sticking were told as 48 ms late."""
+    pendulum = pendulum_model(0.36, 0.3, 0.0, 0.1, 'joint').make_robot()
+    for dwell in (0.05, 0.1, 0.2):
+        assert 'effort_lag' not in found(sticking(dwell, 0), pendulum)
+    for dwell in (0.1, 0.2):
+        told = check_data(sticking(dwell, 6), pendulum)[1].findings
+        (sentence,) = (f.sentence for f in told if f.check == 'effort_lag')
+        assert '24 ms late' in sentence
+
+
 def in_unit(log, q=1.0, tau=1.0):
     """Return a log with positions and velocities, or efforts, in another unit."""
     return replace(log, q=q * log.q, v=q * log.v, tau=tau * log.tau)

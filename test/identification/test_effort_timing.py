@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from known_robots import recording, sines
 
+import sosml_friction as sf
 from sosml_friction.identification.body_comparison import BodyComparison
-from sosml_friction.identification.data_finding import NOTE
+from sosml_friction.identification.data_finding import NOTE, WARNING
 from sosml_friction.identification.effort_timing import TIMING, EffortTiming
 from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.late_effort import LateEffort
 from sosml_friction.identification.log_analysis import analyse_log
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.simple_models import pendulum_model
@@ -97,6 +99,37 @@ def test_viscous_friction_is_right_whenever_effort_acts_between_samples(late, to
     assert '--effort-hold' in said.sentence
 
 
+@pytest.mark.parametrize('late', [1.4 * STEP, 3.2 * STEP])
+@pytest.mark.parametrize('together', [False, True])
+def test_effort_that_is_late_by_samples_feigns_no_viscous_friction(late, together):
+    """
+    It was told to be 0.0 +- 5.7 ms late.
+
+    Of 14 ms B was 0.119 +- 0.015 Nm s/rad, of 32 ms 0.078 +- 0.020.
+    """
+    logs = {'one': swing(late), 'two': swing(late, seed=4)} if together else swing(late)
+    found = sf.fit(logs, sf.Model(MODEL))
+    for name, true in (('coulomb', COULOMB), ('viscous', VISCOUS)):
+        p = found.parameters['joint'][name]
+        assert abs(p.value - true) < 3.0 * p.std_error
+        assert p.std_error < 0.05 * true
+    each = found.analysis.bags.values() if together else [found.analysis]
+    for one in each:
+        (said,) = (f for f in one.data_checks.findings if f.check in ('late_effort', TIMING))
+        assert said.level == WARNING
+        assert f'{late / STEP:.0f} sample' in said.sentence
+        assert not [f for f in one.data_checks.findings if f.check == 'effort_lag']
+
+
+def test_effort_of_later_samples_takes_nothing_from_beyond_a_hole():
+    t = np.delete(STEP * np.arange(100), slice(40, 60))
+    log = recording(('joint',), t, np.sin(t), t)
+    undone = LateEffort(2.0 * STEP, 1e-4, STEP).undone(log)
+    # The last two samples before the hole, and of all, have no effort two samples later.
+    assert undone.time == pytest.approx(np.delete(t, [38, 39, 78, 79]))
+    assert undone.tau[:, 0] == pytest.approx(undone.time + 2.0 * STEP)
+
+
 def test_what_is_stated_is_not_measured_and_may_be_wrong():
     found = analyse_log(swing(0.5 * STEP), MODEL, effort_hold='start')
     (fits,) = found.fit.joints.values()
@@ -123,6 +156,9 @@ def test_a_regression_surer_than_its_prior_tells_the_timing_and_another_one_noth
     assert told.hold(step) == 'mean'
     nothing = EffortTiming.of(-0.004, 0.005, prior, step)
     assert (nothing.delay_s, nothing.std_error) == (0.0, pytest.approx(step / np.sqrt(12.0)))
+    # It was told as 0.0 ms, with an error.
+    assert 'the motion does not tell it either' in nothing.sentence(step)
+    assert '2.03 ± 0.39 ms late' in told.sentence(step)
     end = EffortTiming.of(0.0055, 0.0001, prior, step)
     assert end.later(step) == pytest.approx(1.0, abs=0.02)
     assert (end.hold(step), end.std_error < 0.001) == ('end', True)

@@ -91,8 +91,17 @@ def _hold(signals: Signals) -> tuple[Stretch, ...]:
     """Return a rest where the robot hangs by itself; none where it does not."""
     robot, n = signals.robot, signals.robot.n
     still = np.zeros(n)
+    # A slide that has weight has no lowest position but where it ends.
+    ends = zip(signals.q.min(axis=0).tolist(), signals.q.max(axis=0).tolist(), strict=True)
     found = minimize(
-        robot.energy, signals.q.mean(axis=0), args=(still,), jac=lambda q, _: robot.gravity(q)
+        robot.energy,
+        signals.q.mean(axis=0),
+        args=(still,),
+        jac=lambda q, _: robot.gravity(q),
+        bounds=[
+            (low, high) if unit == 'N' else (None, None)
+            for (low, high), unit in zip(ends, robot.effort_units, strict=True)
+        ],
     )
     q = np.asarray(found.x)
     if np.abs(robot.gravity(q)).max() > _LOAD * float(signals.scales.effort.max()):

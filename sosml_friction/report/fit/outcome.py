@@ -12,7 +12,9 @@ from rich.console import RenderableType
 
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.source import bag_labels
+from sosml_friction.identification.data_finding import NOTE
 from sosml_friction.identification.effort_timing import TIMING
+from sosml_friction.identification.late_effort import LATE
 from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.observers.registry import OBSERVERS
 from sosml_friction.report.fit.findings import simulation_lines
@@ -94,8 +96,9 @@ def hold_remark(analyses: Mapping[Path, BagAnalysis], namespace: str | None) -> 
     silent, said = [], dict[str, None]()
     for bag, one in analyses.items():
         checks = one.data_checks
-        told = [f.sentence for f in checks.findings if f.check == TIMING] if checks else []
-        said |= dict.fromkeys(told)
+        told = [f for f in checks.findings if f.check in (TIMING, LATE)] if checks else []
+        # A warning is among the remarks.
+        said |= dict.fromkeys(f.sentence for f in told if f.level == NOTE)
         if not told and Bag.open(bag, namespace).text('observer_configuration') is None:
             silent.append(str(bag))
     # Recordings that are compared with the bodies together say the same.

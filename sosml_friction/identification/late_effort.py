@@ -1,0 +1,85 @@
+# Copyright 2026 the sosml_friction authors
+# SPDX-License-Identifier: Apache-2.0
+"""Effort that is reported later than between the samples where it acts: a filter, or a queue."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sosml_friction.bags.joint_log import JointLog
+from sosml_friction.identification.data_finding import WARNING, DataFinding
+from sosml_friction.identification.number_text import plus_minus
+from sosml_friction.identification.term_fit import TermFit
+from sosml_friction.model.parameter import Z_95
+from sosml_friction.model.terms.kinds.term import ALL_JOINTS
+from sosml_friction.regression.body_width import VERY_STRONG
+from sosml_friction.regression.nominal import EFFORT_HOLD
+
+#: What a finding about it is called, and that which tells the same of a joint by itself.
+LATE, BY_JOINT = 'late_effort', 'effort_lag'
+#: The term that says by how much.
+DELAY = 'effort_delay'
+#: Share of its bound from which on a deviation is at it: rounding of a search.
+_AT_BOUND = 0.99
+#: A step between samples of more than this many median ones is a hole, as for even_stretches.
+_HOLE = 5.0
+
+
+@dataclass(frozen=True)
+class LateEffort:
+    """Hold by how much effort is late, with its standard error, and the time of samples [s]."""
+
+    delay_s: float
+    std_error: float
+    step_s: float
+
+    @classmethod
+    def of(cls, fit: TermFit, logs: Sequence[JointLog]) -> LateEffort | None:
+        """Return what a fit with a delay found; None unless it shows one very strongly."""
+        (term,) = (term for term in fit.terms if term.term == DELAY)
+        p = term.parameters['delay']
+        sure = p.value > 0.0 and p.value**2 > VERY_STRONG * p.std_error**2
+        if not sure or term.objection:
+            return None
+        return cls(p.value, p.std_error, float(np.median([log.step for log in logs])))
+
+    @property
+    def samples(self) -> int:
+        """Return how many samples late that is; what is left is within an interval."""
+        return max(1, round(self.delay_s / self.step_s))
+
+    def undone(self, log: JointLog) -> JointLog:
+        """Return the samples with the effort of as much later; those without are left out."""
+        time = log.time
+        later = time + self.samples * self.step_s
+        after = np.searchsorted(time, later)
+        # By half a sample the clock of the last one may be off.
+        after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
+        kept = np.flatnonzero(after < len(time))
+        gap = np.append(0.0, np.diff(time))[after[kept]]
+        kept = kept[gap < _HOLE * self.step_s]
+        tau = np.column_stack([np.interp(later, time, own) for own in log.tau.T])
+        return replace(log, tau=tau).rows(kept)
+
+    def finding(self) -> DataFinding:
+        """Return for a person what was found and done."""
+        told = plus_minus(1e3 * self.delay_s, 1e3 * Z_95 * self.std_error, 'ms')
+        return DataFinding(
+            LATE,
+            ALL_JOINTS,
+            WARNING,
+            f'effort is reported {told} after the motion that it makes, and samples are '
+            f'{1e3 * self.step_s:.3g} ms apart: it was taken {self.samples} '
+            f'sample{"s" if self.samples > 1 else ""} sooner; a filter or a queue in the driver '
+            'does so, mend it there',
+        )
+
+
+def at_the_end(fit: TermFit) -> bool:
+    """Tell whether effort is as late as between samples it can be."""
+    nominal = fit.laboratory.nominal
+    bound = float(nominal.bound[nominal.names.index(EFFORT_HOLD)])
+    return fit.refit[EFFORT_HOLD] > _AT_BOUND * bound
