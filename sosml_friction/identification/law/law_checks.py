@@ -103,13 +103,18 @@ def knee_check(law: Mapping[str, float], effort_unit: str) -> LawCheck:
 
 
 def bend_check(
-    speeds: FloatArray, law: FloatArray, bent: FloatArray, power: float, effort_unit: str
+    speeds: FloatArray,
+    law: FloatArray,
+    bent: FloatArray,
+    power: float,
+    terms: str,
+    effort_unit: str,
 ) -> LawCheck | None:
     """
     Say where friction bends otherwise than the law, None if that is too little to matter.
 
     :param speeds: of the data (N,) [rad/s or m/s]; ``law`` friction by the law there (N,)
-        [Nm or N], ``bent`` with a power of speed beside it.
+        [Nm or N], ``bent`` with a power of speed beside it; ``terms`` those of the law.
     """
     apart = bent - law
     k = int(np.argmax(np.abs(apart)))
@@ -121,7 +126,8 @@ def bend_check(
         False,
         f'Friction bends with speed otherwise than the law: with |v|^{power:g} beside it, it is '
         f'{abs(apart[k]):.3g} {effort_unit} {"more" if apart[k] > 0.0 else "less"} at '
-        f'{speeds[k]:.3g} {unit} (by chance alone: p < 0.01); the errors allow for that.',
+        f'{speeds[k]:.3g} {unit} (by chance alone: p < 0.01). The errors allow for that; '
+        f'--terms {terms},nonlinear_viscous fits it.',
     )
 
 

@@ -22,7 +22,7 @@ from sosml_friction.identification.law.law_problem import (
     LawSolution,
 )
 from sosml_friction.model.terms.kinds.fading_term import EXPONENTS
-from sosml_friction.regression.curves.speed_power import POWERS
+from sosml_friction.model.terms.nonlinear_viscous import POWERS
 from sosml_friction.regression.rival import rival_probability
 
 #: Share of the friction level that is no S.

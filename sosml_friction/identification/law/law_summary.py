@@ -114,7 +114,12 @@ class LawSummary:
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
         return LawFit(
             law=self.form.identifier(solution.alpha if self.shown and identified else None),
-            parameters={n: parameters[n] for n in _ORDER if n in parameters},
+            # A law that bends otherwise is no reason to have none: its numbers are less sure.
+            parameters={
+                n: parameters[n].with_variance(self.others.bent.get(n, 0.0) ** 2)
+                for n in _ORDER
+                if n in parameters
+            },
             residual_std=float(np.sqrt(np.mean(residual**2))),
             relative_error=(
                 100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan

@@ -16,6 +16,9 @@ from sosml_friction.model.laws import FrictionLaw, law_definition
 
 #: A law that is as probable as this is told.
 _TOLD = 0.95
+#: Variance of what is anywhere between two laws alike, in squares of their difference, on both
+#: sides of one of them.
+_BETWEEN = 1.0 / 3.0
 #: Speeds at which two laws are compared.
 _COMPARED = 100
 
@@ -28,7 +31,8 @@ class OtherLaws:
     the nearest of them with one power of speed, where the data show one.
 
     ``curves``: each with its probability; ``checks``: what is to be said; ``moved``: by how much
-    parameters differ from those of the named law, each law's times the root of its probability.
+    parameters differ from those of the named law, each law's times the root of its probability;
+    ``bent``: the same of the power of speed, none where the data do not show it.
     """
 
     def __init__(
@@ -38,12 +42,13 @@ class OtherLaws:
         self.curves: list[tuple[FrictionLaw | BentLaw, float]] = []
         self.checks: list[LawCheck] = []
         self.moved: list[dict[str, float]] = []
+        self.bent: dict[str, float] = {}
         for law in search.unshown(shown):
-            self._add(law, self._curve(law), 1.0)
+            self.moved.append(self._add(law, self._curve(law), 1.0))
         nearest, broad = named, search.broad() if shown else None
         if broad is not None:
             law, probability = broad
-            self._add(law, self._curve(law), probability)
+            self.moved.append(self._add(law, self._curve(law), probability))
             if probability > _TOLD:
                 nearest = law
                 self.checks.append(knee_check(self.problem.values_of(law), effort_unit))
@@ -64,16 +69,19 @@ class OtherLaws:
         bent = BentLaw(self._curve(plain), float(law.theta[where]), power, search.fastest)
         speeds = np.geomspace(search.slowest, search.fastest, _COMPARED)
         straight = self._curve(nearest).torque(speeds)
-        check = bend_check(speeds, straight, bent.torque(speeds), power, effort_unit)
+        terms = ','.join(self._curve(nearest).definition.terms)
+        check = bend_check(speeds, straight, bent.torque(speeds), power, terms, effort_unit)
         if check is not None:
             self.checks.append(check)
-            self._add(plain, bent, 1.0)
+            self.bent = self._add(plain, bent, _BETWEEN)
 
-    def _add(self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float) -> None:
+    def _add(
+        self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float
+    ) -> dict[str, float]:
         own, named = self.problem.values_of(law), self.problem.values_of(self.named)
         root = float(np.sqrt(probability))
-        self.moved.append({n: root * (own[n] - named[n]) for n in named if n in own})
         self.curves.append((curve, probability))
+        return {n: root * (own[n] - named[n]) for n in named if n in own}
 
     def _curve(self, law: LawSolution) -> FrictionLaw:
         values, broad = self.problem.values_of(law), np.isnan(law.alpha)

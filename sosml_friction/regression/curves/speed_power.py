@@ -10,10 +10,8 @@ import numpy as np
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
+from sosml_friction.model.terms.nonlinear_viscous import POWERS
 from sosml_friction.regression.curves.curve import Curve
-
-#: Powers of speed that are neither Coulomb friction nor viscous.
-POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
 
 
 class SpeedPower(Curve):

@@ -81,10 +81,11 @@ def test_an_asymmetry_that_is_in_the_law_is_no_fault_and_no_reason_to_fit_it():
 
 def test_a_bend_is_told_where_it_is_largest_and_not_where_it_is_nothing():
     speeds, law = np.array([0.1, 0.2, 0.4]), np.array([1.0, 1.1, 1.3])
-    check = bend_check(speeds, law, law + np.array([0.01, -0.05, 0.02]), 0.5, 'Nm')
+    check = bend_check(speeds, law, law + np.array([0.01, -0.05, 0.02]), 0.5, 'bias', 'Nm')
     assert not check.passed
     assert 'with |v|^0.5 beside it, it is 0.05 Nm less at 0.2 rad/s' in check.sentence
-    assert bend_check(speeds, law, law + np.array([0.01, -0.02, 0.02]), 0.5, 'Nm') is None
+    assert '--terms bias,nonlinear_viscous' in check.sentence
+    assert bend_check(speeds, law, law + np.array([0.01, -0.02, 0.02]), 0.5, 'bias', 'Nm') is None
 
 
 def test_another_knee_is_told_with_its_values():

@@ -75,6 +75,7 @@ EFFORTS = {
         ),
     ),
     'viscous': ({}, lambda t, q, v, s, load, warm: (v,)),
+    'nonlinear_viscous': ({'power': 0.5}, lambda t, q, v, s, load, warm: (s * abs(v) ** 0.5,)),
     'viscous_asymmetry': ({}, lambda t, q, v, s, load, warm: (abs(v),)),
 }
 #: Terms whose effort depends on a state of their own.
@@ -322,10 +323,11 @@ def test_friction_by_direction_is_tried_with_the_slope_and_without():
 SAID = {
     'at_reversals': {'backlash', 'joint_elasticity', 'presliding_hysteresis'},
     'of_law': {
-        *('bias', 'coulomb', 'stribeck', 'stribeck_asymmetry', 'viscous', 'viscous_asymmetry'),
+        *('bias', 'coulomb', 'nonlinear_viscous', 'stribeck', 'stribeck_asymmetry', 'viscous'),
+        'viscous_asymmetry',
     },
     'of_robot': {'effort_delay', 'gravity_tilt', 'payload'},
-    'one_power': {'coulomb', 'stribeck', 'viscous'},
+    'one_power': {'coulomb', 'nonlinear_viscous', 'stribeck', 'viscous'},
     'parameter_error': {
         *('coulomb', 'effort_bias', 'effort_scale', 'gravity', 'gravity_tilt', 'inertia'),
         'viscous',
@@ -337,7 +339,7 @@ SAID = {
 #: Terms of a fit or a law that a diagnosis does not look for by themselves.
 NOT_SEARCHED = {
     *('bias', 'directional_load_friction', 'load_dependent_stribeck', 'maxwell_slip'),
-    *('quadratic_load_friction', 'stribeck_asymmetry', 'viscous_asymmetry'),
+    *('nonlinear_viscous', 'quadratic_load_friction', 'stribeck_asymmetry', 'viscous_asymmetry'),
 }
 
 
