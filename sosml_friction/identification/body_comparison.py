@@ -96,13 +96,13 @@ class BodyComparison:
             logs = [late.undone(log) for log in logs]
             fit_with = partial(fit_terms, logs, settings=settings, step=step, without=_WITHOUT)
             fit = fit_with(bare, FRICTION, body_tolerance=tolerance, settled=False)
-        shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(term)]
+        shown = [term for term in fit.terms if term.term not in NOMINAL and _is_shown(fit, term)]
         # What is said of a law is a name: it has to be worth the price of a parameter besides.
         price = float(np.log(fit.rows))
         loads = {
             term.joint: term.parameters[COEFFICIENT]
             for term in shown
-            if term.term == LOAD and _is_shown(term, price)
+            if term.term == LOAD and _is_shown(fit, term, price)
         }
         if tolerance == 0.0 or (tolerance is None and not fit.body.is_wider):
             rotors = BodyRefit.of_rotors(fit, model) if unknown else None
@@ -130,14 +130,14 @@ def _timing(fit: TermFit, logs: Sequence[JointLog]) -> EffortTiming:
     return EffortTiming.of(fit.refit[EFFORT_HOLD], fit.refit_errors[EFFORT_HOLD], prior, step)
 
 
-def _is_shown(term: FittedTerm, price: float = 0.0) -> bool:
+def _is_shown(fit: TermFit, term: FittedTerm, price: float = 0.0) -> bool:
     """
     Tell whether the data show very strongly that a term is there, z^2 of its likelihood.
 
     :param price: what it has to exceed besides.
     """
     p = term.parameters[COEFFICIENT if term.term == LOAD else 'stribeck']
-    sure = p.value > 0.0 and p.value**2 > (VERY_STRONG + price) * p.std_error**2
+    sure = p.value > 0.0 and fit.evidence(term) > VERY_STRONG + price
     return sure and not (
         term.objection or any(AT_BOUND in q.flags for q in term.parameters.values())
     )

@@ -309,9 +309,12 @@ def effort_relation(
             other, misfit, _, _ = left(np.column_stack([column, friction]), tau)
             if 1 / 3 < other[0] < 3.0 and not misfit >= unit_misfit:
                 unit, unit_scale, unit_misfit = name, float(other[0]), misfit
-    # Where a joint sticks, friction turns around later than the velocity does: no clock is in it.
-    slides = np.where(np.abs(sign) > _ONE_WAY, effort, np.nan)
-    late_s, late_misfit = _delay(slides, rows, slopes, inertial, gravity, friction)
+    late_s, late_misfit = _delay(effort, rows, slopes, inertial, gravity, friction)
+    if late_s:
+        # Where a joint sticks, friction turns around later than the velocity does: no clock is in
+        # it. What the motion in one direction says then, has to say it as well.
+        slides = np.where(np.abs(sign) > _ONE_WAY, effort, np.nan)
+        late_s, late_misfit = _delay(slides, rows, slopes, inertial, gravity, friction)
     return EffortRelation(
         float(theta[0]), error, alone, free, as_it_is, parts[0], parts[1],
         unit, unit_scale, unit_misfit, late_s, late_misfit,

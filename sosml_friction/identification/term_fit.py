@@ -36,7 +36,13 @@ from sosml_friction.regression.body_width import (
     with_width,
 )
 from sosml_friction.regression.carried_load import fitted_to_carried_load
-from sosml_friction.regression.estimate import Estimate, estimate, place, settle
+from sosml_friction.regression.estimate import (
+    Estimate,
+    estimate,
+    place,
+    settle,
+    with_amplitudes,
+)
 from sosml_friction.regression.evidence import Fit
 from sosml_friction.regression.known_effort import with_known
 from sosml_friction.regression.settings import DiagnosisSettings
@@ -105,6 +111,20 @@ class TermFit:
             }
             for term in self.terms
         }
+
+    def evidence(self, term: FittedTerm) -> float:
+        """
+        Return z^2 of a term's first amplitude, to tell whether it is there.
+
+        Which of its equations is true makes its size less sure, and not that it is there.
+        """
+        estimate, first = self.estimate, len(self.laboratory.nominal.bound)
+        for each, part in with_amplitudes(estimate.placed, first):
+            if (each.term.identifier, self.names[each.joint]) == (term.term, term.joint):
+                k = part.start
+                variance = float(estimate.errors[k] ** 2 - estimate.shift[k] ** 2)
+                return float(estimate.fit.baseline.x[k] ** 2) / variance
+        return 0.0
 
     def residual(self) -> FloatArray:
         """Return what is left of the effort in the band (rows, n) [Nm or N]."""

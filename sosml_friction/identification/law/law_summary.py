@@ -82,15 +82,7 @@ class LawSummary:
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
         self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
-        # The profile is that of the law itself.
         self.others = OtherLaws(search, self.solution, self.shown, effort_unit)
-        self.own_C, self.C = (
-            self.C,
-            {
-                (one, two): own + self.others.variance(one, two)
-                for (one, two), own in self.C.items()
-            },
-        )
 
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
@@ -114,11 +106,8 @@ class LawSummary:
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
         return LawFit(
             law=self.form.identifier(solution.alpha if self.shown and identified else None),
-            # A law that bends otherwise is no reason to have none: its numbers are less sure.
             parameters={
-                n: parameters[n].with_variance(self.others.bent.get(n, 0.0) ** 2)
-                for n in _ORDER
-                if n in parameters
+                n: self._beside_others(n, parameters[n]) for n in _ORDER if n in parameters
             },
             residual_std=float(np.sqrt(np.mean(residual**2))),
             relative_error=(
@@ -135,13 +124,22 @@ class LawSummary:
             ),
             drawn={n: x for n, x in best.items() if n not in problem.extra},
             drawn_law=self.form.identifier(solution.alpha if self.shown else None),
-            covariance=np.array([[self.own_C[a, b] for b in of] for a in of]),
+            covariance=np.array([[self.C[a, b] for b in of] for a in of]),
             covariance_of=of,
             profile=self.profile,
             slowest=search.slowest,
             extra=extra,
             others=tuple(self.others.curves),
         )
+
+    def _beside_others(self, name: str, found: Parameter) -> Parameter:
+        """
+        Return a parameter as unsure as laws make it that may be true as well.
+
+        One that is a range already is what it may be in any of them.
+        """
+        known = np.isfinite(found.value)
+        return found.with_variance(self.others.variance(name)) if known else found
 
     def _linear(self, name: str) -> Parameter:
         """Return a parameter that the law is linear in."""
@@ -227,7 +225,7 @@ class LawSummary:
         if profile is None:
             reason = 'the law that was asked for has no such term'
             return {n: Parameter.not_told(unit, reason) for n, unit in units.items()}, False
-        v_s = self._velocity_interval(profile) if shown else (0.0, np.inf)
+        v_s = profile.velocity_interval() if shown else (0.0, np.inf)
         reason = reason_for('stribeck_velocity', reach, v_s)
         if shown and not reason:
             # The interval of 95 % may be closed by chance; at three standard errors it is then
@@ -271,13 +269,6 @@ class LawSummary:
         if not shown and self.problem.stribeck_at(self.search.full) <= 0.0:
             knee['stribeck'] = replace(knee['stribeck'], flags=(NOT_IDENTIFIABLE, AT_BOUND))
         return knee, False
-
-    def _velocity_interval(self, profile: LawProfile) -> tuple[float, float]:
-        """Return the 95 % interval of v_s: of its profile, and of the laws that may be true."""
-        of_profile = profile.velocity_interval()
-        own = Parameter(self.best['stribeck_velocity'], '', 0.0, of_profile)
-        more = self.others.variance('stribeck_velocity', 'stribeck_velocity')
-        return own.with_variance(more).interval or of_profile
 
     def _exponent(self) -> Parameter:
         """Return the exponent that was found."""

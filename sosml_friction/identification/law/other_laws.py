@@ -31,8 +31,7 @@ class OtherLaws:
     the nearest of them with one power of speed, where the data show one.
 
     ``curves``: each with its probability; ``checks``: what is to be said; ``moved``: by how much
-    parameters differ from those of the named law, each law's times the root of its probability;
-    ``bent``: the same of the power of speed, none where the data do not show it.
+    parameters differ from those of the named law, each law's times the root of its probability.
     """
 
     def __init__(
@@ -42,21 +41,20 @@ class OtherLaws:
         self.curves: list[tuple[FrictionLaw | BentLaw, float]] = []
         self.checks: list[LawCheck] = []
         self.moved: list[dict[str, float]] = []
-        self.bent: dict[str, float] = {}
         for law in search.unshown(shown):
-            self.moved.append(self._add(law, self._curve(law), 1.0))
+            self._add(law, self._curve(law), 1.0)
         nearest, broad = named, search.broad() if shown else None
         if broad is not None:
             law, probability = broad
-            self.moved.append(self._add(law, self._curve(law), probability))
+            self._add(law, self._curve(law), probability)
             if probability > _TOLD:
                 nearest = law
                 self.checks.append(knee_check(self.problem.values_of(law), effort_unit))
         self._add_bent(nearest, effort_unit)
 
-    def variance(self, one: str, two: str) -> float:
-        """Return what the laws add to the covariance of two parameters: the sum of p d d^T."""
-        return sum(d.get(one, 0.0) * d.get(two, 0.0) for d in self.moved)
+    def variance(self, name: str) -> float:
+        """Return what the laws add to the variance of a parameter: the sum of p d^2."""
+        return sum(d.get(name, 0.0) ** 2 for d in self.moved)
 
     def _add_bent(self, nearest: LawSolution, effort_unit: str) -> None:
         """Add the law with a power of speed, where the data show one that matters."""
@@ -73,15 +71,13 @@ class OtherLaws:
         check = bend_check(speeds, straight, bent.torque(speeds), power, terms, effort_unit)
         if check is not None:
             self.checks.append(check)
-            self.bent = self._add(plain, bent, _BETWEEN)
+            self._add(plain, bent, _BETWEEN)
 
-    def _add(
-        self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float
-    ) -> dict[str, float]:
+    def _add(self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float) -> None:
         own, named = self.problem.values_of(law), self.problem.values_of(self.named)
         root = float(np.sqrt(probability))
         self.curves.append((curve, probability))
-        return {n: root * (own[n] - named[n]) for n in named if n in own}
+        self.moved.append({n: root * (own[n] - named[n]) for n in named if n in own})
 
     def _curve(self, law: LawSolution) -> FrictionLaw:
         values, broad = self.problem.values_of(law), np.isnan(law.alpha)
