@@ -21,7 +21,7 @@ _LEAST_HZ = 150.0
 #: Chosen, no measurement.
 _AT_ONCE = 16_384
 #: A step of more than this many median ones is a hole, as for even_stretches.
-_HOLE = 5.0
+HOLE = 5.0
 
 
 def block_means(
@@ -61,7 +61,7 @@ def block_means(
             'no two samples have a position of every joint: record all joints in one message'
         )
     steps = np.diff(log.t_ns[rows])
-    hole = (steps < 0) | (steps > _HOLE * np.median(steps))
+    hole = (steps < 0) | (steps > HOLE * np.median(steps))
     runs = np.split(rows, np.flatnonzero(hole) + 1)
     blocks = [run[: len(run) // count * count].reshape(-1, count) for run in runs]
     block = blocks[0] if len(blocks) == 1 else np.concatenate(blocks)

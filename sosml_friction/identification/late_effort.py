@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sosml_friction.bags.block_means import HOLE
 from sosml_friction.bags.joint_log import JointLog
 from sosml_friction.identification.data_finding import WARNING, DataFinding
 from sosml_friction.identification.number_text import plus_minus
@@ -16,16 +17,13 @@ from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
 from sosml_friction.regression.body_width import VERY_STRONG
+from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
 
 #: What a finding about it is called, and that which tells the same of a joint by itself.
 LATE, BY_JOINT = 'late_effort', 'effort_lag'
 #: The term that says by how much.
 DELAY = 'effort_delay'
-#: Share of its bound from which on a deviation is at it: rounding of a search.
-_AT_BOUND = 0.99
-#: A step between samples of more than this many median ones is a hole, as for even_stretches.
-_HOLE = 5.0
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class LateEffort:
         after[(after == len(time)) & (later < time[-1] + 0.5 * self.step_s)] = len(time) - 1
         kept = np.flatnonzero(after < len(time))
         gap = np.append(0.0, np.diff(time))[after[kept]]
-        kept = kept[gap < _HOLE * self.step_s]
+        kept = kept[gap < HOLE * self.step_s]
         tau = np.column_stack([np.interp(later, time, own) for own in log.tau.T])
         return replace(log, tau=tau).rows(kept)
 
@@ -82,4 +80,4 @@ def at_the_end(fit: TermFit) -> bool:
     """Tell whether effort is as late as between samples it can be."""
     nominal = fit.laboratory.nominal
     bound = float(nominal.bound[nominal.names.index(EFFORT_HOLD)])
-    return fit.refit[EFFORT_HOLD] > _AT_BOUND * bound
+    return fit.refit[EFFORT_HOLD] > AT_BOUND * bound

@@ -24,8 +24,6 @@ from sosml_friction.bags.tables.recorded_columns import (
 from sosml_friction.bags.tables.units import UNITS
 from sosml_friction.exceptions import DataError
 
-#: Cosine of a slope that is one in whatever units.
-_SURE = 0.999
 #: Share of an effort's variance that direction, speed and acceleration must explain: of noise in
 #: 1000 samples that are 10 each alike, three columns explain 3 %.
 _EXPLAINED = 0.05
@@ -91,7 +89,7 @@ class Guesser(RecordedColumns):
                     f'{one} and {other} are nearly the same: one may be the reference of a '
                     'controller, and no joint'
                 )
-            elif abs(np.corrcoef(self.moving[one], self.moving[other])[0, 1]) > _SURE:
+            elif abs(np.corrcoef(self.moving[one], self.moving[other])[0, 1]) > evidence.SURE:
                 ratio = float(np.std(self.moving[other]) / np.std(self.moving[one]))
                 self._remark(
                     f'{other} is {one} times {ratio:.4g}: two encoders of one joint, it seems; '
@@ -129,7 +127,7 @@ class Guesser(RecordedColumns):
         found = {
             s.position: (own[s.velocity].joint, f'{s.velocity} is its slope')
             for s in self.slopes
-            if s.cosine > _SURE and s.position in may and s.velocity in own
+            if s.cosine > evidence.SURE and s.position in may and s.velocity in own
             if own[s.velocity].quantity == 'velocity' and own[s.velocity].joint not in named
         }
         joints = [joint for joint, _ in found.values()]
@@ -398,7 +396,7 @@ class Guesser(RecordedColumns):
             # What a shaft at two speeds takes is like its velocity: without another column that
             # could be the effort, the factor of a unit must tell them apart.
             others = len(free) - 2 * len(pairs) > 2
-            if not (_is_of_units(slope.factor) or (others and slope.cosine > _SURE)):
+            if not (_is_of_units(slope.factor) or (others and slope.cosine > evidence.SURE)):
                 continue
             pairs[slope.position] = slope
             used.add(slope.velocity)
@@ -439,7 +437,7 @@ class Guesser(RecordedColumns):
         for roles in self.roles.values():
             for slope in self.slopes:
                 mine = slope.position == roles['position'] and slope.velocity in may
-                mine = mine and (slope.cosine > _SURE or _is_of_units(slope.factor))
+                mine = mine and (slope.cosine > evidence.SURE or _is_of_units(slope.factor))
                 if 'velocity' not in roles and mine and slope.velocity not in self._taken():
                     roles['velocity'] = slope.velocity
 

@@ -23,7 +23,7 @@ _TOLD = ('s', 'ms', 'us', 'ns', 'd')
 #: Least cosine between the steps of one series and the integral of another that is its slope.
 SLOPE = 0.95
 #: Cosine of a slope that is one in whatever units, and how near 1 its factor is in the right ones.
-_SURE, _SAME = 0.999, 0.01
+SURE, _SAME = 0.999, 0.01
 #: Time over which steps are taken, in samples: longer than the noise of an encoder.
 _SAMPLES = 8
 #: How much of the steps of time may be 0: a logger that writes a sample twice.
@@ -215,7 +215,7 @@ def slopes(t: FloatArray, series: Mapping[str, FloatArray]) -> list[Slope]:
 
 def step_by_slopes(stamps: FloatArray, series: Mapping[str, FloatArray]) -> float:
     """Return the power of ten of s in which most slopes have the unit of position, 0 if none."""
-    factors = np.array([s.factor for s in slopes(stamps, series) if s.cosine > _SURE])
+    factors = np.array([s.factor for s in slopes(stamps, series) if s.cosine > SURE])
     step = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     # A velocity per sample is a slope in a unit that makes 1 Hz.
     votes = {

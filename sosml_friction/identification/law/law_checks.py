@@ -17,7 +17,7 @@ ODD_EVEN = 'odd_even'
 KNEE = 'knee'
 BEND = 'bend'
 #: Chance below which a part that changes with speed is not taken for noise.
-_CHANCE = 0.01
+CHANCE = 0.01
 #: Smaller than this share of friction it does not matter.
 _MATTERS = 0.02
 
@@ -126,7 +126,7 @@ def bend_check(
         False,
         f'Friction bends with speed otherwise than the law: with |v|^{power:g} beside it, it is '
         f'{abs(apart[k]):.3g} {effort_unit} {"more" if apart[k] > 0.0 else "less"} at '
-        f'{speeds[k]:.3g} {unit} (by chance alone: p < 0.01). The errors allow for that; '
+        f'{speeds[k]:.3g} {unit} (by chance alone: p < {CHANCE:g}). The errors allow for that; '
         f'--terms {terms},nonlinear_viscous fits it.',
     )
 
@@ -156,7 +156,7 @@ def odd_even_check(
         f'{odd[1]:.3g} at {speeds[1]:.3g}'
     )
     change = float(abs(even[1] - even[0]))
-    if chance > _CHANCE or change < _MATTERS * float(np.abs(odd).max()):
+    if chance > CHANCE or change < _MATTERS * float(np.abs(odd).max()):
         return LawCheck(
             ODD_EVEN,
             True,

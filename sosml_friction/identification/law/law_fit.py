@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.identification.law.bent_law import BentLaw
 from sosml_friction.identification.law.law_checks import (
     LawCheck,
 )
@@ -68,7 +67,7 @@ class LawFit:
     profile: LawProfile | None = None
     slowest: float = float('nan')
     extra: tuple[Parameter, ...] = ()
-    others: tuple[tuple[FrictionLaw | BentLaw, float], ...] = ()
+    others: tuple[tuple[FrictionLaw, float], ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return what is said of every law that was fitted."""

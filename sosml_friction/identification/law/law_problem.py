@@ -20,6 +20,7 @@ from sosml_friction.identification.law.law_form import LawForm
 from sosml_friction.identification.law.reduction import spanning, triangle
 from sosml_friction.model.smooth_sign import smooth_sign
 from sosml_friction.model.terms.kinds.fading_term import broad_fade, fade, fade_slopes
+from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous, power_of_speed
 from sosml_friction.regression.column_norms import column_norms, told_beside
 
 #: Parameters that friction has not below zero.
@@ -32,8 +33,6 @@ _HUBER = 1.345  # 95 % efficient on normal noise
 _SPEEDS = 200
 #: Parameters that may be found beside v_s, none of them linear.
 SIGN_WIDTH, EXPONENT = 'smoothing_velocity', 'exponent'
-#: Size of the power of speed of a bent law.
-POWER = 'power'
 
 
 @dataclass(frozen=True)
@@ -41,9 +40,9 @@ class LawSolution:
     """
     Hold the best law for a v_s, None without Stribeck term, and a v0 of the sign, 0 for itself.
 
-    ``alpha``: exponent of the Stribeck term, NaN of the broad one, which has none.
-    ``theta`` (P,): linear parameters, in the order of
-    the problem's names; ``weights`` and ``residual`` (K,) of the rows; ``cost``: sum of w r^2.
+    ``alpha``: exponent of the Stribeck term, NaN of the broad one, which has none. ``theta``
+    (P,): linear parameters, in the order of the problem's names; ``weights`` and ``residual``
+    (K,) of the rows; ``cost``: sum of w r^2.
     """
 
     theta: FloatArray
@@ -94,11 +93,12 @@ class LawProblem:
         )
         self._signs: tuple[float, FloatArray, FloatArray] | None = None
 
-    def bent(self, power: float, top: float) -> LawProblem:
-        """Return the problem with the column sign(v) |v / top|^power, called ``power``, more."""
+    def bent(self, power: float) -> LawProblem:
+        """Return the problem with nonlinear viscous friction of a power of speed besides."""
         result = copy(self)
-        result.base, result._signs, result._spanned = (*self.base, POWER), None, None
-        column = self.made(np.sign(self.v) * (self.speed / top) ** power)
+        result.base = (*self.base, *NonlinearViscous.amplitudes)
+        result._signs, result._spanned = None, None
+        column = self.made(np.sign(self.v) * power_of_speed(self.v, power))
         result._constant = np.column_stack([self._constant, column])
         return result
 

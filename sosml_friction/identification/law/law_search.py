@@ -13,6 +13,7 @@ from scipy.stats import f as f_distribution
 
 from sosml_friction.arrays import BoolArray, FloatArray, IndexArray
 from sosml_friction.exceptions import DataError, MotionError
+from sosml_friction.identification.law.law_checks import CHANCE
 from sosml_friction.identification.law.law_form import ALPHAS, LawForm
 from sosml_friction.identification.law.law_problem import (
     EXPONENT,
@@ -30,8 +31,6 @@ _NOTHING = 1e-9
 #: Share of the sum of squares that is a rounding error.
 _ROUNDING = 1e-20
 _LEVEL = 0.95
-#: What says that a law is not the right one is surer.
-_SURE = 0.99
 #: v_s is searched anew until no weight changes by more than this. Chosen, no measurement.
 _LIKE_WEIGHTS = 1e-3
 #: Laws are compared from this share of the least v_s on: there they are flat.
@@ -166,8 +165,7 @@ class LawSearch:
                 for v_s in self.grid[::_FEWER]
                 for alpha in bends
             ]
-            broad = [(v_s, sign, np.nan) for sign in signs_of_span[::_FEWER] for v_s in self.grid]
-            laws += broad[::2]
+            laws += [(v, sign, np.nan) for sign in signs_of_span[::_FEWER] for v in self.grid[::2]]
         problem.span(laws, _FLAT * self.grid[0])
         middle = float(np.median(self.coarse))
         # One set of weights for what is compared, or an outlier would count more in the poorer
@@ -409,26 +407,25 @@ class LawSearch:
             return 0.0
         return self.problem.covariance(solution, found, without)[name, name] / curvature
 
-    def bent(self, law: LawSolution, named: LawSolution) -> tuple[LawSolution, float] | None:
+    def bent(self, law: LawSolution, named: LawSolution) -> dict[str, float] | None:
         """
-        Return a law with the power of speed that explains most beside it, and that power.
+        Return the parameters of a law with the power of speed that explains most beside it.
 
         None if it explains no more than its size and power would by chance, in 1 %, as the law
         that is ``named`` knows it.
         """
-        tried = [
-            (
-                self.problem.bent(power, self.fastest).solve(
-                    law.v_s, law.v0, law.alpha, law.weights
-                ),
-                power,
-            )
-            for power in POWERS
-        ]
-        best, power = min(tried, key=lambda one: one[0].cost)
+        problems = {power: self.problem.bent(power) for power in POWERS}
+        tried = {
+            power: its.solve(law.v_s, law.v0, law.alpha, law.weights)
+            for power, its in problems.items()
+        }
+        power = min(tried, key=lambda one: tried[one].cost)
+        best = tried[power]
         least = _ROUNDING * float(np.sum(law.weights * self.problem.y**2))
-        limit = self.limit(named, 'coulomb', parameters=2, level=_SURE)
-        return (best, power) if law.cost - best.cost > max(limit, least) else None
+        limit = self.limit(named, 'coulomb', parameters=2, level=1.0 - CHANCE)
+        if law.cost - best.cost <= max(limit, least):
+            return None
+        return {**problems[power].values_of(best), 'power': power}
 
     def shows_stribeck(self) -> bool:
         """Tell whether the extra term explains more than its parameters would by chance."""

@@ -4,15 +4,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
 
 import numpy as np
 
-from sosml_friction.identification.law.bent_law import BentLaw
 from sosml_friction.identification.law.law_checks import LawCheck, bend_check, knee_check
-from sosml_friction.identification.law.law_problem import LawSolution
+from sosml_friction.identification.law.law_problem import EXPONENT, LawSolution
 from sosml_friction.identification.law.law_search import LawSearch
-from sosml_friction.model.laws import FrictionLaw, law_definition
+from sosml_friction.model.laws import FrictionLaw, law_definition, law_of
+from sosml_friction.model.terms.nonlinear_viscous import NonlinearViscous
 
 #: A law that is as probable as this is told.
 _TOLD = 0.95
@@ -38,18 +38,19 @@ class OtherLaws:
         self, search: LawSearch, named: LawSolution, shown: bool, effort_unit: str
     ) -> None:
         self.search, self.problem, self.named = search, search.problem, named
-        self.curves: list[tuple[FrictionLaw | BentLaw, float]] = []
+        self.curves: list[tuple[FrictionLaw, float]] = []
         self.checks: list[LawCheck] = []
         self.moved: list[dict[str, float]] = []
         for law in search.unshown(shown):
-            self._add(law, self._curve(law), 1.0)
+            self._add(law, self.problem.values_of(law), 1.0)
         nearest, broad = named, search.broad() if shown else None
         if broad is not None:
             law, probability = broad
-            self._add(law, self._curve(law), probability)
+            values = self.problem.values_of(law)
+            self._add(law, values, probability)
             if probability > _TOLD:
                 nearest = law
-                self.checks.append(knee_check(self.problem.values_of(law), effort_unit))
+                self.checks.append(knee_check(values, effort_unit))
         self._add_bent(nearest, effort_unit)
 
     def variance(self, name: str) -> float:
@@ -58,32 +59,37 @@ class OtherLaws:
 
     def _add_bent(self, nearest: LawSolution, effort_unit: str) -> None:
         """Add the law with a power of speed, where the data show one that matters."""
-        search, where = self.search, len(self.problem.base)
-        found = search.bent(nearest, self.named)
-        if found is None:
+        search = self.search
+        values = search.bent(nearest, self.named)
+        if values is None:
             return
-        law, power = found
-        plain = replace(law, theta=np.delete(law.theta, where))
-        bent = BentLaw(self._curve(plain), float(law.theta[where]), power, search.fastest)
         speeds = np.geomspace(search.slowest, search.fastest, _COMPARED)
-        straight = self._curve(nearest).torque(speeds)
-        terms = ','.join(self._curve(nearest).definition.terms)
-        check = bend_check(speeds, straight, bent.torque(speeds), power, terms, effort_unit)
+        plain = self._curve(nearest, self.problem.values_of(nearest))
+        bent = self._curve(nearest, values)
+        check = bend_check(
+            speeds,
+            plain.torque(speeds),
+            bent.torque(speeds),
+            values['power'],
+            ','.join(plain.definition.terms),
+            effort_unit,
+        )
         if check is not None:
             self.checks.append(check)
-            self._add(plain, bent, _BETWEEN)
+            self._add(nearest, values, _BETWEEN)
 
-    def _add(self, law: LawSolution, curve: FrictionLaw | BentLaw, probability: float) -> None:
-        own, named = self.problem.values_of(law), self.problem.values_of(self.named)
-        root = float(np.sqrt(probability))
-        self.curves.append((curve, probability))
-        self.moved.append({n: root * (own[n] - named[n]) for n in named if n in own})
+    def _add(self, law: LawSolution, values: Mapping[str, float], probability: float) -> None:
+        named, root = self.problem.values_of(self.named), float(np.sqrt(probability))
+        self.curves.append((self._curve(law, values), probability))
+        self.moved.append({n: root * (values[n] - named[n]) for n in named if n in values})
 
-    def _curve(self, law: LawSolution) -> FrictionLaw:
-        values, broad = self.problem.values_of(law), np.isnan(law.alpha)
-        form = self.problem.form
+    def _curve(self, law: LawSolution, values: Mapping[str, float]) -> FrictionLaw:
+        """Return the law of these parameters, with the knee and the sign of ``law``."""
+        form, broad = self.problem.form, np.isnan(law.alpha)
         alpha = form.usual if broad else law.alpha
-        definition = law_definition(form.identifier(None if law.v_s is None else alpha))
-        own = {name: values[name] for name in definition.parameter_names}
-        curve = FrictionLaw(definition, own, law.v0)
+        known = {EXPONENT: alpha, **values}
+        terms = law_definition(form.identifier(None if law.v_s is None else alpha)).terms
+        bend = NonlinearViscous.identifier
+        definition = law_of([*terms, *([bend] if bend in values else [])], known)
+        curve = FrictionLaw(definition, {n: known[n] for n in definition.parameter_names}, law.v0)
         return curve.rival() if broad else curve

@@ -17,6 +17,11 @@ from sosml_friction.model.terms.kinds.term import Inner
 POWERS = (0.3, 0.5, 0.7, 1.4, 2.0, 3.0)
 
 
+def power_of_speed(v: FloatArray, power: float) -> FloatArray:
+    """Return |v|^p: the one place where this is written."""
+    return np.asarray(np.abs(v) ** power)
+
+
 class NonlinearViscous(EffortTerm):
     """
     Add P s |q'|^p: friction of lubricants and gears that bends with speed, or drag.
@@ -39,7 +44,7 @@ class NonlinearViscous(EffortTerm):
         self, motion: Motion, joint: int | slice, inner: Inner, state: FloatArray
     ) -> tuple[FloatArray, ...]:
         """Return s |q'|^p."""
-        return (motion.sign[:, joint] * np.abs(motion.v[:, joint]) ** inner['power'],)
+        return (motion.sign[:, joint] * power_of_speed(motion.v[:, joint], inner['power']),)
 
     def grid(self, signals: Recording, joint: int) -> Sequence[Inner]:
         """Return the values to try."""

@@ -5,12 +5,10 @@
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
-import numpy as np
-
 from sosml_friction.arrays import FloatArray
 from sosml_friction.model.terms.kinds.recording import Recording
 from sosml_friction.model.terms.kinds.term import Inner
-from sosml_friction.model.terms.nonlinear_viscous import POWERS
+from sosml_friction.model.terms.nonlinear_viscous import POWERS, power_of_speed
 from sosml_friction.regression.curves.curve import Curve
 
 
@@ -27,5 +25,6 @@ class SpeedPower(Curve):
 
     def columns(self, signals: Recording, joint: int, inner: Inner) -> FloatArray:
         """Return s (|q'| / top speed)^p."""
-        speed = np.abs(signals.v[:, joint]) / float(signals.scales.speed[joint])
-        return signals.in_joint(joint, signals.sign[:, joint] * speed ** inner['power'])
+        speed = signals.v[:, joint] / float(signals.scales.speed[joint])
+        column = signals.sign[:, joint] * power_of_speed(speed, inner['power'])
+        return signals.in_joint(joint, column)

@@ -538,6 +538,7 @@ def test_a_broad_knee_is_within_the_errors_and_told():
     ]
     for name in ('coulomb', 'viscous', 'stribeck'):
         held = sum(low <= truth[name] <= high for low, high in intervals(fits, name))
+        print(f'broad knee, {name}: {held} of {len(fits)} intervals hold')
         assert held >= binom.ppf(0.001, len(fits), 0.90), name
     told = [check for fit in fits for check in fit.checks if check.name == KNEE]
     assert len(told) >= 0.9 * len(fits)
@@ -567,15 +568,18 @@ def test_friction_that_bends_otherwise_is_told_and_within_the_errors(bends):
     """Law (9) is a straight line. Its band then holds friction all the same."""
     speeds = np.geomspace(0.01, 0.6, 20)
     v, at = plateaus(speeds), np.geomspace(0.01, 0.6, 50)
+    shares = []
     for seed in range(20):
         y = np.sign(v) * (0.8 + bends(np.abs(v))) + fine(np.random.default_rng(seed), len(v))
         fit = fit_law(v, y, np.arange(len(v)), 'Nm', form=LawForm('coulomb_viscous'))
         (told,) = (check for check in fit.checks if check.name == BEND)
         assert not told.passed
         wrong = np.abs(fitted_law(fit).torque(at) - 0.8 - bends(at))
-        assert (wrong <= band(fit, at)).mean() >= 0.95
+        shares.append((wrong <= band(fit, at)).mean())
+        assert shares[-1] >= 0.95
         low, high = fit.parameters['coulomb'].interval
         assert low <= 0.8 <= high
+    print(f'friction that bends: the band holds it at {np.mean(shares):.3f} of the speeds')
 
 
 def test_a_law_that_is_true_bends_as_friction_does(stribeck_fits, null_fits):
