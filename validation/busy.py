@@ -34,6 +34,8 @@ import numpy as np
 from sosml_friction.bags.bag import Bag
 from sosml_friction.exceptions import SosmlFrictionError
 from sosml_friction.identification.bag_analysis import analyse_bag
+from sosml_friction.identification.friction_fit import FitSettings
+from sosml_friction.identification.log_analysis import BagAnalysis
 from sosml_friction.nodes.demo import run_chain
 from sosml_friction.nodes.fit_job import summary
 
@@ -126,6 +128,15 @@ def standstills(node: str, seed: int) -> Iterator[None]:
             thread.join()
 
 
+def replayed(run: Path) -> BagAnalysis:
+    """
+    Return the analysis of a run with the observers that ran, and the bodies that they had.
+
+    Else bodies are refitted where the data contradict them, and estimates are of those.
+    """
+    return analyse_bag(run / 'bag', settings=FitSettings(body_tolerance=0.0))
+
+
 def judge(run: Path) -> tuple[str, list[str]]:
     """Return what is told of a run, and the promises that it broke."""
     bag = Bag.open(run / 'bag')
@@ -136,7 +147,7 @@ def judge(run: Path) -> tuple[str, list[str]]:
         if topic.startswith(_ESTIMATES)
     }
     steps = np.diff(log.t_ns) * 1e-9
-    analysis = analyse_bag(run / 'bag')
+    analysis = replayed(run)
     blind = ~np.isfinite(log.v).all(axis=1)
     starts = np.r_[True, steps > GAP_S] | blind | np.roll(blind, 1)
     broken = []

@@ -21,8 +21,10 @@ WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 #: Raftery, J. Am. Stat. Assoc. 90, 1995); more by 2 ln(number of tolerances), as the best of
 #: several is taken.
 VERY_STRONG = 10.0
-#: Probability with which wider bodies have to predict better than by chance: the usual 5 %.
-_SURE = 0.95
+#: Probability with which wider bodies have to predict better than by chance: 1 %, as in the other
+#: tests of this package. Of six recordings of a busy machine, whose holes no body explains, 5 %
+#: let one through (`python -m validation.busy --load 2`).
+_SURE = 0.99
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def _predicts(laboratory: WhitenedRegression, system: System, tolerance: float) 
     Tell whether wider bodies predict stretches that they were not fitted to better, beyond chance.
 
     Evidence takes what no term explains for noise; a model that lacks something else would widen
-    the bodies as well. By Student's t of the gain over the folds, one-sided at 5 %.
+    the bodies as well. By Student's t of the gain over the folds, one-sided at 1 %.
     """
     held_out = [
         Fit.make(_with_prior(laboratory, system, w), laboratory.y).baseline.held_out.sum(axis=0)

@@ -25,14 +25,13 @@ from trajectory_msgs.msg import JointTrajectory
 from sosml_friction.bags.bag import Bag
 from sosml_friction.bags.controllers import read_controllers
 from sosml_friction.bags.serialization import deserialize
-from sosml_friction.identification.bag_analysis import analyse_bag
 from sosml_friction.model.model_folder import read_model
 from sosml_friction.motion.trajectory_kinds.speed_ladder import speed_ladder
 from sosml_friction.nodes.demo import run_chain
 from sosml_friction.nodes.qos import JOINT_STATES, LATCHED
 from sosml_friction.share import share_directory
 from sosml_friction.simulation.recorded.recorded_loop import RecordedLoop, recorded_loop
-from validation.busy import judge
+from validation.busy import judge, replayed
 
 PARAMETERS = share_directory() / 'config' / 'exoskeleton.yaml'
 OBSERVERS = ('first_order', 'sosml')
@@ -86,7 +85,7 @@ def estimates(bag):
 
 def test_live_estimates_equal_the_batch_path(run, bag):
     """Largest difference over the whole run at most 1e-9; they are the same steps, so it is 0."""
-    batch = analyse_bag(run / 'bag').estimates
+    batch = replayed(run).estimates
     # What is fitted without an observer has estimates besides, each its own.
     assert set(OBSERVERS) <= set(batch)
     for name, live in estimates(bag).items():
