@@ -232,19 +232,19 @@ class LawSearch:
         where a parabola through it and its neighbours is least.
         """
         v0, alpha = self.full.v0, self.full.alpha
-        own = self.solve(v_s, v0, alpha)
         if not self.finds_alpha:
-            return own
+            return self.solve(v_s, v0, alpha)
         low, high = np.log(self.exponents)
         u = np.linspace(low, high, _ALPHAS)
-        tried = [self.solve(v_s, v0, float(np.exp(each))) for each in u]
-        costs = np.array([fit.cost for fit in tried])
-        k = int(np.argmin(costs))
-        if 0 < k < len(u) - 1:
+        alphas = np.append(np.exp(u), alpha)
+        costs = self.few.costs(v_s, v0, alphas)
+        k = int(np.argmin(costs[:_ALPHAS]))
+        tried = [self.solve(v_s, v0, float(alphas[np.argmin(costs)]))]
+        if 0 < k < _ALPHAS - 1:
             before, least, after = costs[k - 1 : k + 2]
             by = 0.5 * (before - after) / max(before - 2.0 * least + after, np.finfo(float).tiny)
             tried.append(self.solve(v_s, v0, float(np.exp(u[k] + by * (u[1] - u[0])))))
-        return min(own, *tried, key=_cost)
+        return min(tried, key=_cost)
 
     def _refined(self, near: LawSolution) -> LawSolution:
         """Return the best fit near a start: v_s and what is found of it move."""
