@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The fits that need no observer, beside those of the observers: weak form and output error."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,9 +25,11 @@ from sosml_friction.identification.output_error.fits import (
     is_alone,
 )
 from sosml_friction.identification.output_error.windows import fit_windows
-from sosml_friction.identification.weak_form import WeakFit, WeakForm
+from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.robot import Robot
 from sosml_friction.simulation.recorded.controlled_joint import ControlledJoint
+
+_Found = TypeVar('_Found')
 
 
 def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, FloatArray]:
@@ -42,10 +45,10 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     names = form.robot.names
     tau_f = np.full((len(form.time), len(names)), np.nan)
     wanted = [i for i, name in enumerate(names) if name in rows]
-    first, _ = _weak_fits(form, wanted)
-    # The laws of the first fits are those of the velocities of the second.
+    # The laws of the first velocities are those that the second are smoothed by.
+    first, _ = _each(form.law, wanted)
     form = form.with_laws([first.get(i) for i in range(len(names))])
-    found, failed = _weak_fits(form, wanted)
+    found, failed = _each(form.fit, wanted)
     for i in wanted:
         name = names[i]
         with suppress(DataError):
@@ -77,14 +80,14 @@ def with_weak_form(fit: FrictionFit, form: WeakForm) -> tuple[FrictionFit, Float
     return FrictionFit(joints, fit.alternatives, unavailable, rows), tau_f
 
 
-def _weak_fits(
-    form: WeakForm, joints: Sequence[int]
-) -> tuple[dict[int, WeakFit], dict[int, DataError]]:
-    """Return the fits by joint, and why others have none."""
+def _each(
+    fit: Callable[[int], _Found], joints: Sequence[int]
+) -> tuple[dict[int, _Found], dict[int, DataError]]:
+    """Return what was fitted by joint, and why others have nothing."""
     found, failed = {}, {}
     for i in joints:
         try:
-            found[i] = form.fit(i)
+            found[i] = fit(i)
         except DataError as error:
             failed[i] = error
     return found, failed

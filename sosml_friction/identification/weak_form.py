@@ -198,14 +198,14 @@ class WeakForm:
         rise = tau[rows] - tau[np.append(rows[0], rows[:-1])]
         return np.where(np.isfinite(rise), rise, 0.0)
 
-    def with_laws(self, fits: Sequence[WeakFit | None]) -> WeakForm:
+    def with_laws(self, fits: Sequence[LawFit | None]) -> WeakForm:
         """
         Return the weak form with velocities smoothed by the torque that drove the joints.
 
         :class:`~sosml_friction.identification.velocity_smoother.VelocitySmoother` sees ripple
         that the slope of a position does not. Exact positions stay as they are.
 
-        :param fits: of each joint, for its law; None where it has none.
+        :param fits: the law of each joint; None where it has none.
         """
         # Less than the rounding of a number is no noise: most third differences were 0.
         rounding = np.spacing(np.max(np.abs(np.nan_to_num(self._log.q)), axis=0))
@@ -223,15 +223,15 @@ class WeakForm:
                     self._q_noise[i],
                     white_noise(forcing),
                     # Friction without a law is anything up to the torque.
-                    max(fit.fit.residual_std, _EXACT * level) if fit else level,
+                    max(fit.residual_std, _EXACT * level) if fit else level,
                     self._v_noise[i],
                     self.settings.zero_band,
                     self._support,
                 )
             )
-            if fit and fit.fit.extra and fit.fit.extra[0].value > 0.0:
-                factor[i] = fit.fit.extra[0].value
-        laws = [fitted_law(fit.fit) if fit else None for fit in fits]
+            if fit and fit.extra and fit.extra[0].value > 0.0:
+                factor[i] = fit.extra[0].value
+        laws = [fitted_law(fit) if fit else None for fit in fits]
         v = self._log.v.copy()
         variance = np.full_like(v, np.nan)
         for stretch in self._stretches:
@@ -292,6 +292,14 @@ class WeakForm:
         fit = rows.fit(self.robot.effort_units[i])
         inertia = self._inertia(fit.extra[0]) if fit.extra else None
         return WeakFit(fit, inertia, middle, means, self._support, tau_f)
+
+    def law(self, i: int) -> LawFit:
+        """
+        Return the law of joint ``i`` that fits best, without what the data know of it.
+
+        :raises DataError: as for :meth:`fit`.
+        """
+        return self.rows(i).law(self.robot.effort_units[i])
 
     def rows(self, i: int, smoothing_velocity: float | None = None) -> LawRows:
         """

@@ -120,7 +120,7 @@ def test_intervals_hold_though_effort_was_lost():
     for seed in range(11, 17):
         with driven(seed) as lockstep:
             form = WeakForm(lockstep.log().select(robot.names), robot, 'end')
-        form = form.with_laws([form.fit(i) for i in range(2)])
+        form = form.with_laws([form.law(i) for i in range(2)])
         for i, joint in enumerate(robot.names):
             found, known = form.fit(i).fit.parameters, truth.joints[joint].friction.parameters
             line = []

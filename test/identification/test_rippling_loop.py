@@ -80,7 +80,7 @@ def recorded(name: str, seed: int, rippling: bool) -> tuple[JointLog, np.ndarray
 def fitted(log: JointLog, alpha: float | None = None) -> tuple[WeakForm, WeakForm]:
     """Return the weak form by slopes of the position, and with smoothed velocities."""
     rough = WeakForm(log, nominal_robot(), 'end', WeakSettings(form=LawForm(alpha=alpha)))
-    return rough, rough.with_laws([rough.fit(i) for i in range(2)])
+    return rough, rough.with_laws([rough.law(i) for i in range(2)])
 
 
 def read_by(bits: int, logs: list[tuple[JointLog, np.ndarray]]) -> list[LawFit]:

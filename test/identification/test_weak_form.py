@@ -438,6 +438,6 @@ def test_speeds_of_whole_quanta_a_sample_do_not_cost_the_fit():
     log = JointLog(robot.names, stamps, q, np.full_like(q, np.nan), tau)
     rough = WeakForm(log, robot)
     fits = [rough.fit(i) for i in range(n)]
-    smoothed = rough.with_laws(fits).fit(0).fit.parameters
+    smoothed = rough.with_laws([each.fit for each in fits]).fit(0).fit.parameters
     for name in ('coulomb', 'viscous'):
         assert smoothed[name].value == pytest.approx(fits[0].fit.parameters[name].value, rel=0.01)

@@ -63,7 +63,7 @@ class LawRows:
         What is not known of the velocities, and of the effort between samples, moves all
         parameters together: V + d d^T, d the change by the other way, times how unsure this is.
         """
-        fit = self._fit(effort_unit)
+        fit = self._summary(effort_unit).fit()
         form = replace(self.form, alpha=fit.drawn.get('exponent', self.form.usual))
         for other, unsure in self._other_ways():
             same = replace(
@@ -73,13 +73,17 @@ class LawRows:
                 form=form,
             )
             try:
-                way = same._fit(effort_unit).drawn
+                way = same.law(effort_unit).drawn
             except DataError:
                 continue
             fit = fit.with_shift(
                 {n: unsure * (x - way[n]) for n, x in fit.drawn.items() if n in way}
             )
         return fit
+
+    def law(self, effort_unit: str) -> LawFit:
+        """Return the law that fits best, without what the rows know of its parameters."""
+        return self._summary(effort_unit).law()
 
     def mapped(self, change: Callable[[FloatArray], FloatArray]) -> LawRows:
         """Return the rows with each column of numbers (K,) changed in the same way."""
@@ -106,9 +110,9 @@ class LawRows:
         if self.late is not None:
             yield replace(self, y=self.late), 1.0
 
-    def _fit(self, effort_unit: str) -> LawFit:
+    def _summary(self, effort_unit: str) -> LawSummary:
         search = self._search(None if self.find_smoothing else self.smoothing_velocity)
-        return LawSummary(search, effort_unit).fit()
+        return LawSummary(search, effort_unit)
 
     def smoothing(self) -> float:
         """Return v0 of the law's sign that the rows show, 0 for the sign itself."""

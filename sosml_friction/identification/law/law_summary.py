@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -62,7 +63,8 @@ class LawSummary:
 
     ``shown``: whether the Stribeck term explains more than chance; ``solution``: the law with it
     or without; ``best``: its parameters by name; ``C``: their covariance, by pairs of names;
-    ``profile``: None where no Stribeck term was asked for.
+    ``profile``: None where no Stribeck term was asked for. What costs most, the profile and the
+    other laws that may be true, is found when it is asked for.
     """
 
     def __init__(self, search: LawSearch, effort_unit: str) -> None:
@@ -81,8 +83,37 @@ class LawSummary:
         self.quantile = {name: t_95(own) for name, own in freedom.items()}
         level = search.level
         self.reach = DataReach(effort_unit, search.slowest, search.fastest, level, self.best)
-        self.profile = self._profile() if self.form.law != 'coulomb_viscous' else None
-        self.others = OtherLaws(search, self.solution, self.shown, effort_unit)
+
+    @cached_property
+    def profile(self) -> LawProfile | None:
+        """Return the profile of the cost over v_s."""
+        return self._profile() if self.form.law != 'coulomb_viscous' else None
+
+    @cached_property
+    def others(self) -> OtherLaws:
+        """Return the laws that may be true as well."""
+        return OtherLaws(self.search, self.solution, self.shown, self.reach.effort_unit)
+
+    def law(self) -> LawFit:
+        """Return the law that fits best, without what the data know of its parameters."""
+        problem, residual = self.problem, self.solution.residual
+        scale = float(np.linalg.norm(problem.y))
+        drawn_law = self.form.identifier(self.solution.alpha if self.shown else None)
+        return LawFit(
+            law=drawn_law,
+            parameters={},
+            residual_std=float(np.sqrt(np.mean(residual**2))),
+            relative_error=(
+                100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan
+            ),
+            pairs=len(problem.y),
+            clusters=problem.count,
+            smoothing_velocity=self.solution.v0,
+            drawn={n: x for n, x in self.best.items() if n not in problem.extra},
+            drawn_law=drawn_law,
+            slowest=self.search.slowest,
+            extra=tuple(Parameter(self.best[n], '1') for n in problem.extra),
+        )
 
     def fit(self) -> LawFit:
         """Return the law with all that is known of it."""
@@ -102,32 +133,22 @@ class LawSummary:
             derived.update(self._by_direction(identified))
         checked = {n: (best[n], parameters[n].interval) for n in best if n in parameters}
         of = tuple(n for n in self.names if (n, n) in self.C and n not in problem.extra)
-        residual, scale = solution.residual, float(np.linalg.norm(problem.y))
         unit, speeds = self.reach.effort_unit, (search.slowest, search.fastest)
-        return LawFit(
+        return replace(
+            self.law(),
             law=self.form.identifier(solution.alpha if self.shown and identified else None),
             parameters={
                 n: self._beside_others(n, parameters[n]) for n in _ORDER if n in parameters
             },
-            residual_std=float(np.sqrt(np.mean(residual**2))),
-            relative_error=(
-                100.0 * float(np.linalg.norm(residual)) / scale if scale > 0.0 else np.nan
-            ),
-            pairs=len(problem.y),
-            clusters=problem.count,
-            smoothing_velocity=solution.v0,
             derived=derived,
             checks=(
                 dissipation_check(checked, unit, *speeds, solution.alpha),
                 even_part(problem, solution, self.found, np.array(speeds), unit),
                 *self.others.checks,
             ),
-            drawn={n: x for n, x in best.items() if n not in problem.extra},
-            drawn_law=self.form.identifier(solution.alpha if self.shown else None),
             covariance=np.array([[self.C[a, b] for b in of] for a in of]),
             covariance_of=of,
             profile=self.profile,
-            slowest=search.slowest,
             extra=extra,
             others=tuple(self.others.curves),
         )
