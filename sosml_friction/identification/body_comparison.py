@@ -19,8 +19,8 @@ from sosml_friction.identification.late_effort import DELAY, LateEffort, at_the_
 from sosml_friction.identification.term_fit import FittedTerm, TermFit, fit_terms
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.parameter import AT_BOUND, Parameter
-from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.nominal import EFFORT_HOLD
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
 
 #: What repeats over position is noise beside bodies, and its hundreds of lines are much of the

@@ -16,9 +16,9 @@ from sosml_friction.identification.number_text import plus_minus
 from sosml_friction.identification.term_fit import TermFit
 from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import ALL_JOINTS
-from sosml_friction.regression.body_width import VERY_STRONG
 from sosml_friction.regression.evidence import AT_BOUND
 from sosml_friction.regression.nominal import EFFORT_HOLD
+from sosml_friction.regression.rival import VERY_STRONG
 
 #: What a finding about it is called, and that which tells the same of a joint by itself.
 LATE, BY_JOINT = 'late_effort', 'effort_lag'

@@ -12,15 +12,12 @@ from scipy.stats import t as student_t
 from sosml_friction.arrays import FloatArray, IndexArray
 from sosml_friction.exceptions import ConfigurationError
 from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Tolerances that are tried beside the usual one, as shares of the model's own numbers: half a
 #: decade apart, over which the evidence changes little, up to bodies that say nothing.
 WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-#: Twice the logarithm of the ratio of the evidences from which it is very strong (Kass and
-#: Raftery, J. Am. Stat. Assoc. 90, 1995); more by 2 ln(number of tolerances), as the best of
-#: several is taken.
-VERY_STRONG = 10.0
 #: Probability with which wider bodies have to predict better than by chance: 1 %, as in the other
 #: tests of this package. Of six recordings of a busy machine, whose holes no body explains, 5 %
 #: let one through (`python -m validation.busy --load 2`).
@@ -79,6 +76,7 @@ def choose_width(laboratory: WhitenedRegression, system: System) -> BodyWidth:
     evidence = {w: _log_evidence(G / s, r / s, _prior(laboratory, system, w)) for w in widths}
     evidence = {w: value - evidence[usual] for w, value in evidence.items()}
     best = max(evidence, key=lambda w: evidence[w])
+    # The best of several is taken.
     wider = 2.0 * evidence[best] > VERY_STRONG + 2.0 * math.log(len(widths) - 1)
     wider = wider and _predicts(laboratory, system, best)
     return BodyWidth(best if wider else usual, evidence)

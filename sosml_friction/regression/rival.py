@@ -1,8 +1,12 @@
 # Copyright 2026 the sosml_friction authors
 # SPDX-License-Identifier: Apache-2.0
-"""How likely another equation of the same term is."""
+"""How likely another equation is, and from when on it is."""
 
 from scipy.special import expit
+
+#: Twice the logarithm of the ratio of the evidences from which it is very strong (Kass and
+#: Raftery, J. Am. Stat. Assoc. 90, 1995).
+VERY_STRONG = 10.0
 
 
 def rival_probability(excess: float) -> float:

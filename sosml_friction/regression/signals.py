@@ -26,6 +26,7 @@ from sosml_friction.observers.signal_noise import signal_noise
 from sosml_friction.regression.band import Band
 from sosml_friction.regression.position_noise import PositionNoise
 from sosml_friction.regression.rests import Rest, find_rests, stopping_joints, without_rests
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.settings import DiagnosisSettings
 from sosml_friction.regression.stated import Stated
 from sosml_friction.regression.steady_acceleration import steady_acceleration
@@ -41,6 +42,9 @@ _DITHER = 0.1
 #: Largest distance from a multiple of a quantum, in quanta, that counts as one. Chosen, no
 #: measurement.
 _OFF_STEP = 0.02
+#: Widths of the sign over velocity tried where the model states none, as shares of the top speed;
+#: beyond a tenth what grows is no sign but a law of velocity. Chosen, no measurement.
+_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1)
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
@@ -434,11 +438,13 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     Return the signals with the displacement of the sign that fits each joint best.
 
     It is a number of the gear and not of the nominal model. What :func:`find_scales` says is the
-    most that still counts as a sign; friction that builds up over more is a cause.
+    most that still counts as a sign; friction that builds up over more is a cause. Where the model
+    does not state over which velocity the sign is smooth, that is found as well: it is one if it
+    fits very strongly better than any displacement.
     """
     first = prepared[0]
     scales, n = first.scales, first.robot.n
-    displacement = scales.displacement.copy()
+    displacement, width = scales.displacement.copy(), scales.width.copy()
     for i in range(n):
         known, effort = [], []
         for signals in prepared:
@@ -452,34 +458,54 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
             )
             known.append(signals.band.apply(columns[:, np.abs(columns).max(axis=0) > 0.0]))
             effort.append(signals.band.apply(signals.tau[:, i]))
-        width = min(part.shape[1] for part in known)
-        X = np.concatenate([part[:, :width] for part in known])
+        shared = min(part.shape[1] for part in known)
+        X = np.concatenate([part[:, :shared] for part in known])
         X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
         basis = np.linalg.svd(X, full_matrices=False)
         U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
         y = np.concatenate(effort)
         y = y - U @ (U.T @ y)
-        best = -1.0
-        for share in _SIGN_SHARES:
-            parts = []
-            for signals in prepared:
-                tried = float(scales.displacement[i] * share)
-                state = sign_state(signals.q, signals.v, i, tried, scales)
-                parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
-            both = np.concatenate(parts)
-            both = both - U @ (U.T @ both)
-            # How it builds up beside the exponential is fitted too, and forgotten: it would be
-            # made up for by a displacement that is not the gear's.
-            for bend in _BENDS:
-                state = both[:, 0] + bend * both[:, 1]
-                explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
-                if explained > best:
-                    best, displacement[i] = explained, float(scales.displacement[i] * share)
-    fitted = replace(scales, displacement=displacement, sign_limit=scales.displacement)
+
+        def best_of(
+            tried: Sequence[tuple[float, float]],
+            i: int = i,
+            U: FloatArray = U,
+            y: FloatArray = y,
+        ) -> tuple[float, tuple[float, float]]:
+            """Return the most that a sign explains, and its displacement and width."""
+            best, found = -1.0, tried[0]
+            for over, wide in tried:
+                softer = replace(scales, width=np.full(n, wide))
+                parts = []
+                for signals in prepared:
+                    state = sign_state(signals.q, signals.v, i, over, softer)
+                    parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
+                both = np.concatenate(parts)
+                both = both - U @ (U.T @ both)
+                # How it builds up beside the exponential is fitted too, and forgotten: it would
+                # be made up for by a displacement that is not the gear's.
+                for bend in _BENDS:
+                    state = both[:, 0] + bend * both[:, 1]
+                    explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+                    if explained > best:
+                        best, found = explained, (over, wide)
+            return best, found
+
+        over = scales.displacement[i] * np.array(_SIGN_SHARES)
+        most, (displacement[i], _) = best_of([(x, float(width[i])) for x in over.tolist()])
+        if width[i] == 0.0:
+            wide = scales.speed[i] * np.array(_WIDTHS)
+            more, (least, found) = best_of([(float(over[0]), x) for x in wide.tolist()])
+            left = max(float(y @ y) - most, 0.0) / max(len(y) - U.shape[1], 1)
+            if more - most > VERY_STRONG * left:
+                displacement[i], width[i] = least, found
+    fitted = replace(
+        scales, displacement=displacement, sign_limit=scales.displacement, width=width
+    )
     result = []
     for signals in prepared:
         sign = np.column_stack(
-            [sign_state(signals.q, signals.v, i, displacement[i], scales) for i in range(n)]
+            [sign_state(signals.q, signals.v, i, displacement[i], fitted) for i in range(n)]
         )
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
