@@ -28,6 +28,8 @@ SURE, _SAME = 0.999, 0.01
 _SAMPLES = 8
 #: How much of the steps of time may be 0: a logger that writes a sample twice.
 _REPEATED = 0.05
+#: What nanoseconds beside whole seconds are called.
+FINE = re.compile('n(ano_?)?sec(ond)?s?$|nanos$')
 
 
 class Time(NamedTuple):
@@ -130,7 +132,7 @@ def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) ->
     """Return the time that two series are together, as stamps of ROS are; None if none are."""
     # TimeInNanoSec is time_in_nano_sec.
     plain = {name: re.sub('(?<=[a-z])(?=[A-Z])', '_', name).lower() for name in series}
-    fine = [name for name, text in plain.items() if re.search('n(ano_?)?sec(ond)?s?$', text)]
+    fine = [name for name, text in plain.items() if FINE.search(text)]
     whole = [name for name, text in plain.items() if re.search('(?<![a-z])sec(ond)?s?$', text)]
     whole = [name for name in whole if name not in fine]
     if not fine and all(name.isdecimal() for name in series):

@@ -226,7 +226,9 @@ def _without_unit(name: str, cells: list[tuple[int, str]]) -> tuple[str, list[tu
 def _cells(line: str, delimiter: str) -> list[str]:
     bare = re.sub(rf'^(?:{_COMMENT.pattern})+\s*', '', line)
     if not delimiter:
-        return bare.split()
+        # Brackets around several numbers, as ports of YARP print vectors, are no part of them.
+        plain = [cell.strip('()[]') for cell in bare.split()]
+        return [p if is_number(p) else c for p, c in zip(plain, bare.split(), strict=True)]
     (cells,) = csv.reader([bare], delimiter=delimiter, skipinitialspace=True)
     return [cell.strip() for cell in cells]
 
