@@ -5,7 +5,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -37,6 +37,11 @@ _JOINTS = 3
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
+#: The place of a column in its table, behind the name of that: tau[3], u_3.
+_TABLE_OF = re.compile(r'\W?_?\d+\W?$')
+#: A reference comes before the position by more than this share of a sample. Chosen, no
+#: measurement.
+_LEADS = 0.01
 _CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -82,6 +87,11 @@ class Guesser(RecordedColumns):
         self._add_slopes()
         self._drop_references()
         self._add_efforts()
+        if not any('effort' in own for own in self.roles.values()):
+            self._remark(
+                'nothing here is the effort of a joint, and positions alone do not tell friction: '
+                'its torque, force or current is needed'
+            )
         positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
         for one, other in combinations(positions, 2):
             if self._nearly_same(one, other):
@@ -199,6 +209,7 @@ class Guesser(RecordedColumns):
                 if quantity == 'effort' and roles.get('position') in self.moving:
                     # What is the same all the time is a limit, a supply or a switch.
                     several = [n for n in several if n in self.moving]
+                    several = self._without_supplies(joint, several)
                     several = self._most_explained(joint, several, rank)
                 if not several:
                     continue
@@ -209,6 +220,18 @@ class Guesser(RecordedColumns):
                     self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _without_supplies(self, joint: str, names: Sequence[str]) -> list[str]:
+        """Return efforts without voltages that do not follow the motion, which are told."""
+        supplies = [
+            n
+            for n in names
+            if self.words[n].unit in ('V', 'mV') and self._explained(n, joint) < _EXPLAINED
+        ]
+        for name in supplies:
+            self._remark(f'{name} does not follow the motion: the voltage of a supply, it seems')
+        self.alike.update(supplies)
+        return [n for n in names if n not in supplies]
 
     def _most_explained(
         self, joint: str, names: Sequence[str], rank: Mapping[str, tuple[bool, int]]
@@ -293,7 +316,7 @@ class Guesser(RecordedColumns):
         free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
         if not any(map(self._may_be_position, free)):
             return
-        if self._halves(free):
+        if self._tables(free) or self._halves(free):
             return
         rough = {name: evidence.roughness(self.moving[name]) for name in free}
         smoothest, follows = self._best_pair(rough)
@@ -312,6 +335,9 @@ class Guesser(RecordedColumns):
                     self._remark(
                         f'{name} is nearly {measured} and comes {before:.3g} s before it: the '
                         'reference of a controller, it seems'
+                        if before > _LEADS * float(np.median(np.diff(self.t)))
+                        else f'{name} is nearly {measured} and does not come before it: which of '
+                        'them was measured is not told'
                     )
         else:
             self.why[measured] = follows or 'the smoothest column: a position is an integral'
@@ -345,6 +371,38 @@ class Guesser(RecordedColumns):
         if not best[0] or shares[best] < _EXPLAINED:
             return smoothest, ''
         return best[0], f'smooth, and its motion explains {best[1]}'
+
+    def _tables(self, free: Sequence[str]) -> bool:
+        """Take one table for positions and another, of as many columns, for their efforts."""
+        tables: dict[str, list[str]] = {}
+        for name in self.series:
+            tables.setdefault(_TABLE_OF.sub('', name), []).append(name)
+        wide = [own for own in tables.values() if len(own) > 1 and set(own) & set(free)]
+        shares: dict[float, list[tuple[str, str]]] = {}
+        for positions, efforts in permutations(wide, 2):
+            pairs = list(zip(positions, efforts, strict=False))
+            both = [(q, e) for q, e in pairs if q in free and e in free]
+            rough = [
+                [evidence.roughness(self.moving[n]) for n in own]
+                for own in zip(*both, strict=True)
+            ]
+            if len(positions) != len(efforts) or not both or np.median(rough[0]) > min(rough[1]):
+                continue
+            if all(map(self._may_be_position, positions)):
+                own = [
+                    evidence.explained(self.t, self.moving[e], self.moving[q], 1.0)
+                    for q, e in both
+                ]
+                shares[float(np.median(own))] = pairs
+        if max(shares, default=0.0) < _EXPLAINED:
+            return False
+        pairs = shares[max(shares)]
+        names = self._joint_names([str(k) for k in range(1, len(pairs) + 1)]).values()
+        for joint, (position, effort) in zip(names, pairs, strict=True):
+            self.roles[joint] = {'position': position, 'effort': effort}
+            self.why[position] = 'its table is the smoother of two with as many columns'
+            self.why[effort] = 'its table follows the motion, column by column'
+        return True
 
     def _halves(self, free: Sequence[str]) -> bool:
         """Take the smooth half of the columns for positions, the other for efforts, in order."""
@@ -451,16 +509,33 @@ class Guesser(RecordedColumns):
         if len(without) == 1:
             self._best_effort(without[0], free)
             return
-        count = len(self.roles)
-        names = list(self.series)
-        first = max(names.index(n) for own in self.roles.values() for n in own.values()) + 1
-        blocks = [names[k : k + count] for k in range(first, len(names) - count + 1, count)]
+        blocks = self._blocks_of(len(self.roles))
         between = self._between(free)
         if between:
             for joint, columns in between.items():
                 self._best_effort(joint, columns)
-        elif len(names) > first and (len(names) - first) % count == 0:
+        elif blocks:
             self._effort_block(blocks)
+
+    def _blocks_of(self, count: int) -> list[list[str]]:
+        """Return blocks of so many columns that stand together and have no role."""
+        taken = self._taken()
+        runs: list[list[str]] = [[]]
+        for name in self.series:
+            if name in taken or self.words[name].is_wish:
+                runs.append([])
+            else:
+                runs[-1].append(name)
+        blocks = [
+            run[k : k + count]
+            for run in runs
+            if len(run) % count == 0
+            for k in range(0, len(run), count)
+        ]
+        # The slopes of velocities are accelerations, where something else may be the effort.
+        own = set(self._velocities())
+        slopes = {s.velocity for s in self.slopes if s.position in own}
+        return [b for b in blocks if not slopes >= set(b) & set(self.moving)] or blocks
 
     def _velocities(self) -> Iterable[str]:
         return [r['velocity'] for r in self.roles.values() if r.get('velocity') in self.moving]
@@ -493,6 +568,13 @@ class Guesser(RecordedColumns):
         if not shares[best] >= _EXPLAINED:
             self._remark(f'no column follows the motion of {joint}: map its effort yourself')
             return
+        position = self.roles[joint]['position']
+        rough = [evidence.roughness(self.moving[n]) for n in (position, best) if n in self.moving]
+        if rough[-1] < _SMOOTHER * rough[0]:
+            self._remark(
+                f'{best} is about as smooth as {position}: it may be the position of another '
+                'joint, and no effort'
+            )
         self.roles[joint]['effort'] = best
         rest = ', '.join(n for n in names if n != best)
         self.why[best] = (

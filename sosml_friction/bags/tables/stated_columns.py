@@ -206,7 +206,8 @@ class _StatedColumns(Guesser):
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
             unit = 'N' if position['unit'] in LINEAR_UNITS else 'Nm'
-            objection = self.words[self.roles[joint]['effort']].objection
+            name = self.roles[joint]['effort']
+            objection = self.words[name].objection or self._coarse(name)
             if objection:
                 entry, other = (quote(f'{effort["variable"]}:{u}') for u in (unit, 'counts'))
                 raise ConfigurationError(
