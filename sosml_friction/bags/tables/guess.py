@@ -37,8 +37,10 @@ _JOINTS = 3
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
-#: The place of a column in its table, behind the name of that: tau[3], u_3.
-_TABLE_OF = re.compile(r'\W?_?\d+\W?$')
+#: The place of a column in its table, behind the name of that: tau[3].
+_TABLE_OF = re.compile(r'\[\d+\]$')
+#: In names of efforts that a model tells, and nobody measured.
+_COMPUTED = ('computed', 'predicted', 'simulated')
 #: A reference comes before the position by more than this share of a sample. Chosen, no
 #: measurement.
 _LEADS = 0.01
@@ -69,7 +71,11 @@ class Guesser(RecordedColumns):
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
         if not self.count:
-            raise DataError(f'{self.data.path} holds no numbers: give a recording')
+            objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
+            is_mat = self.data.path.suffix.lower() == '.mat'
+            raise DataError(
+                f'{self.data.path} holds no numbers: give a recording{objects if is_mat else ""}'
+            )
         self._put_time()
         self._name_positions()
         if not self._by_names():
@@ -153,8 +159,9 @@ class Guesser(RecordedColumns):
     def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
         """Return joint and reason of columns that efforts of their numbers follow: J1, torque1."""
         efforts = [n for n, w in own.items() if w.quantity == 'effort' and n in self.moving]
-        best = min((_effort_rank(own[n].unit) for n in efforts), default=0)
-        efforts = [n for n in efforts if _effort_rank(own[n].unit) == best]
+        ranks = {n: _effort_rank(n, own[n].unit) for n in efforts}
+        best = min(ranks.values(), default=0)
+        efforts = [n for n in efforts if ranks[n] == best]
         numbers = {re.sub(r'\D', '', own[n].joint): n for n in efforts}
         plain = {n: re.sub(r'\D', '', w.joint) for n, w in own.items() if not w.quantity}
         pairs = {n: numbers[k] for n, k in plain.items() if k and k in numbers}
@@ -198,7 +205,7 @@ class Guesser(RecordedColumns):
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # What is called as the position is comes before what has its number alone. A torque
             # needs no constant, a current a known one, and a voltage is no effort yet.
-            rank = {n: (named[n].joint not in names, _effort_rank(named[n].unit)) for n in own}
+            rank = {n: (named[n].joint not in names, _effort_rank(n, named[n].unit)) for n in own}
             of_joint: dict[str, list[str]] = {}
             for name in sorted(own, key=lambda n: rank[n]):
                 joint = self._joint_of_key(named[name].joint, names)
@@ -206,6 +213,15 @@ class Guesser(RecordedColumns):
                     of_joint.setdefault(joint, []).append(name)
             for joint, several in of_joint.items():
                 roles = self.roles.setdefault(joint, {})
+                if quantity == 'velocity':
+                    # What has the number of a joint alone may be that of a body.
+                    mine = roles.get('position', '')
+                    several = [
+                        n
+                        for n in several
+                        if not (rank[n][0] and {mine, n} <= set(self.moving))
+                        or self._slope(mine, n)
+                    ]
                 if quantity == 'effort' and roles.get('position') in self.moving:
                     # What is the same all the time is a limit, a supply or a switch.
                     several = [n for n in several if n in self.moving]
@@ -246,14 +262,21 @@ class Guesser(RecordedColumns):
         return [first, *(n for n in names if n != first)]
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
-        """Return the joint that what is left of a name means: by all of it, or by its number."""
+        """Return the joint that what is left of a name means: by all, its number, or its words."""
         if key in names:
             return names[key]
         if len(names) == 1:
             return next(iter(names.values()))
         number = re.findall(r'\d+', key)
         alike = [known for known in names if number and re.findall(r'\d+', known) == number]
-        return names[alike[0]] if len(alike) == 1 else None
+        if len(alike) == 1:
+            return names[alike[0]]
+        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor.
+        words = set(key.split('_'))
+        inside = [k for k in names if set(k.split('_')) <= words and re.search('[a-zA-Z]', k)]
+        longest = max((k.count('_') for k in inside), default=0)
+        whole = [k for k in inside if k.count('_') == longest]
+        return names[whole[0]] if len(whole) == 1 else None
 
     def _joint_names(self, keys: Sequence[str], as_in_file: bool = True) -> dict[str, str]:
         """
@@ -645,11 +668,15 @@ def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {name: int(number) for name, (number,) in found.items()}
 
 
-def _effort_rank(unit: str) -> int:
-    """Return the place of an effort by its unit among those of one joint."""
+def _effort_rank(name: str, unit: str) -> int:
+    """Return the place of an effort by its name and unit among those of one joint."""
+    is_computed = any(word in name.lower() for word in _COMPUTED)
     if UNITS['effort'].get(unit) is not None:
-        return 0
-    return 3 if not unit else 1 if unit in _CURRENTS else 2
+        return int(is_computed)
+    if not unit:
+        # What is called so, without a unit, is a torque beside a current.
+        return 2 if 'effort' in name.lower() else 5
+    return 3 if unit in _CURRENTS else 4
 
 
 def _is_of_units(factor: float) -> bool:

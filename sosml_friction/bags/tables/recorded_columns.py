@@ -49,7 +49,7 @@ _COARSE = 20.0
 #: Chosen, no measurement.
 _ROUGH = 0.3
 #: What the rate of samples is called in a file [Hz], and the time from one to the next [s].
-_RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(('dt', 'ts'))
+_RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(('dt', 'ts', 'te'))
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import guess_mapping
@@ -1032,3 +1033,44 @@ def test_of_two_positions_at_once_none_is_a_reference(tmp_path):
     data = save(tmp_path, [t, q, q + 1e-4, tau], ['t', 'a', 'b', 'c'])
     remarks = guess_mapping(data).remarks
     assert any('which of them was measured is not told' in remark for remark in remarks)
+
+
+def test_the_velocity_of_a_body_is_not_that_of_the_joint_of_its_number(tmp_path):
+    t, q, v, tau = joint(9)
+    turn = np.random.default_rng(1).normal(size=len(t))
+    columns = {'t': t, 'q_mes[0]': q, 'v_mes[0]': v, 'tau[0]': tau, 'baseVelocity[0]': turn}
+    (own,) = roles(guess_mapping(save(tmp_path, columns.values(), list(columns)))).values()
+    assert own == {'position': 'q_mes[0]', 'velocity': 'v_mes[0]', 'effort': 'tau[0]'}
+
+
+def test_an_effort_is_of_the_joint_whose_words_it_has(tmp_path):
+    columns = {'t': joint(1)[0]}
+    for seed, name in enumerate(('HeadYaw', 'HeadPitch')):
+        _, q, v, tau = joint(seed)
+        columns |= {
+            f'{name}/Position/Sensor': q,
+            f'{name}/Position/Actuator': q + 0.01 * v,
+            f'{name}/ElectricCurrent/Sensor': tau,
+        }
+    found = roles(guess_mapping(save(tmp_path, columns.values(), list(columns))))
+    assert [own['effort'] for own in found.values()] == [
+        'HeadYaw/ElectricCurrent/Sensor',
+        'HeadPitch/ElectricCurrent/Sensor',
+    ]
+
+
+@pytest.mark.parametrize(
+    ('effort', 'other'), [('effort', 'motorCurrent'), ('applied_torque', 'computed_torque')]
+)
+def test_a_torque_comes_before_a_current_and_a_measured_one_before_a_computed(
+    tmp_path, effort, other
+):
+    t, q, _, tau = joint(9)
+    guess = guess_mapping(save(tmp_path, [t, q, 0.5 * tau, tau], ['t', 'position', other, effort]))
+    assert roles(guess) == {'joint': {'position': 'position', 'effort': effort}}
+
+
+def test_objects_of_matlab_are_to_be_saved_as_numbers(tmp_path):
+    savemat(tmp_path / 'x.mat', {'text': 'a'})
+    with pytest.raises(DataError, match='save objects of MATLAB, such as timeseries, as structs'):
+        guess_mapping(DataFile(tmp_path / 'x.mat'))
