@@ -53,6 +53,8 @@ _RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1
+#: What to do with an array of several recordings, or of several robots.
+ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
 
 class RecordedColumns:
@@ -403,7 +405,9 @@ class RecordedColumns:
                 shape = self.data[name].shape
             except DataError:
                 continue
-            if shape and self.count not in shape:
+            if len(shape) > 2:
+                told.append(f'{name} has the shape {shape}: {ONE_RECORDING}')
+            elif shape and self.count not in shape:
                 told.append(f'{name} has {max(shape)} values, and most have {self.count}')
         return told
 

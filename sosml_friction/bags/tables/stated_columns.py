@@ -16,6 +16,7 @@ from sosml_friction.bags.tables.guess import Guesser
 from sosml_friction.bags.tables.header_words import HeaderWord
 from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.proposed_mapping import Guess
+from sosml_friction.bags.tables.recorded_columns import ONE_RECORDING
 from sosml_friction.bags.tables.units import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
@@ -149,6 +150,12 @@ class _StatedColumns(Guesser):
                 raise DataError(
                     f'{self.data.path}: {found!r} has {self.data[found].size} values, and most '
                     f'have {max(map(len, self.series.values()), default=0)}: each sample needs one'
+                )
+            table = self.data.find(re.sub(r'(\[\d+\])+$', '', name))
+            if table and self.data[table].ndim > 2:
+                raise DataError(
+                    f'{self.data.path}: {table} has the shape {self.data[table].shape}: '
+                    f'{ONE_RECORDING}'
                 )
             known = ', '.join(self.series) or 'none'
             raise DataError(f'{self.data.path} has no series {name!r}: it has {known}')

@@ -1074,3 +1074,14 @@ def test_objects_of_matlab_are_to_be_saved_as_numbers(tmp_path):
     savemat(tmp_path / 'x.mat', {'text': 'a'})
     with pytest.raises(DataError, match='save objects of MATLAB, such as timeseries, as structs'):
         guess_mapping(DataFile(tmp_path / 'x.mat'))
+
+
+@pytest.mark.parametrize('more', [{}, {'time': np.arange(500) / 250.0}])
+def test_an_array_of_several_recordings_is_refused_with_its_shape(tmp_path, more):
+    np.savez(tmp_path / 'x.npz', q=np.zeros((3, 500, 2)), **more)
+    data = DataFile(tmp_path / 'x.npz')
+    sentence = r'q has the shape \(3, 500, 2\): give one recording of it'
+    with pytest.raises(DataError, match=sentence):
+        guess_mapping(data)
+    with pytest.raises(DataError, match=sentence):
+        map_columns(data, Columns({'position': ['q[0]']}))
