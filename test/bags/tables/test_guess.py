@@ -1085,3 +1085,28 @@ def test_an_array_of_several_recordings_is_refused_with_its_shape(tmp_path, more
         guess_mapping(data)
     with pytest.raises(DataError, match=sentence):
         map_columns(data, Columns({'position': ['q[0]']}))
+
+
+@pytest.mark.parametrize(
+    ('rate', 'per_second', 'unit'),
+    [
+        (10.0, 1.0, 's'),
+        (9.7, 1.0, 's'),
+        (5.0, 1.0, FILL_IN),
+        (2000.0, 1e3, FILL_IN),
+        (1000.0, 1e3, 'ms'),
+        (250.0, 1e3, 'ms'),
+    ],
+)
+def test_a_step_that_may_be_one_in_s_or_in_ms_is_open(tmp_path, rate, per_second, unit):
+    _, q, _, tau = joint(9)
+    # Stamps of MATLAB, 0:0.1:250, whose steps are rounded to either side.
+    stamps = np.linspace(0.0, (len(q) - 1) / rate, len(q)) * per_second
+    guess = guess_mapping(save(tmp_path, [stamps, q, tau], ['time', 'q', 'tau']))
+    assert guess.content['time']['unit'] == unit
+
+
+def test_a_long_recording_in_fractions_of_ms_is_no_day_in_seconds(tmp_path):
+    t, q, _, tau = joint(9, samples=20000)
+    guess = guess_mapping(save(tmp_path, [125.0 * t, q, tau], ['time', 'q', 'tau']))
+    assert guess.content['time']['unit'] == 'ms'

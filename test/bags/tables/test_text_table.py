@@ -185,6 +185,9 @@ def test_brackets_around_numbers_that_blanks_part_are_passed_over(tmp_path):
     (tmp_path / 'data.log').write_text('\n'.join(rows) + '\n')
     found = DataFile(tmp_path / 'data.log').series()
     assert [found[name].tolist()[4] for name in found] == [4, 2, 8, 12]
+    rows = [f'{k},(0.5,{2 * k}),[{3 * k}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,a,b,c\n' + '\n'.join(rows) + '\n')
+    assert DataFile(tmp_path / 'x.csv')['c'].tolist() == [0, 3, 6, 9, 12]
 
 
 @pytest.mark.parametrize('form', LISTS)
