@@ -290,6 +290,14 @@ class Guesser(RecordedColumns):
         """
         of_urdf = list(self.kinds)
         numbers = _numbers(keys)
+        forms: dict[str, list[str]] = {}
+        for key in keys:
+            forms.setdefault(re.sub(r'\d+', '#', key), []).append(key)
+        arms = [own for own in forms.values() if len(own) == len(of_urdf) > 1]
+        if len(arms) == 1 < len(forms):
+            # A gripper beside the arm of the URDF has a name of its own.
+            rest = [key for key in keys if key not in arms[0]]
+            return {**{k: k for k in rest}, **self._joint_names(arms[0], as_in_file)}
         if numbers:
             keys = sorted(keys, key=lambda key: numbers[key])
         if (numbers or len(keys) == 1) and not set(keys) & set(of_urdf):
@@ -540,6 +548,17 @@ class Guesser(RecordedColumns):
                 self._best_effort(joint, columns)
         elif blocks:
             self._effort_block(blocks)
+        else:
+            self._fewer_efforts(without, [n for n in free if self.words[n].quantity == 'effort'])
+
+    def _fewer_efforts(self, joints: Sequence[str], efforts: Sequence[str]) -> None:
+        """Give each of the efforts that are fewer than joints to that which explains it best."""
+        for name in efforts if len(efforts) < len(joints) else ():
+            shares = {joint: self._explained(name, joint) for joint in joints}
+            best = max(shares, key=lambda joint: float(np.nan_to_num(shares[joint], nan=-1.0)))
+            if shares[best] >= _EXPLAINED and 'effort' not in self.roles[best]:
+                self.roles[best]['effort'] = name
+                self.why[name] = f'of {", ".join(joints)} the motion of {best} explains it best'
 
     def _blocks_of(self, count: int) -> list[list[str]]:
         """Return blocks of so many columns that stand together and have no role."""

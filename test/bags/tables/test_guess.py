@@ -1110,3 +1110,30 @@ def test_a_long_recording_in_fractions_of_ms_is_no_day_in_seconds(tmp_path):
     t, q, _, tau = joint(9, samples=20000)
     guess = guess_mapping(save(tmp_path, [125.0 * t, q, tau], ['time', 'q', 'tau']))
     assert guess.content['time']['unit'] == 'ms'
+
+
+def test_one_effort_beside_two_positions_is_of_that_which_explains_it(tmp_path):
+    t, other, *_ = joint(8)
+    _, q, _, tau = joint(9)
+    data = save(tmp_path, [t, other, q, tau], ['t', 'theta_pole', 'theta_arm', 'torque'])
+    found = roles(guess_mapping(data))
+    assert found['arm'] == {'position': 'theta_arm', 'effort': 'torque'}
+    assert found['pole'] == {'position': 'theta_pole'}
+
+
+def test_an_arm_beside_a_gripper_has_the_names_of_the_urdf(tmp_path):
+    series = [joint(seed) for seed in range(2)]
+    columns = {'t': series[0][0], 'gripper_position': series[0][1] * 0.01}
+    columns |= {f'joint_positions[{k}]': one[1] for k, one in enumerate(series)}
+    columns |= {f'joint_torques[{k}]': one[3] for k, one in enumerate(series)}
+    np.savez(tmp_path / 'x.npz', **columns)
+    urdf = '<robot name="x"><link name="a"/>{}</robot>'.format(
+        ''.join(
+            f'<link name="{child}"/><joint name="{name}" type="continuous">'
+            f'<parent link="{parent}"/><child link="{child}"/></joint>'
+            for parent, child, name in (('a', 'b', 'shoulder'), ('b', 'c', 'elbow'))
+        )
+    )
+    found = roles(guess_mapping(DataFile(tmp_path / 'x.npz'), urdf))
+    assert list(found) == ['gripper', 'shoulder', 'elbow']
+    assert found['elbow']['effort'] == 'joint_torques[1]'
