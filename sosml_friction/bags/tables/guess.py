@@ -95,9 +95,12 @@ class Guesser(RecordedColumns):
         self._drop_references()
         self._add_efforts()
         if not any('effort' in own for own in self.roles.values()):
+            sent = [n for n, w in self.words.items() if w.is_wish and w.quantity == 'effort']
             self._remark(
                 'nothing here is the effort of a joint, and positions alone do not tell friction: '
                 'its torque, force or current is needed'
+                + f'; what was commanded, {", ".join(sent)}, may stand for it'
+                * bool(sent)
             )
         positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
         for one, other in combinations(positions, 2):
@@ -604,7 +607,7 @@ class Guesser(RecordedColumns):
     def _best_effort(self, joint: str, names: Sequence[str]) -> None:
         shares = {name: self._explained(name, joint) for name in names}
         best = max(shares, key=lambda name: float(np.nan_to_num(shares[name], nan=-1.0)))
-        if len(names) == 1 and not shares[best] >= _EXPLAINED:
+        if len(names) == len(self.roles) == 1 and not shares[best] >= _EXPLAINED:
             self.roles[joint]['effort'] = best
             self.why[best] = 'the only column that is left, though it does not follow the motion'
             return

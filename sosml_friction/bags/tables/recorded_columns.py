@@ -314,7 +314,7 @@ class RecordedColumns:
             told = self.why[effort]
             if unit == FILL_IN:
                 told += f'; {word.objection or coarse or "nothing tells its unit"}: '
-                told += 'Nm, N, or A or V with scale: Nm or N per unit'
+                told += 'Nm, N, or A, V or counts with scale: Nm or N per unit'
             elif UNITS['effort'][unit] is None:
                 own['effort']['scale'] = FILL_IN
                 told += f'; {unit} by its name: the scale is the Nm or N at the joint per {unit}'

@@ -995,9 +995,19 @@ def test_the_voltage_of_a_supply_is_no_effort(tmp_path):
 
 
 def test_a_table_without_an_effort_is_told(tmp_path):
-    t, q, v, _ = joint(9)
+    t, q, v, tau = joint(9)
     guess = guess_mapping(save(tmp_path, [t, q, v], ['t', 'position', 'speed']))
     assert any('nothing here is the effort of a joint' in remark for remark in guess.remarks)
+    guess = guess_mapping(save(tmp_path, [t, q, tau], ['t', 'position', 'tau_cmd']))
+    assert any('what was commanded, tau_cmd, may stand' in remark for remark in guess.remarks)
+
+
+def test_a_column_that_is_left_is_no_effort_of_a_second_encoder(tmp_path):
+    t, q, _, tau = joint(9)
+    volts = np.random.default_rng(1).normal(24.0, 0.1, len(t))
+    names = ['t', 'motor_angle', 'output_angle', 'iq', 'vbus_V']
+    found = roles(guess_mapping(save(tmp_path, [t, 9.0 * q, q, tau, volts], names)))
+    assert [own.get('effort') for own in found.values()] == ['iq', None]
 
 
 def test_what_is_as_smooth_as_a_position_may_be_no_effort(tmp_path):
