@@ -96,7 +96,8 @@ class _StatedColumns(Guesser):
             raise DataError(
                 why
                 or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or how many samples a second has, as --rate 500'
+                'as --time NAME:ms, or how many samples a second has, '
+                + (self._stated_rate() or 'as --rate 500')
             )
         time = self.series.get(self.time.name, np.zeros(1))
         if self.rate is None and (np.diff(time) < 0).any():

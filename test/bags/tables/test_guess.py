@@ -1035,7 +1035,10 @@ def test_a_number_that_speaks_for_the_rate_is_named_where_it_is_asked_for(tmp_pa
     _, q, _, tau = joint(9)
     np.savez(tmp_path / 'x.npz', q=q, tau=tau, **{name: value})
     guess = guess_mapping(DataFile(tmp_path / 'x.npz'))
-    assert f'as --rate 250, which {name} = {value:g} speaks for' in guess.reasons['sample_rate']
+    speaks = f'as --rate 250, which {name} = {value:g} speaks for'
+    assert speaks in guess.reasons['sample_rate']
+    with pytest.raises(DataError, match=speaks):
+        map_columns(DataFile(tmp_path / 'x.npz'), Columns({'position': ['q'], 'effort': ['tau']}))
 
 
 def test_of_two_positions_at_once_none_is_a_reference(tmp_path):
