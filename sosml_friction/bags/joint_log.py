@@ -82,7 +82,8 @@ class JointLog:
         if np.isnan(self.tau).all():
             raise DataError(
                 f'joint_states carries no effort for {", ".join(self.names)}: let the driver fill '
-                'effort [Nm or N], or map it when the recording is imported'
+                'effort [Nm or N], or name the column of a table that has it, as --effort or '
+                '--current; positions alone do not tell friction'
             )
 
     def reported_together(self, among: Collection[str]) -> tuple[str, ...]:

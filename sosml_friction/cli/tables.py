@@ -200,6 +200,12 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     bags = {path: place / str(k) / table_name(path) for k, path in enumerate(tables)}
     for path in tables:
         make_bag(path, bags[path], said, urdf)
+    is_stated = said['mapping'] is None and said['position'] is not None
+    if tables and is_stated and 'model' in given and not (said['effort'] or said['current']):
+        raise ConfigurationError(
+            f'{tables[0]}: no effort is named, and positions alone do not tell friction: name the '
+            'column of torque, force or current, as --effort tau or --current i'
+        )
     for name in places:
         own = [bags.get(path, path) for path in _as_list(given[name])]
         given[name] = own if name == 'bags' else own[0]

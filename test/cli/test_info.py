@@ -55,7 +55,7 @@ def test_info_says_how_much_of_a_cut_off_bag_is_left(sosml, slider_bag, tmp_path
 
 def test_a_table_is_told_as_a_bag_is(sosml, refused, tmp_path):
     (tmp_path / 'x.csv').write_text('q,f\n' + ''.join(f'{0.001 * k},{k}\n' for k in range(50)))
-    columns = ('--position', 'q:m', '--effort', 'f', '--rate', '200')
+    columns = ('--position', 'q:m', '--effort', 'f:N', '--rate', '200')
     code, out, err = sosml('info', 'x.csv', *columns, '--json')
     assert code == 0, err
     document = checked(out, 'info')

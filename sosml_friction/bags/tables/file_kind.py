@@ -4,7 +4,7 @@
 
 from pathlib import Path
 
-TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat')
+TEXT_SUFFIXES = ('.csv', '.tsv', '.txt', '.dat', '.log')
 JSON_SUFFIXES = ('.json', '.jsonl', '.ndjson')
 SUFFIXES = (
     '.mat', '.npz', '.npy', '.parquet', '.h5', '.hdf5', '.xlsx', *JSON_SUFFIXES, *TEXT_SUFFIXES,

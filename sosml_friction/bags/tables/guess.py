@@ -5,7 +5,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -37,6 +37,13 @@ _JOINTS = 3
 #: Of two efforts of a joint one is not measured there if its motion explains less than this share
 #: of what it explains of the other. Chosen, no measurement.
 _FOLLOWS = 0.5
+#: The place of a column in its table, behind the name of that: tau[3].
+_TABLE_OF = re.compile(r'\[\d+\]$')
+#: In names of efforts that a model tells, and nobody measured.
+_COMPUTED = ('computed', 'predicted', 'simulated')
+#: A reference comes before the position by more than this share of a sample. Chosen, no
+#: measurement.
+_LEADS = 0.01
 _CURRENTS = ('A', 'mA')
 _QUANTITIES = ('position', 'velocity', 'effort', 'temperature')
 
@@ -64,7 +71,12 @@ class Guesser(RecordedColumns):
     def guess(self) -> Guess:
         """Return the mapping that the file speaks for; see :func:`guess_mapping`."""
         if not self.count:
-            raise DataError(f'{self.data.path} holds no numbers: give a recording')
+            objects = '; save objects of MATLAB, such as timeseries, as structs or numbers'
+            is_mat = self.data.path.suffix.lower() == '.mat'
+            others = '; '.join(self._of_other_length()) or (
+                f'holds no numbers: give a recording{objects if is_mat else ""}'
+            )
+            raise DataError(f'{self.data.path} {others}')
         self._put_time()
         self._name_positions()
         if not self._by_names():
@@ -82,6 +94,14 @@ class Guesser(RecordedColumns):
         self._add_slopes()
         self._drop_references()
         self._add_efforts()
+        if not any('effort' in own for own in self.roles.values()):
+            sent = [n for n, w in self.words.items() if w.is_wish and w.quantity == 'effort']
+            self._remark(
+                'nothing here is the effort of a joint, and positions alone do not tell friction: '
+                'its torque, force or current is needed'
+                + f'; what was commanded, {", ".join(sent)}, may stand for it'
+                * bool(sent)
+            )
         positions = [r['position'] for r in self.roles.values() if r['position'] in self.moving]
         for one, other in combinations(positions, 2):
             if self._nearly_same(one, other):
@@ -143,8 +163,9 @@ class Guesser(RecordedColumns):
     def _of_efforts(self, own: Mapping[str, HeaderWord]) -> dict[str, tuple[str, str]]:
         """Return joint and reason of columns that efforts of their numbers follow: J1, torque1."""
         efforts = [n for n, w in own.items() if w.quantity == 'effort' and n in self.moving]
-        best = min((_effort_rank(own[n].unit) for n in efforts), default=0)
-        efforts = [n for n in efforts if _effort_rank(own[n].unit) == best]
+        ranks = {n: _effort_rank(n, own[n].unit) for n in efforts}
+        best = min(ranks.values(), default=0)
+        efforts = [n for n in efforts if ranks[n] == best]
         numbers = {re.sub(r'\D', '', own[n].joint): n for n in efforts}
         plain = {n: re.sub(r'\D', '', w.joint) for n, w in own.items() if not w.quantity}
         pairs = {n: numbers[k] for n, k in plain.items() if k and k in numbers}
@@ -188,7 +209,7 @@ class Guesser(RecordedColumns):
             own = [n for n, w in named.items() if w.quantity == quantity and n != self.time.name]
             # What is called as the position is comes before what has its number alone. A torque
             # needs no constant, a current a known one, and a voltage is no effort yet.
-            rank = {n: (named[n].joint not in names, _effort_rank(named[n].unit)) for n in own}
+            rank = {n: (named[n].joint not in names, _effort_rank(n, named[n].unit)) for n in own}
             of_joint: dict[str, list[str]] = {}
             for name in sorted(own, key=lambda n: rank[n]):
                 joint = self._joint_of_key(named[name].joint, names)
@@ -196,9 +217,19 @@ class Guesser(RecordedColumns):
                     of_joint.setdefault(joint, []).append(name)
             for joint, several in of_joint.items():
                 roles = self.roles.setdefault(joint, {})
+                if quantity == 'velocity':
+                    # What has the number of a joint alone may be that of a body.
+                    mine = roles.get('position', '')
+                    several = [
+                        n
+                        for n in several
+                        if not (rank[n][0] and {mine, n} <= set(self.moving))
+                        or self._slope(mine, n)
+                    ]
                 if quantity == 'effort' and roles.get('position') in self.moving:
                     # What is the same all the time is a limit, a supply or a switch.
                     several = [n for n in several if n in self.moving]
+                    several = self._without_supplies(joint, several)
                     several = self._most_explained(joint, several, rank)
                 if not several:
                     continue
@@ -209,6 +240,18 @@ class Guesser(RecordedColumns):
                     self._remark(f'{name} is {article} {quantity} too: {several[0]} was taken')
         self.roles = {j: r for j, r in self.roles.items() if 'position' in r}
         return bool(self.roles)
+
+    def _without_supplies(self, joint: str, names: Sequence[str]) -> list[str]:
+        """Return efforts without voltages that do not follow the motion, which are told."""
+        supplies = [
+            n
+            for n in names
+            if self.words[n].unit in ('V', 'mV') and self._explained(n, joint) < _EXPLAINED
+        ]
+        for name in supplies:
+            self._remark(f'{name} does not follow the motion: the voltage of a supply, it seems')
+        self.alike.update(supplies)
+        return [n for n in names if n not in supplies]
 
     def _most_explained(
         self, joint: str, names: Sequence[str], rank: Mapping[str, tuple[bool, int]]
@@ -223,14 +266,21 @@ class Guesser(RecordedColumns):
         return [first, *(n for n in names if n != first)]
 
     def _joint_of_key(self, key: str, names: Mapping[str, str]) -> str | None:
-        """Return the joint that what is left of a name means: by all of it, or by its number."""
+        """Return the joint that what is left of a name means: by all, its number, or its words."""
         if key in names:
             return names[key]
         if len(names) == 1:
             return next(iter(names.values()))
         number = re.findall(r'\d+', key)
         alike = [known for known in names if number and re.findall(r'\d+', known) == number]
-        return names[alike[0]] if len(alike) == 1 else None
+        if len(alike) == 1:
+            return names[alike[0]]
+        # HeadYaw/ElectricCurrent/Sensor is of HeadYaw/Position/Sensor.
+        words = set(key.split('_'))
+        inside = [k for k in names if set(k.split('_')) <= words and re.search('[a-zA-Z]', k)]
+        longest = max((k.count('_') for k in inside), default=0)
+        whole = [k for k in inside if k.count('_') == longest]
+        return names[whole[0]] if len(whole) == 1 else None
 
     def _joint_names(self, keys: Sequence[str], as_in_file: bool = True) -> dict[str, str]:
         """
@@ -243,6 +293,14 @@ class Guesser(RecordedColumns):
         """
         of_urdf = list(self.kinds)
         numbers = _numbers(keys)
+        forms: dict[str, list[str]] = {}
+        for key in keys:
+            forms.setdefault(re.sub(r'\d+', '#', key), []).append(key)
+        arms = [own for own in forms.values() if len(own) == len(of_urdf) > 1]
+        if len(arms) == 1 < len(forms):
+            # A gripper beside the arm of the URDF has a name of its own.
+            rest = [key for key in keys if key not in arms[0]]
+            return {**{k: k for k in rest}, **self._joint_names(arms[0], as_in_file)}
         if numbers:
             keys = sorted(keys, key=lambda key: numbers[key])
         if (numbers or len(keys) == 1) and not set(keys) & set(of_urdf):
@@ -293,7 +351,7 @@ class Guesser(RecordedColumns):
         free = [n for n in self._free() if np.isfinite(evidence.roughness(self.moving[n]))]
         if not any(map(self._may_be_position, free)):
             return
-        if self._halves(free):
+        if self._tables(free) or self._halves(free):
             return
         rough = {name: evidence.roughness(self.moving[name]) for name in free}
         smoothest, follows = self._best_pair(rough)
@@ -312,6 +370,9 @@ class Guesser(RecordedColumns):
                     self._remark(
                         f'{name} is nearly {measured} and comes {before:.3g} s before it: the '
                         'reference of a controller, it seems'
+                        if before > _LEADS * float(np.median(np.diff(self.t)))
+                        else f'{name} is nearly {measured} and does not come before it: which of '
+                        'them was measured is not told'
                     )
         else:
             self.why[measured] = follows or 'the smoothest column: a position is an integral'
@@ -345,6 +406,38 @@ class Guesser(RecordedColumns):
         if not best[0] or shares[best] < _EXPLAINED:
             return smoothest, ''
         return best[0], f'smooth, and its motion explains {best[1]}'
+
+    def _tables(self, free: Sequence[str]) -> bool:
+        """Take one table for positions and another, of as many columns, for their efforts."""
+        tables: dict[str, list[str]] = {}
+        for name in self.series:
+            tables.setdefault(_TABLE_OF.sub('', name), []).append(name)
+        wide = [own for own in tables.values() if len(own) > 1 and set(own) & set(free)]
+        shares: dict[float, list[tuple[str, str]]] = {}
+        for positions, efforts in permutations(wide, 2):
+            pairs = list(zip(positions, efforts, strict=False))
+            both = [(q, e) for q, e in pairs if q in free and e in free]
+            rough = [
+                [evidence.roughness(self.moving[n]) for n in own]
+                for own in zip(*both, strict=True)
+            ]
+            if len(positions) != len(efforts) or not both or np.median(rough[0]) > min(rough[1]):
+                continue
+            if all(map(self._may_be_position, positions)):
+                own = [
+                    evidence.explained(self.t, self.moving[e], self.moving[q], 1.0)
+                    for q, e in both
+                ]
+                shares[float(np.median(own))] = pairs
+        if max(shares, default=0.0) < _EXPLAINED:
+            return False
+        pairs = shares[max(shares)]
+        names = self._joint_names([str(k) for k in range(1, len(pairs) + 1)]).values()
+        for joint, (position, effort) in zip(names, pairs, strict=True):
+            self.roles[joint] = {'position': position, 'effort': effort}
+            self.why[position] = 'its table is the smoother of two with as many columns'
+            self.why[effort] = 'its table follows the motion, column by column'
+        return True
 
     def _halves(self, free: Sequence[str]) -> bool:
         """Take the smooth half of the columns for positions, the other for efforts, in order."""
@@ -451,16 +544,44 @@ class Guesser(RecordedColumns):
         if len(without) == 1:
             self._best_effort(without[0], free)
             return
-        count = len(self.roles)
-        names = list(self.series)
-        first = max(names.index(n) for own in self.roles.values() for n in own.values()) + 1
-        blocks = [names[k : k + count] for k in range(first, len(names) - count + 1, count)]
+        blocks = self._blocks_of(len(self.roles))
         between = self._between(free)
         if between:
             for joint, columns in between.items():
                 self._best_effort(joint, columns)
-        elif len(names) > first and (len(names) - first) % count == 0:
+        elif blocks:
             self._effort_block(blocks)
+        else:
+            self._fewer_efforts(without, [n for n in free if self.words[n].quantity == 'effort'])
+
+    def _fewer_efforts(self, joints: Sequence[str], efforts: Sequence[str]) -> None:
+        """Give each of the efforts that are fewer than joints to that which explains it best."""
+        for name in efforts if len(efforts) < len(joints) else ():
+            shares = {joint: self._explained(name, joint) for joint in joints}
+            best = max(shares, key=lambda joint: float(np.nan_to_num(shares[joint], nan=-1.0)))
+            if shares[best] >= _EXPLAINED and 'effort' not in self.roles[best]:
+                self.roles[best]['effort'] = name
+                self.why[name] = f'of {", ".join(joints)} the motion of {best} explains it best'
+
+    def _blocks_of(self, count: int) -> list[list[str]]:
+        """Return blocks of so many columns that stand together and have no role."""
+        taken = self._taken()
+        runs: list[list[str]] = [[]]
+        for name in self.series:
+            if name in taken or self.words[name].is_wish:
+                runs.append([])
+            else:
+                runs[-1].append(name)
+        blocks = [
+            run[k : k + count]
+            for run in runs
+            if len(run) % count == 0
+            for k in range(0, len(run), count)
+        ]
+        # The slopes of velocities are accelerations, where something else may be the effort.
+        own = set(self._velocities())
+        slopes = {s.velocity for s in self.slopes if s.position in own}
+        return [b for b in blocks if not slopes >= set(b) & set(self.moving)] or blocks
 
     def _velocities(self) -> Iterable[str]:
         return [r['velocity'] for r in self.roles.values() if r.get('velocity') in self.moving]
@@ -486,13 +607,20 @@ class Guesser(RecordedColumns):
     def _best_effort(self, joint: str, names: Sequence[str]) -> None:
         shares = {name: self._explained(name, joint) for name in names}
         best = max(shares, key=lambda name: float(np.nan_to_num(shares[name], nan=-1.0)))
-        if len(names) == 1 and not shares[best] >= _EXPLAINED:
+        if len(names) == len(self.roles) == 1 and not shares[best] >= _EXPLAINED:
             self.roles[joint]['effort'] = best
             self.why[best] = 'the only column that is left, though it does not follow the motion'
             return
         if not shares[best] >= _EXPLAINED:
             self._remark(f'no column follows the motion of {joint}: map its effort yourself')
             return
+        position = self.roles[joint]['position']
+        rough = [evidence.roughness(self.moving[n]) for n in (position, best) if n in self.moving]
+        if rough[-1] < _SMOOTHER * rough[0]:
+            self._remark(
+                f'{best} is about as smooth as {position}: it may be the position of another '
+                'joint, and no effort'
+            )
         self.roles[joint]['effort'] = best
         rest = ', '.join(n for n in names if n != best)
         self.why[best] = (
@@ -563,11 +691,15 @@ def _numbers(names: Sequence[str]) -> dict[str, int]:
     return {name: int(number) for name, (number,) in found.items()}
 
 
-def _effort_rank(unit: str) -> int:
-    """Return the place of an effort by its unit among those of one joint."""
+def _effort_rank(name: str, unit: str) -> int:
+    """Return the place of an effort by its name and unit among those of one joint."""
+    is_computed = any(word in name.lower() for word in _COMPUTED)
     if UNITS['effort'].get(unit) is not None:
-        return 0
-    return 3 if not unit else 1 if unit in _CURRENTS else 2
+        return int(is_computed)
+    if not unit:
+        # What is called so, without a unit, is a torque beside a current.
+        return 2 if 'effort' in name.lower() else 5
+    return 3 if unit in _CURRENTS else 4
 
 
 def _is_of_units(factor: float) -> bool:

@@ -10,16 +10,18 @@ from sosml_friction.bags.tables.units import SPELLINGS, WRITTEN, known_units, pl
 
 #: Words for a quantity; short ones as in the equations of robots.
 _QUANTITIES = {
-    'time': 't time timestamp stamp clock zeit sec secs seconds nanosec nanosecs nanoseconds',
+    'time': 't time timestamp stamp clock zeit sec secs seconds nanos nanosec nanosecs '
+    'nanoseconds',
     'position': 'q qpos pos position positions angle angles theta phi encoder enc winkel lage',
     'velocity': 'qd dq qdot qvel vel velocity velocities speed speeds omega dtheta thetadot '
     'drehzahl geschwindigkeit',
-    'acceleration': 'qdd ddq qddot acc accel acceleration',
+    'acceleration': 'qdd ddq qddot qacc acc accel acceleration accelerations',
     'effort': 'tau torque torques trq eff effort efforts force moment current currents cur curr i '
-    'iq amps voltage voltages volts drehmoment kraft strom',
+    'iq amps voltage voltages volts load loads qfrc drehmoment kraft strom',
     'temperature': 'temp temperature temperatures temperatur',
     'injected': 'pulse pulses injected excitation dither perturbation chirp',
 }
+_LOADS = frozenset(('load', 'loads'))
 _WORDS = {word: quantity for quantity, text in _QUANTITIES.items() for word in text.split()}
 #: Of what was commanded, and of what is no joint: neither is a measurement of a joint.
 _WISHES = frozenset((
@@ -43,8 +45,8 @@ _JOINED = (
 )
 #: Where a word begins in ActPos, in QMsr and in J1Pos.
 _OF_CAMELS = re.compile(r'(?<=[a-z])(?=[A-Z])|(?<=[A-Z0-9])(?=[A-Z][a-z])')
-#: A bracket with the number of a column, or of a motor: [3], [ID:001].
-_NUMBER = re.compile(r'\[((id|axis|joint|motor|servo|node)\W?)?\d+\]', re.IGNORECASE)
+#: A bracket with the number of a column, or of a motor: [3], [ID:001], (J1).
+_NUMBER = re.compile(r'[\[(]((id|axis|joint|j|motor|servo|node)\W?)?\d+[\])]', re.IGNORECASE)
 #: Unit that a word for the quantity has with it, where none is written.
 _BY_WORD = {
     'torque': 'Nm', 'torques': 'Nm', 'trq': 'Nm', 'tau': 'Nm', 'drehmoment': 'Nm', 'force': 'N',
@@ -122,6 +124,9 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
         parts += [split[1], split[2]] if split is not None and known else [word]
     lower = [part.lower() for part in parts]
     found = [part for part in lower if part in _WORDS]
+    # A servo's load is its effort, and the position of a load is that of its side.
+    found = [part for part in found if part not in _LOADS] or found
+    is_word = frozenset(found)
     quantity = _WORDS[found[-1]] if found else ''
     said = None if bracket is None else plain_unit(bracket[1])
     if found and len(found[-1]) == 1 and said in SPELLINGS - set(WRITTEN.get(quantity, ())):
@@ -141,7 +146,7 @@ def read_header(name: str, wishes: frozenset[str] = _WISHES) -> HeaderWord:
     rest = [
         part
         for part, low in zip(parts, lower, strict=True)
-        if low not in _WORDS
+        if low not in is_word
         and low not in wishes
         and low not in _FILLERS
         and not (low in of_units and written)

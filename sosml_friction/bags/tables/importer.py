@@ -20,6 +20,7 @@ from sosml_friction.bags.joint_log import LARGEST, JointLog
 from sosml_friction.bags.joint_log_bag import write_joint_log
 from sosml_friction.bags.sampling import repeated_rows
 from sosml_friction.bags.tables.data_file import DataFile
+from sosml_friction.bags.tables.lost_sign import with_sign
 from sosml_friction.bags.tables.mapping import ImportMapping, Series, Signal, read_mapping
 from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.units import ANGULAR_UNITS, LINEAR_UNITS, TIME_UNITS
@@ -250,6 +251,14 @@ def _one_number(data: DataFile, value: float | str) -> float:
 def _values(data: DataFile, signal: Signal, t_ns: IndexArray, what: str, tell: Tell) -> FloatArray:
     """Return a signal in SI units, (N,), without the jumps of a wrap."""
     values: FloatArray = _series(data, signal.series).astype(np.float64)
+    signed = None if what.startswith('position') else with_sign(values)
+    if signed is not None:
+        tell(
+            f'{data.path}: the {what} has whole numbers up to {np.nanmax(values):.10g} and none '
+            f'below 0, and jumps between them: read with the sign that it lost, from '
+            f'{np.nanmin(signed):.10g} to {np.nanmax(signed):.10g}'
+        )
+        values = signed
     for marker in missing_markers(values, what.partition(' ')[0]):
         is_marker = values == marker
         tell(

@@ -3,6 +3,7 @@
 """What is known of the columns of one file, and the entries of a mapping that follow from it."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ from sosml_friction.bags.tables import series_evidence as evidence
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.header_words import HeaderWord, read_header, read_headers
 from sosml_friction.bags.tables.importer import recognised_wrap
+from sosml_friction.bags.tables.lost_sign import with_sign
 from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.missing_markers import missing_markers
 from sosml_friction.bags.tables.proposed_mapping import Guess
@@ -46,9 +48,13 @@ _COARSE = 20.0
 #: A motion has steps of less than this share of its spread; of white noise they are sqrt(2) of it.
 #: Chosen, no measurement.
 _ROUGH = 0.3
+#: What the rate of samples is called in a file [Hz], and the time from one to the next [s].
+_RATES, _STEPS = frozenset(('fs', 'fps', 'rate', 'frequency', 'hz')), frozenset(('dt', 'ts', 'te'))
 #: What is called a time and falls in more steps than these is none: t of p, v, t is a torque.
 #: Chosen, no measurement.
 _FALLS = 0.1
+#: What to do with an array of several recordings, or of several robots.
+ONE_RECORDING = 'give one recording of it, as a table of samples and joints'
 
 
 class RecordedColumns:
@@ -98,7 +104,10 @@ class RecordedColumns:
             self.time = evidence.Time('', '', '')
         for name, values in self.series.items():
             if name not in (self.time.name, self.time.nanoseconds):
-                markers = missing_markers(values, self.words[name].quantity)
+                quantity = self.words[name].quantity
+                signed = with_sign(values) if quantity in ('velocity', 'effort') else None
+                values = values if signed is None else signed
+                markers = missing_markers(values, quantity)
                 is_marker = np.isin(values, markers)
                 self.series[name] = np.where(is_marker, np.nan, values) if markers else values
         self.count = max((len(x) for x in self.series.values()), default=0)
@@ -162,7 +171,30 @@ class RecordedColumns:
         else:
             content['sample_rate'] = FILL_IN
             why = self._unread_time() or self.time.reason
-            reasons['sample_rate'] = f'{why}: give the samples per second, or --rate HZ'
+            ask = f'give the samples per second, {self._stated_rate() or "or --rate HZ"}'
+            reasons['sample_rate'] = f'{why}: {ask}'
+        self._tell_runs()
+
+    def _tell_runs(self) -> None:
+        """Say where what is called a time begins anew, as where recordings were joined."""
+        for name, word in self.words.items():
+            # Nanoseconds beside seconds begin anew every second.
+            is_clock = word.quantity == 'time' and not evidence.FINE.search(name.lower())
+            back = np.flatnonzero(np.diff(self.series[name]) < 0)
+            if is_clock and len(back):
+                self._remark(
+                    f'{name} goes back at index {back[0] + 1}, and {len(back)} times in all: '
+                    'recordings behind one another, it seems; give each as a file of its own'
+                )
+
+    def _stated_rate(self) -> str:
+        """Return the rate that a number of the file speaks for, as an option; '' if none does."""
+        for name, value in self.data.constants().items():
+            last = re.split(r'[^a-z]+', name.lower())[-1]
+            rate = value if last in _RATES else 1.0 / value if last in _STEPS and value else 0.0
+            if rate > 0.0:
+                return f'as --rate {rate:.6g}, which {name} = {value:g} speaks for'
+        return ''
 
     def _unread_time(self) -> str:
         """Return why what is called time cannot be read as numbers, '' if nothing is or it can."""
@@ -228,7 +260,7 @@ class RecordedColumns:
             return 'rad', f'it turns in the URDF, and moves {span:.3g}'
         if _RAD_SPAN[0] <= span <= _RAD_SPAN[1] and kind is None:
             most = 'it moves' if len(spans) == 1 else 'the joint that moves most moves'
-            return 'rad', f'taken as rad, as {most} {span:.3g}; m if it slides'
+            return 'rad', f'taken as rad, as {most} {span:.3g}; it may be turns, or m if it slides'
         return FILL_IN, f'it moves {span:.3g}, which may be rad, deg, m, mm, turns or counts'
 
     def _units_by_slope(self, kind: str | None, factor: float) -> list[str]:
@@ -274,13 +306,15 @@ class RecordedColumns:
             effort = roles['effort']
             word = self.words[effort]
             # What makes a joint slide may be called a torque all the same.
-            is_called = word.unit == 'Nm' and not word.is_unit_written and unit in LINEAR_UNITS
-            unit = FILL_IN if is_called else word.unit or FILL_IN
+            is_called = word.unit == 'Nm' and not word.is_unit_written
+            coarse = self._coarse(effort)
+            is_open = is_called and (unit in LINEAR_UNITS or bool(coarse))
+            unit = FILL_IN if is_open else word.unit or FILL_IN
             own['effort'] = {'variable': self._variable(effort), 'unit': unit}
             told = self.why[effort]
             if unit == FILL_IN:
-                told += f'; {word.objection or "nothing tells its unit"}: '
-                told += 'Nm, N, or A or V with scale: Nm or N per unit'
+                told += f'; {word.objection or coarse or "nothing tells its unit"}: '
+                told += 'Nm, N, or A, V or counts with scale: Nm or N per unit'
             elif UNITS['effort'][unit] is None:
                 own['effort']['scale'] = FILL_IN
                 told += f'; {unit} by its name: the scale is the Nm or N at the joint per {unit}'
@@ -297,6 +331,11 @@ class RecordedColumns:
             name = roles['temperature']
             unit = self.words[name].unit or ('degC' if not self.words[name].strange else FILL_IN)
             own['temperature'] = {'variable': self._variable(name), 'unit': unit}
+
+    def _coarse(self, effort: str) -> str:
+        """Return why a column without a unit is hardly in Nm or N, '' if it may be."""
+        most = self._whole_numbers(effort)
+        return f'whole numbers up to {most:g}, per mille or counts, it seems' * (most > _COARSE)
 
     def _whole_numbers(self, name: str) -> float:
         """Return the largest size of a column of whole numbers, 0 where it has others."""
@@ -366,7 +405,9 @@ class RecordedColumns:
                 shape = self.data[name].shape
             except DataError:
                 continue
-            if shape and self.count not in shape:
+            if len(shape) > 2:
+                told.append(f'{name} has the shape {shape}: {ONE_RECORDING}')
+            elif shape and self.count not in shape:
                 told.append(f'{name} has {max(shape)} values, and most have {self.count}')
         return told
 

@@ -16,8 +16,12 @@ from sosml_friction.bags.tables.header_words import read_header
 from sosml_friction.bags.tables.units import TIME_UNITS
 from sosml_friction.bags.wrap import wrap_period
 
-#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own.
-_RATES = (10.0, 10_000.0)
+#: Rates at which joints are recorded [Hz]: every unit of time has three decades of its own. One of
+#: 10 Hz is within, whatever its stamps are rounded to.
+_RATES = (9.5, 9_500.0)
+#: Stamps that rise by less than 1 are ms where they would be hours in s, else they may be of 1 to
+#: 10 Hz in s. Chosen, no measurement.
+_HOURS = 3600.0
 #: Units of time that a step tells: those whose decades are apart. Spreadsheets count days.
 _TOLD = ('s', 'ms', 'us', 'ns', 'd')
 #: Least cosine between the steps of one series and the integral of another that is its slope.
@@ -28,6 +32,8 @@ SURE, _SAME = 0.999, 0.01
 _SAMPLES = 8
 #: How much of the steps of time may be 0: a logger that writes a sample twice.
 _REPEATED = 0.05
+#: What nanoseconds beside whole seconds are called.
+FINE = re.compile('n(ano_?)?sec(ond)?s?$|nanos$')
 
 
 class Time(NamedTuple):
@@ -111,6 +117,9 @@ def find_time(series: Mapping[str, NDArray[Any]], stated: str = '') -> Time:
     for unit in _TOLD:
         ns = TIME_UNITS[unit]
         rate = 1e9 / (step * ns) if step > 0.0 else 0.0
+        may_be_s = unit == 'ms' and step < 1.0 and float(np.ptp(series[chosen])) < _HOURS
+        if may_be_s and rate < _RATES[1]:
+            return Time(chosen, '', f'{why}; its step of {step:.4g} may be one in s or in ms')
         if _RATES[0] <= rate < _RATES[1] and (unit == 'd' or _fits(series[chosen], ns)):
             return Time(chosen, unit, f'{why}; in {unit} its median step makes {rate:.4g} Hz')
     return Time(chosen, '', f'{why}; its median step of {step:.4g} fits no unit')
@@ -130,7 +139,7 @@ def _seconds_and_nanoseconds(series: Mapping[str, NDArray[Any]], stated: str) ->
     """Return the time that two series are together, as stamps of ROS are; None if none are."""
     # TimeInNanoSec is time_in_nano_sec.
     plain = {name: re.sub('(?<=[a-z])(?=[A-Z])', '_', name).lower() for name in series}
-    fine = [name for name, text in plain.items() if re.search('n(ano_?)?sec(ond)?s?$', text)]
+    fine = [name for name, text in plain.items() if FINE.search(text)]
     whole = [name for name, text in plain.items() if re.search('(?<![a-z])sec(ond)?s?$', text)]
     whole = [name for name in whole if name not in fine]
     if not fine and all(name.isdecimal() for name in series):

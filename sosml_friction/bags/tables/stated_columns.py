@@ -16,6 +16,7 @@ from sosml_friction.bags.tables.guess import Guesser
 from sosml_friction.bags.tables.header_words import HeaderWord
 from sosml_friction.bags.tables.mapping import FILL_IN
 from sosml_friction.bags.tables.proposed_mapping import Guess
+from sosml_friction.bags.tables.recorded_columns import ONE_RECORDING
 from sosml_friction.bags.tables.units import (
     ANGULAR_UNITS,
     LINEAR_UNITS,
@@ -95,7 +96,8 @@ class _StatedColumns(Guesser):
             raise DataError(
                 why
                 or f'{self.data.path}: {self.time.reason}: say which column is time and its unit, '
-                'as --time NAME:ms, or how many samples a second has, as --rate 500'
+                'as --time NAME:ms, or how many samples a second has, '
+                + (self._stated_rate() or 'as --rate 500')
             )
         time = self.series.get(self.time.name, np.zeros(1))
         if self.rate is None and (np.diff(time) < 0).any():
@@ -149,6 +151,12 @@ class _StatedColumns(Guesser):
                 raise DataError(
                     f'{self.data.path}: {found!r} has {self.data[found].size} values, and most '
                     f'have {max(map(len, self.series.values()), default=0)}: each sample needs one'
+                )
+            table = self.data.find(re.sub(r'(\[\d+\])+$', '', name))
+            if table and self.data[table].ndim > 2:
+                raise DataError(
+                    f'{self.data.path}: {table} has the shape {self.data[table].shape}: '
+                    f'{ONE_RECORDING}'
                 )
             known = ', '.join(self.series) or 'none'
             raise DataError(f'{self.data.path} has no series {name!r}: it has {known}')
@@ -206,7 +214,8 @@ class _StatedColumns(Guesser):
         scales = self.columns.scales
         if effort['unit'] == FILL_IN:
             unit = 'N' if position['unit'] in LINEAR_UNITS else 'Nm'
-            objection = self.words[self.roles[joint]['effort']].objection
+            name = self.roles[joint]['effort']
+            objection = self.words[name].objection or self._coarse(name)
             if objection:
                 entry, other = (quote(f'{effort["variable"]}:{u}') for u in (unit, 'counts'))
                 raise ConfigurationError(

@@ -226,9 +226,16 @@ def _without_unit(name: str, cells: list[tuple[int, str]]) -> tuple[str, list[tu
 def _cells(line: str, delimiter: str) -> list[str]:
     bare = re.sub(rf'^(?:{_COMMENT.pattern})+\s*', '', line)
     if not delimiter:
-        return bare.split()
+        return [_without_bracket(cell) for cell in bare.split()]
     (cells,) = csv.reader([bare], delimiter=delimiter, skipinitialspace=True)
-    return [cell.strip() for cell in cells]
+    return [_without_bracket(cell.strip()) for cell in cells]
+
+
+def _without_bracket(cell: str) -> str:
+    """Return a number without the one bracket of a vector of several cells, as of (1 2 3)."""
+    plain = cell.strip('()[]')
+    is_of_one = cell[:1] in '([' and cell[-1:] in ')]'
+    return plain if cell != plain and not is_of_one and is_number(plain) else cell
 
 
 def _with_points(rows: list[Row], delimiter: str, text: str) -> list[Row]:

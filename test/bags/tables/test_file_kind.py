@@ -16,6 +16,7 @@ from sosml_friction.bags.tables.file_kind import file_kind, is_table, table_name
         ('run.2.csv.GZ', '.csv', 'run.2'),
         ('run.txt.xz', '.txt', 'run'),
         ('run.zip', '.zip', 'run'),
+        ('data.log', '.log', 'data'),
         ('run.mat.bz2', '.mat', 'run'),
         ('run.tar.gz', '.tar', 'run.tar'),
     ],

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from sosml_friction.bags.tables.data_file import DataFile
 from sosml_friction.bags.tables.guess import guess_mapping
@@ -654,6 +655,10 @@ def test_noise_is_no_robot(tmp_path):
         ('motor_state[1].q', 'position', '', '1', False),
         ('Soll Winkel [deg]', 'position', 'deg', '', True),
         ('Strom Istwert', 'effort', 'A', '', False),
+        ('ACTUAL_JOINT_POSITIONS (J2)', 'position', '', 'J2', False),
+        ('present_load', 'effort', '', '', False),
+        ('load_position', 'position', '', 'load', False),
+        ('qfrc_actuator[0]', 'effort', '', 'actuator_0', False),
     ],
 )
 def test_names_say_quantity_unit_and_joint(name, quantity, unit, joint, is_wish):
@@ -870,11 +875,20 @@ def test_positions_of_several_joints_alone_have_no_effort_among_them(tmp_path):
     assert any('positions of several joints, it seems, and no effort' in r for r in guess.remarks)
 
 
-def test_a_torque_of_large_whole_numbers_is_told(tmp_path):
+@pytest.mark.parametrize('name', ['Torque actual value', 'load'])
+def test_an_effort_of_large_whole_numbers_has_no_unit_until_it_is_said(tmp_path, name):
     t, q, _, tau = joint(9)
-    names = ['timestamp', 'Position actual value', 'Torque actual value']
-    guess = guess_mapping(save(tmp_path, [t, q, np.rint(100.0 * tau)], names))
-    assert any('is taken as Nm: if it is mNm, percent or counts' in r for r in guess.remarks)
+    names = ['timestamp', 'Position actual value', name]
+    data = save(tmp_path, [t, q, np.rint(100.0 * tau)], names)
+    guess = guess_mapping(data)
+    assert guess.left_open == ['joints.joint.effort.unit']
+    assert 'whole numbers up to' in guess.reasons['joints.joint.effort']
+    with pytest.raises(
+        ConfigurationError, match='per mille or counts, it seems: if it is Nm, --ef'
+    ):
+        map_columns(data, Columns({'position': ['1'], 'effort': [name]}))
+    stated = map_columns(data, Columns({'position': ['1'], 'effort': [f'{name}:Nm']}))
+    assert stated.content['joints']['joint']['effort']['unit'] == 'Nm'
 
 
 def test_words_without_a_mark_between_them_are_told_by_their_capitals(tmp_path):
@@ -952,3 +966,187 @@ def test_of_two_encoders_of_a_joint_each_has_its_own_velocity(tmp_path):
 @pytest.mark.parametrize('name', ['/ee_pose/pose/position/x', 'imu.position.x', 'odom_position_x'])
 def test_the_pose_of_a_body_is_no_joint(name):
     assert read_header(name).is_wish
+
+
+@pytest.mark.parametrize('is_inverse', [False, True])
+def test_of_tables_of_as_many_columns_one_has_positions_and_one_their_efforts(
+    tmp_path, is_inverse
+):
+    series = [joint(seed) for seed in range(4)]
+    q, v, tau = (np.array([one[k] for one in series]) for k in (1, 2, 3))
+    slope = np.gradient(v, series[0][0], axis=1)
+    content = {'u': np.vstack([q, v, slope]) if is_inverse else tau, 'y': tau if is_inverse else q}
+    order = sorted(content, reverse=is_inverse)
+    np.savez(tmp_path / 'x.npz', time=series[0][0], **{name: content[name] for name in order})
+    found = list(roles(guess_mapping(DataFile(tmp_path / 'x.npz'))).values())
+    position, effort = ('u', 'y') if is_inverse else ('y', 'u')
+    assert [own['position'] for own in found] == [f'{position}[{k}]' for k in range(4)]
+    assert [own['effort'] for own in found] == [f'{effort}[{k}]' for k in range(4)]
+
+
+def test_the_voltage_of_a_supply_is_no_effort(tmp_path):
+    t, q, _, tau = joint(9)
+    volts = 12.0 + 0.1 * np.random.default_rng(1).normal(size=len(t))
+    guess = guess_mapping(
+        save(tmp_path, [t, q, volts, tau], ['time', 'position', 'input_volts', 'control'])
+    )
+    assert roles(guess) == {'joint': {'position': 'position', 'effort': 'control'}}
+    assert any('the voltage of a supply, it seems' in remark for remark in guess.remarks)
+
+
+def test_a_table_without_an_effort_is_told(tmp_path):
+    t, q, v, tau = joint(9)
+    guess = guess_mapping(save(tmp_path, [t, q, v], ['t', 'position', 'speed']))
+    assert any('nothing here is the effort of a joint' in remark for remark in guess.remarks)
+    guess = guess_mapping(save(tmp_path, [t, q, tau], ['t', 'position', 'tau_cmd']))
+    assert any('what was commanded, tau_cmd, may stand' in remark for remark in guess.remarks)
+
+
+def test_a_column_that_is_left_is_no_effort_of_a_second_encoder(tmp_path):
+    t, q, _, tau = joint(9)
+    volts = np.random.default_rng(1).normal(24.0, 0.1, len(t))
+    names = ['t', 'motor_angle', 'output_angle', 'iq', 'vbus_V']
+    found = roles(guess_mapping(save(tmp_path, [t, 9.0 * q, q, tau, volts], names)))
+    assert [own.get('effort') for own in found.values()] == ['iq', None]
+
+
+def test_what_is_as_smooth_as_a_position_may_be_no_effort(tmp_path):
+    t, q, *_ = joint(9)
+    # As wide as a motion of another joint that a part of its speed goes with.
+    other = 0.3 * np.gradient(q, t) + 0.2 * q
+    other = np.convolve(np.pad(other, 25, mode='edge'), np.ones(51) / 51, mode='valid')
+    guess = guess_mapping(save(tmp_path, [t, q, other], ['t', 'q', 'x']))
+    assert any('may be the position of another joint' in remark for remark in guess.remarks)
+
+
+@pytest.mark.parametrize('rate', [None, 250.0])
+def test_recordings_behind_one_another_are_told(tmp_path, rate):
+    t, q, _, tau = joint(9)
+    stamps = np.tile(t[: len(t) // 2], 2)
+    data = save(tmp_path, [stamps, q, tau], ['timestamp', 'q', 'tau'])
+    guess = guess_mapping(data, rate=rate)
+    assert any('timestamp goes back at index 1250' in remark for remark in guess.remarks)
+    stated = map_columns(data, Columns({'position': ['q'], 'effort': ['tau']}, rate=250.0))
+    assert any('recordings behind one another' in remark for remark in stated.remarks)
+
+
+@pytest.mark.parametrize(('name', 'value'), [('dt', 0.004), ('data.fs', 250.0)])
+def test_a_number_that_speaks_for_the_rate_is_named_where_it_is_asked_for(tmp_path, name, value):
+    _, q, _, tau = joint(9)
+    np.savez(tmp_path / 'x.npz', q=q, tau=tau, **{name: value})
+    guess = guess_mapping(DataFile(tmp_path / 'x.npz'))
+    speaks = f'as --rate 250, which {name} = {value:g} speaks for'
+    assert speaks in guess.reasons['sample_rate']
+    with pytest.raises(DataError, match=speaks):
+        map_columns(DataFile(tmp_path / 'x.npz'), Columns({'position': ['q'], 'effort': ['tau']}))
+
+
+def test_of_two_positions_at_once_none_is_a_reference(tmp_path):
+    t, q, _, tau = joint(9)
+    data = save(tmp_path, [t, q, q + 1e-4, tau], ['t', 'a', 'b', 'c'])
+    remarks = guess_mapping(data).remarks
+    assert any('which of them was measured is not told' in remark for remark in remarks)
+
+
+def test_the_velocity_of_a_body_is_not_that_of_the_joint_of_its_number(tmp_path):
+    t, q, v, tau = joint(9)
+    turn = np.random.default_rng(1).normal(size=len(t))
+    columns = {'t': t, 'q_mes[0]': q, 'v_mes[0]': v, 'tau[0]': tau, 'baseVelocity[0]': turn}
+    (own,) = roles(guess_mapping(save(tmp_path, columns.values(), list(columns)))).values()
+    assert own == {'position': 'q_mes[0]', 'velocity': 'v_mes[0]', 'effort': 'tau[0]'}
+
+
+def test_an_effort_is_of_the_joint_whose_words_it_has(tmp_path):
+    columns = {'t': joint(1)[0]}
+    for seed, name in enumerate(('HeadYaw', 'HeadPitch')):
+        _, q, v, tau = joint(seed)
+        columns |= {
+            f'{name}/Position/Sensor': q,
+            f'{name}/Position/Actuator': q + 0.01 * v,
+            f'{name}/ElectricCurrent/Sensor': tau,
+        }
+    found = roles(guess_mapping(save(tmp_path, columns.values(), list(columns))))
+    assert [own['effort'] for own in found.values()] == [
+        'HeadYaw/ElectricCurrent/Sensor',
+        'HeadPitch/ElectricCurrent/Sensor',
+    ]
+
+
+@pytest.mark.parametrize(
+    ('effort', 'other'), [('effort', 'motorCurrent'), ('applied_torque', 'computed_torque')]
+)
+def test_a_torque_comes_before_a_current_and_a_measured_one_before_a_computed(
+    tmp_path, effort, other
+):
+    t, q, _, tau = joint(9)
+    guess = guess_mapping(save(tmp_path, [t, q, 0.5 * tau, tau], ['t', 'position', other, effort]))
+    assert roles(guess) == {'joint': {'position': 'position', 'effort': effort}}
+
+
+def test_objects_of_matlab_are_to_be_saved_as_numbers(tmp_path):
+    savemat(tmp_path / 'x.mat', {'text': 'a'})
+    with pytest.raises(DataError, match='save objects of MATLAB, such as timeseries, as structs'):
+        guess_mapping(DataFile(tmp_path / 'x.mat'))
+
+
+@pytest.mark.parametrize('more', [{}, {'time': np.arange(500) / 250.0}])
+def test_an_array_of_several_recordings_is_refused_with_its_shape(tmp_path, more):
+    np.savez(tmp_path / 'x.npz', q=np.zeros((3, 500, 2)), **more)
+    data = DataFile(tmp_path / 'x.npz')
+    sentence = r'q has the shape \(3, 500, 2\): give one recording of it'
+    with pytest.raises(DataError, match=sentence):
+        guess_mapping(data)
+    with pytest.raises(DataError, match=sentence):
+        map_columns(data, Columns({'position': ['q[0]']}))
+
+
+@pytest.mark.parametrize(
+    ('rate', 'per_second', 'unit'),
+    [
+        (10.0, 1.0, 's'),
+        (9.7, 1.0, 's'),
+        (5.0, 1.0, FILL_IN),
+        (2000.0, 1e3, FILL_IN),
+        (1000.0, 1e3, 'ms'),
+        (250.0, 1e3, 'ms'),
+    ],
+)
+def test_a_step_that_may_be_one_in_s_or_in_ms_is_open(tmp_path, rate, per_second, unit):
+    _, q, _, tau = joint(9)
+    # Stamps of MATLAB, 0:0.1:250, whose steps are rounded to either side.
+    stamps = np.linspace(0.0, (len(q) - 1) / rate, len(q)) * per_second
+    guess = guess_mapping(save(tmp_path, [stamps, q, tau], ['time', 'q', 'tau']))
+    assert guess.content['time']['unit'] == unit
+
+
+def test_a_long_recording_in_fractions_of_ms_is_no_day_in_seconds(tmp_path):
+    t, q, _, tau = joint(9, samples=20000)
+    guess = guess_mapping(save(tmp_path, [125.0 * t, q, tau], ['time', 'q', 'tau']))
+    assert guess.content['time']['unit'] == 'ms'
+
+
+def test_one_effort_beside_two_positions_is_of_that_which_explains_it(tmp_path):
+    t, other, *_ = joint(8)
+    _, q, _, tau = joint(9)
+    data = save(tmp_path, [t, other, q, tau], ['t', 'theta_pole', 'theta_arm', 'torque'])
+    found = roles(guess_mapping(data))
+    assert found['arm'] == {'position': 'theta_arm', 'effort': 'torque'}
+    assert found['pole'] == {'position': 'theta_pole'}
+
+
+def test_an_arm_beside_a_gripper_has_the_names_of_the_urdf(tmp_path):
+    series = [joint(seed) for seed in range(2)]
+    columns = {'t': series[0][0], 'gripper_position': series[0][1] * 0.01}
+    columns |= {f'joint_positions[{k}]': one[1] for k, one in enumerate(series)}
+    columns |= {f'joint_torques[{k}]': one[3] for k, one in enumerate(series)}
+    np.savez(tmp_path / 'x.npz', **columns)
+    urdf = '<robot name="x"><link name="a"/>{}</robot>'.format(
+        ''.join(
+            f'<link name="{child}"/><joint name="{name}" type="continuous">'
+            f'<parent link="{parent}"/><child link="{child}"/></joint>'
+            for parent, child, name in (('a', 'b', 'shoulder'), ('b', 'c', 'elbow'))
+        )
+    )
+    found = roles(guess_mapping(DataFile(tmp_path / 'x.npz'), urdf))
+    assert list(found) == ['gripper', 'shoulder', 'elbow']
+    assert found['elbow']['effort'] == 'joint_torques[1]'

@@ -180,6 +180,16 @@ def test_a_typeset_minus_and_blanks_between_thousands_are_read(tmp_path):
     assert values_of(tmp_path / 'x.csv')[1].tolist() == [[0, -1234.5], [1, 2000.5]]
 
 
+def test_brackets_around_numbers_that_blanks_part_are_passed_over(tmp_path):
+    rows = [f'{k} [ok] ({0.5 * k} {2 * k}) [ok] ({3 * k})' for k in range(5)]
+    (tmp_path / 'data.log').write_text('\n'.join(rows) + '\n')
+    found = DataFile(tmp_path / 'data.log').series()
+    assert [found[name].tolist()[4] for name in found] == [4, 2, 8, 12]
+    rows = [f'{k},(0.5,{2 * k}),[{3 * k}' for k in range(5)]
+    (tmp_path / 'x.csv').write_text('t,a,b,c\n' + '\n'.join(rows) + '\n')
+    assert DataFile(tmp_path / 'x.csv')['c'].tolist() == [0, 3, 6, 9, 12]
+
+
 @pytest.mark.parametrize('form', LISTS)
 def test_lists_in_cells_are_the_columns_of_a_table(tmp_path, form):
     rows = [f'{k},{form.format(2 * k, 0.5 * k)}' for k in range(5)]
