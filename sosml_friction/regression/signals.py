@@ -45,6 +45,8 @@ _OFF_STEP = 0.02
 #: Widths of the sign over velocity tried where the model states none, as shares of the top speed;
 #: beyond a tenth what grows is no sign but a law of velocity. Chosen, no measurement.
 _WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1)
+#: And then, as shares of the best of these: a quarter of a step and half of one to both sides.
+_NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.
 _BENDS = (-0.2, 0.0, 0.2, 0.4)
 #: Shortest stretch without holes that is used, in periods of the low-pass's cut-off. Chosen, no
@@ -495,7 +497,10 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         most, (displacement[i], _) = best_of([(x, float(width[i])) for x in over.tolist()])
         if width[i] == 0.0:
             wide = scales.speed[i] * np.array(_WIDTHS)
-            more, (least, found) = best_of([(float(over[0]), x) for x in wide.tolist()])
+            for near in (np.ones(1), np.array(_NEARER)):
+                tried = [(float(over[0]), x) for x in np.outer(wide, near).ravel().tolist()]
+                more, (least, found) = best_of(tried)
+                wide = np.array([found])
             left = max(float(y @ y) - most, 0.0) / max(len(y) - U.shape[1], 1)
             if more - most > VERY_STRONG * left:
                 displacement[i], width[i] = least, found
