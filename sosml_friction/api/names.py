@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 
 def as_names(names: str | Sequence[str] | None) -> tuple[str, ...] | None:
-    """Return names as a tuple; one text is one name, and not its letters."""
+    """Return names as a tuple; one text has them joined by commas, as on the command line."""
     if names is None:
         return None
-    return (names,) if isinstance(names, str) else tuple(names)
+    split = names.split(',') if isinstance(names, str) else names
+    return tuple(name.strip() for name in split)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.bags.tables.file_kind import is_table
 from sosml_friction.exceptions import BagError, ConfigurationError
 from sosml_friction.observers import kinds
@@ -52,7 +53,7 @@ def joint_values_option(what: str) -> Any:
 
 def parse_names(text: str | None) -> tuple[str, ...] | None:
     """Return the names of an option of :func:`names_option`, None where it was not given."""
-    return None if text is None else tuple(name.strip() for name in text.split(','))
+    return as_names(text)
 
 
 def parse_forms(text: str | None) -> tuple[str, ...]:

@@ -264,6 +264,8 @@ def test_observers_say_what_the_friction_is(log, model):
     assert len(document['friction']['sosml']) == len(log)
     assert is_short(found)
     assert list(sf.observe(log, model, observers='sosml').friction) == ['sosml']
+    joined = sf.observe(log, model, observers='sosml, first_order').friction
+    assert set(joined) == {'sosml', 'first_order'}
     with pytest.raises(ConfigurationError, match="observer 'best' is unknown"):
         sf.observe(log, model, observers=['best'])
 
