@@ -444,66 +444,21 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
     does not state over which velocity the sign is smooth, that is found as well: it is one if it
     fits very strongly better than any displacement.
     """
-    first = prepared[0]
-    scales, n = first.scales, first.robot.n
+    scales, n = prepared[0].scales, prepared[0].robot.n
     displacement, width = scales.displacement.copy(), scales.width.copy()
     for i in range(n):
-        known, effort = [], []
-        for signals in prepared:
-            columns = np.column_stack(
-                [
-                    signals.regressor[:, i],
-                    signals.a[:, i],
-                    signals.v[:, i],
-                    np.ones(len(signals.q)),
-                ]
-            )
-            known.append(signals.band.apply(columns[:, np.abs(columns).max(axis=0) > 0.0]))
-            effort.append(signals.band.apply(signals.tau[:, i]))
-        shared = min(part.shape[1] for part in known)
-        X = np.concatenate([part[:, :shared] for part in known])
-        X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
-        basis = np.linalg.svd(X, full_matrices=False)
-        U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
-        y = np.concatenate(effort)
-        y = y - U @ (U.T @ y)
-
-        def best_of(
-            tried: Sequence[tuple[float, float]],
-            i: int = i,
-            U: FloatArray = U,
-            y: FloatArray = y,
-        ) -> tuple[float, tuple[float, float]]:
-            """Return the most that a sign explains, and its displacement and width."""
-            best, found = -1.0, tried[0]
-            for over, wide in tried:
-                softer = replace(scales, width=np.full(n, wide))
-                parts = []
-                for signals in prepared:
-                    state = sign_state(signals.q, signals.v, i, over, softer)
-                    parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
-                both = np.concatenate(parts)
-                both = both - U @ (U.T @ both)
-                # How it builds up beside the exponential is fitted too, and forgotten: it would
-                # be made up for by a displacement that is not the gear's.
-                for bend in _BENDS:
-                    state = both[:, 0] + bend * both[:, 1]
-                    explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
-                    if explained > best:
-                        best, found = explained, (over, wide)
-            return best, found
-
-        over = scales.displacement[i] * np.array(_SIGN_SHARES)
-        most, (displacement[i], _) = best_of([(x, float(width[i])) for x in over.tolist()])
-        if width[i] == 0.0:
-            wide = scales.speed[i] * np.array(_WIDTHS)
-            for near in (np.ones(1), np.array(_NEARER)):
-                tried = [(float(over[0]), x) for x in np.outer(wide, near).ravel().tolist()]
-                more, (least, found) = best_of(tried)
-                wide = np.array([found])
-            left = max(float(y @ y) - most, 0.0) / max(len(y) - U.shape[1], 1)
-            if more - most > VERY_STRONG * left:
-                displacement[i], width[i] = least, found
+        U, y = _beside_sign(prepared, i)
+        over = (scales.displacement[i] * np.array(_SIGN_SHARES)).tolist()
+        tried = [(x, float(width[i])) for x in over]
+        most, (displacement[i], _) = _best_sign(prepared, i, U, y, tried)
+        if width[i] > 0.0:
+            continue
+        tried = [(over[0], scales.speed[i] * x) for x in _WIDTHS]
+        _, (_, near) = _best_sign(prepared, i, U, y, tried)
+        more, found = _best_sign(prepared, i, U, y, [(over[0], near * x) for x in _NEARER])
+        noise = max(float(y @ y) - most, 0.0) / max(len(y) - U.shape[1], 1)
+        if more - most > VERY_STRONG * noise:
+            displacement[i], width[i] = found
     fitted = replace(
         scales, displacement=displacement, sign_limit=scales.displacement, width=width
     )
@@ -515,3 +470,58 @@ def _with_fitted_sign(prepared: list[Signals]) -> list[Signals]:
         friction = nominal_friction(signals.v, sign, fitted)
         result.append(replace(signals, sign=sign, friction=friction, scales=fitted))
     return result
+
+
+def _beside_sign(prepared: Sequence[Signals], joint: int) -> tuple[FloatArray, FloatArray]:
+    """Return what acts beside the sign as an orthonormal basis, and the effort without it."""
+    known, effort = [], []
+    for signals in prepared:
+        columns = np.column_stack(
+            [
+                signals.regressor[:, joint],
+                signals.a[:, joint],
+                signals.v[:, joint],
+                np.ones(len(signals.q)),
+            ]
+        )
+        known.append(signals.band.apply(columns[:, np.abs(columns).max(axis=0) > 0.0]))
+        effort.append(signals.band.apply(signals.tau[:, joint]))
+    shared = min(part.shape[1] for part in known)
+    X = np.concatenate([part[:, :shared] for part in known])
+    X = X / np.maximum(np.linalg.norm(X, axis=0), 1e-300)
+    basis = np.linalg.svd(X, full_matrices=False)
+    U = basis[0][:, basis[1] > 1e-7 * basis[1][0]]
+    y = np.concatenate(effort)
+    return U, y - U @ (U.T @ y)
+
+
+def _best_sign(
+    prepared: Sequence[Signals],
+    joint: int,
+    U: FloatArray,
+    y: FloatArray,
+    tried: Sequence[tuple[float, float]],
+) -> tuple[float, tuple[float, float]]:
+    """
+    Return the most that a sign explains of an effort, and its displacement and width.
+
+    :param U: what acts beside it, of which ``y`` has nothing.
+    :param tried: displacements and widths.
+    """
+    best, found = -1.0, tried[0]
+    for over, width in tried:
+        parts = []
+        for signals in prepared:
+            scales = replace(signals.scales, width=np.full(signals.robot.n, width))
+            state = sign_state(signals.q, signals.v, joint, over, scales)
+            parts.append(signals.band.apply(np.column_stack([state, bump(state)])))
+        both = np.concatenate(parts)
+        both = both - U @ (U.T @ both)
+        # How it builds up beside the exponential is fitted too, and forgotten: it would be made
+        # up for by a displacement that is not the gear's.
+        for bend in _BENDS:
+            state = both[:, 0] + bend * both[:, 1]
+            explained = float(state @ y) ** 2 / max(float(state @ state), 1e-300)
+            if explained > best:
+                best, found = explained, (over, width)
+    return best, found
