@@ -131,7 +131,9 @@ def _judge(
                 for start, sign in zip(starts, signs, strict=True)
             ]
         )
-        noise[i] = np.sqrt(np.mean(np.var(after[:, :, int(_LATE * length) :], axis=1, ddof=1)))
+        # Of gains that are not stable it is beyond any number.
+        with np.errstate(over='ignore'):
+            noise[i] = np.sqrt(np.mean(np.var(after[:, :, int(_LATE * length) :], axis=1, ddof=1)))
         means = after.shape[0] * after.shape[1]
         if noise[i] <= 2.0 * _KNOWN * friction_jump[i] * np.sqrt(means):
             mean = after.mean(axis=(0, 1))
