@@ -13,7 +13,6 @@ parameter that is named and truly beyond its tolerance is right, and no cause to
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -41,7 +40,7 @@ from validation.axis_plant import (
     simulate,
 )
 from validation.judge import judge, named
-from validation.kept_trials import kept_trials, outcomes
+from validation.kept_trials import kept_trials, outcomes, parser_of
 from validation.trial import Truth
 
 #: Number of the motion that is diagnosed, and of that on which gains are measured; their length
@@ -181,14 +180,8 @@ def judge_guess(document: dict[str, Any], off: dict[str, float], effect: str) ->
 
 def main() -> int:
     """Run the trials that are not there yet, and print the table."""
-    parser = argparse.ArgumentParser(prog='python -m validation.axis_campaign',
-                                     description=__doc__)  # fmt: skip
-    parser.add_argument('--out', type=Path, default=Path('axis_campaign'))
-    parser.add_argument('--seed', type=int, required=True, help='of all that is drawn')
-    parser.add_argument('--singles', type=int, default=2, help='trials of each effect')
-    parser.add_argument('--nulls', type=int, default=10, help='trials without an effect')
+    parser = parser_of('axis_campaign', __doc__)
     parser.add_argument('--guesses', type=int, default=6, help='trials with a guessed friction')
-    parser.add_argument('--outside', type=int, default=2, help='trials of each effect outside')
     given = parser.parse_args()
     plan = [('single', effect, k) for effect in CATALOGUE for k in range(given.singles)]
     plan += [('null', '', k) for k in range(given.nulls)]

@@ -186,6 +186,8 @@ def main() -> int:
                 run = run_chain(folder, seed, plateau=PLATEAU_S)
                 load = os.getloadavg()[0]
             told, broken = judge(run)
+            if analyse_bag(run / 'bag').body is not None:
+                told += '; a fit refits bodies, which are those of the model'
         except SosmlFrictionError as error:
             told, broken, load = 'no end', [str(error)], os.getloadavg()[0]
         failed += bool(broken)

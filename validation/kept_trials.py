@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -12,6 +13,17 @@ from typing import Any
 
 #: Kind, effect ('' for none) and number of a trial.
 Plan = Iterable[tuple[str, str, int]]
+
+
+def parser_of(name: str, text: str | None) -> argparse.ArgumentParser:
+    """Return the options of a campaign: where its trials are kept, and how many of each."""
+    parser = argparse.ArgumentParser(prog=f'python -m validation.{name}', description=text)
+    parser.add_argument('--out', type=Path, default=Path(name))
+    parser.add_argument('--seed', type=int, required=True, help='of all that is drawn')
+    parser.add_argument('--singles', type=int, default=2, help='trials of each effect')
+    parser.add_argument('--nulls', type=int, default=10, help='trials without an effect')
+    parser.add_argument('--outside', type=int, default=2, help='trials of each effect outside')
+    return parser
 
 
 def kept_trials(plan: Plan, trial: Callable[[str, str, int], dict[str, Any]], out: Path

@@ -11,16 +11,14 @@ that the catalogue does not have, in one of two motions (:mod:`validation.seven_
 
 from __future__ import annotations
 
-import argparse
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import sosml_friction as sf
 from validation.judge import judge
-from validation.kept_trials import kept_trials, outcomes
+from validation.kept_trials import kept_trials, outcomes, parser_of
 from validation.seven_plant import (
     CATALOGUE,
     MOTIONS,
@@ -63,14 +61,7 @@ def trial(seed: int, kind: str, effect: str, k: int) -> dict[str, Any]:
 
 def main() -> int:
     """Run the trials that are not there yet, and print the table."""
-    parser = argparse.ArgumentParser(prog='python -m validation.seven_campaign',
-                                     description=__doc__)  # fmt: skip
-    parser.add_argument('--out', type=Path, default=Path('seven_campaign'))
-    parser.add_argument('--seed', type=int, required=True, help='of all that is drawn')
-    parser.add_argument('--singles', type=int, default=2, help='trials of each effect')
-    parser.add_argument('--nulls', type=int, default=10, help='trials without an effect')
-    parser.add_argument('--outside', type=int, default=2, help='trials of each effect outside')
-    given = parser.parse_args()
+    given = parser_of('seven_campaign', __doc__).parse_args()
     plan = [('single', effect, k) for effect in CATALOGUE for k in range(given.singles)]
     plan += [('null', '', k) for k in range(given.nulls)]
     plan += [('outside', effect, k) for effect in OUTSIDE for k in range(given.outside)]

@@ -172,7 +172,7 @@ def recording(
     load = arm.effort(q, v, a)
     sign = np.tanh(v / width)
     tau = load + arm.coulomb * sign + arm.viscous * v
-    C, s, speed, phase = arm.coulomb[i], sign[:, i], np.abs(v[:, i]), rng.uniform(0.0, 6.28)
+    C, s, speed, phase = arm.coulomb[i], sign[:, i], np.abs(v[:, i]), rng.uniform(0.0, 2.0 * np.pi)
     tau[:, i] += {
         'stribeck': size * C * s * np.exp(-speed / 0.06),
         'load_dependent_friction': size * np.abs(load[:, i] - arm.rotor[i] * a[:, i]) * s,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress, remark
 from sosml_friction.cli.tables import takes_tables
@@ -98,8 +99,8 @@ def diagnose(
     forms = options.parse_forms(figures)
     folder = check_output_folder(out or Path(f'{bag_name(bags[0])}_diagnosis'), view.KIND)
     require_writable(folder)
-    leave = options.parse_names(without or None) or ()
-    said = options.parse_names(trust or None) or ()
+    leave = as_names(without or None) or ()
+    said = as_names(trust or None) or ()
     told = options.parse_values('--trust', list(said), 'GROUP=SHARE')
     check_trust(told)
     if mjcf is not None:

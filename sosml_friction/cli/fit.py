@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import (
     app,
@@ -198,7 +199,7 @@ def fit(
         bags[0], model, armature, urdf, namespace, mjcf, free_rotors=True
     )
     forms = options.parse_forms(figures)
-    wanted = options.parse_names(terms) or ([law] if law in TERM_LISTS else None)
+    wanted = as_names(terms) or ([law] if law in TERM_LISTS else None)
     if wanted is not None:
         _fit_terms(
             bags, wanted, source, urdf, namespace, out, command_line(context), json,
@@ -223,7 +224,7 @@ def fit(
         outcome = run_fit(
             bags, out, truth, effort_hold or (), namespace, role or (), own_bias, step,
             model=source, urdf=urdf, settings=settings, bandwidth=bandwidth,
-            observers=options.parse_names(observers), command=command_line(context), figures=forms,
+            observers=as_names(observers), command=command_line(context), figures=forms,
         )  # fmt: skip
     if json:
         print_json(outcome.document, output=str(outcome.folder))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, command_line, print_blocks, print_json, show_help
 
@@ -75,7 +76,7 @@ def new(
     from sosml_friction.model.simple_models import skeleton_model
 
     text, recorded = _read(source, namespace)
-    chosen = options.parse_names(joints)
+    chosen = as_names(joints)
     found = skeleton_model(text, recorded if chosen is None else chosen, chosen is not None)
     found = found.with_armature(options.parse_values('--armature', armature or []))
     found = found.with_locked(options.parse_values('--locked', locked or []))

@@ -51,18 +51,13 @@ def joint_values_option(what: str) -> Any:
     return typer.Option(metavar='[JOINT=]VALUE', help=what)
 
 
-def parse_names(text: str | None) -> tuple[str, ...] | None:
-    """Return the names of an option of :func:`names_option`, None where it was not given."""
-    return as_names(text)
-
-
 def parse_forms(text: str | None) -> tuple[str, ...]:
     """
     Return the forms of ``--figures``, none where it was not given.
 
     :raises ConfigurationError: if one is not known.
     """
-    names = parse_names(text or None)
+    names = as_names(text or None)
     if names is None:
         return ()
     from sosml_friction.report.common.figure_files import check_forms

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, open_page, print_blocks, print_json, progress
 from sosml_friction.exceptions import ConfigurationError
@@ -89,9 +90,9 @@ def study(
         seeds=seeds,
         tuning_seeds=tuning_seeds,
         evaluations=evaluations,
-        observers=options.parse_names(observers),
-        motions=options.parse_names(motions),
-        conditions=options.parse_names(conditions),
+        observers=as_names(observers),
+        motions=as_names(motions),
+        conditions=as_names(conditions),
     )
     settings = StudySettings(**{**(QUICK if quick else {}), **given}, bits=bits)
     if processes is not None and not 1 <= processes <= _MOST_PROCESSES:

@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.bags.tables.file_kind import SUFFIXES, is_table, table_name
 from sosml_friction.cli.app import remark
-from sosml_friction.cli.options import RateOption, parse_names, parse_numbers
+from sosml_friction.cli.options import RateOption, parse_numbers
 from sosml_friction.exceptions import ConfigurationError, SosmlFrictionError
 from sosml_friction.text_file import read_text
 
@@ -200,12 +201,6 @@ def _made_bags(given: dict[str, Any], said: dict[str, Any], place: Path) -> dict
     bags = {path: place / str(k) / table_name(path) for k, path in enumerate(tables)}
     for path in tables:
         make_bag(path, bags[path], said, urdf)
-    is_stated = said['mapping'] is None and said['position'] is not None
-    if tables and is_stated and 'model' in given and not (said['effort'] or said['current']):
-        raise ConfigurationError(
-            f'{tables[0]}: no effort is named, and positions alone do not tell friction: name the '
-            'column of torque, force or current, as --effort tau or --current i'
-        )
     for name in places:
         own = [bags.get(path, path) for path in _as_list(given[name])]
         given[name] = own if name == 'bags' else own[0]
@@ -361,9 +356,9 @@ def stated_mapping(
     if said['current'] is not None and said['effort'] is not None:
         raise ConfigurationError('--current and --effort are both the effort: give one')
     data = DataFile(table)
-    entries = {name: parse_names(said[name]) for name in ('position', 'velocity', 'effort')}
+    entries = {name: as_names(said[name]) for name in ('position', 'velocity', 'effort')}
     if said['current'] is not None:
-        current = parse_names(said['current']) or ()
+        current = as_names(said['current']) or ()
         entries['effort'] = tuple(_with_unit(data, x) for x in current)
     quantities = {name: own for name, own in entries.items() if own is not None}
     scales = [] if said['kt'] is None else parse_numbers('--kt', said['kt'])

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from sosml_friction.api.names import as_names
 from sosml_friction.cli import options
 from sosml_friction.cli.app import app, print_blocks, print_json, progress
 from sosml_friction.cli.tables import takes_tables
@@ -86,7 +87,7 @@ def tune(
         known = {name: gains.parse_stated(name, values or [], joints) for name, values in given}
         step('measuring noise, trying gains')
         holds = gains.parse_effort_hold(effort_hold or [], joints)
-        chosen = options.parse_names(observers)
+        chosen = as_names(observers)
         proposal = gains.propose_gains(recorded, bag_name(bag), known, chosen, holds)
     if out is not None:
         view.write_parameters(out, proposal)

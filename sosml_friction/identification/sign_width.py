@@ -12,10 +12,7 @@ from sosml_friction.exceptions import DataError
 from sosml_friction.identification.weak_form import WeakForm
 from sosml_friction.model.model_folder import RobotModelFile
 from sosml_friction.model.robot import Robot
-
-#: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
-#: still grows there is no sign but a law of velocity. Chosen, no measurement.
-_WIDEST = 0.1
+from sosml_friction.regression.signals import WIDEST_SIGN
 
 
 def with_sign_widths(
@@ -44,7 +41,7 @@ def with_sign_widths(
                 rows = form.rows(i)
                 top = float(np.quantile(np.abs(rows.mean_v[rows.keep]), 0.99))
                 width = rows.likeliest_smoothing()
-                if width < _WIDEST * top:
+                if width < WIDEST_SIGN * top:
                     found[i].append(width)
             except DataError:
                 # Too short, or hardly moved: it shows nothing.

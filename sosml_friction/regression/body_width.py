@@ -20,7 +20,7 @@ from sosml_friction.regression.whitened import WhitenedRegression
 WIDTHS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 #: Probability with which wider bodies have to predict better than by chance: 1 %, as in the other
 #: tests of this package. Of six recordings of a busy machine, whose holes no body explains, 5 %
-#: let one through (`python -m validation.busy --load 2`).
+#: let one through (`python -m validation.busy --load 2 --runs 6` tells of each).
 _SURE = 0.99
 
 

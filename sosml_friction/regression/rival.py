@@ -4,8 +4,9 @@
 
 from scipy.special import expit
 
-#: Twice the logarithm of the ratio of the evidences from which it is very strong (Kass and
-#: Raftery, J. Am. Stat. Assoc. 90, 1995).
+#: Twice the logarithm of the ratio of two evidences, or the difference of two BIC, from which it
+#: is very strong: a ratio of exp(10 / 2) = 148 (R. E. Kass, A. E. Raftery, Bayes Factors, J. Am.
+#: Stat. Assoc. 90, 1995). What differs by less is not told apart.
 VERY_STRONG = 10.0
 
 

@@ -42,9 +42,11 @@ _DITHER = 0.1
 #: Largest distance from a multiple of a quantum, in quanta, that counts as one. Chosen, no
 #: measurement.
 _OFF_STEP = 0.02
-#: Widths of the sign over velocity tried where the model states none, as shares of the top speed;
-#: beyond a tenth what grows is no sign but a law of velocity. Chosen, no measurement.
-_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, 0.1)
+#: Widest sign, as a share of the top speed: three times as fast it is 99.5 % of itself, and what
+#: still grows there is no sign but a law of velocity. Chosen, no measurement.
+WIDEST_SIGN = 0.1
+#: Widths tried where the model states none, as shares of the top speed. Chosen, no measurement.
+_WIDTHS = (0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.035, 0.06, WIDEST_SIGN)
 #: And then, as shares of the best of these: a quarter of a step and half of one to both sides.
 _NEARER = (0.76, 0.87, 1.0, 1.15, 1.32)
 #: Shapes of the build-up tried, as amplitudes of :func:`bump` beside the sign.

@@ -147,7 +147,10 @@ WRONG = [
     ((), 'says nothing of the robot: give --pendulum MASS,LENGTH, --axis MASS'),
     (ROBOT, 'is a table, which does not say what is what: name its columns, as --position q'),
     ((*ROBOT, '--position', 'x'), "has no series 'x': it has t, q, f"),
-    ((*ROBOT, '--position', 'q'), 'no effort is named, and positions alone do not tell friction'),
+    (
+        (*ROBOT, '--position', 'q'),
+        'as --effort or --current; positions alone do not tell friction',
+    ),
     ((*ROBOT, '--free', '1'), '--axis and --free are two robots: give one'),
     ((*ROBOT, '--model', str(EMPS)), 'are whole models: leave out --model and --urdf'),
     (('--pendulum', '1'), '--pendulum 1 has 1 numbers: give mass,length in kg and m'),

@@ -13,10 +13,6 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.estimate import Placed
 from sosml_friction.regression.evidence import CandidateColumns, Score
 
-#: Two candidates whose BIC differ by less than this are not told apart: a likelihood ratio of
-#: exp(10 / 2) = 148, "very strong" by R. E. Kass, A. E. Raftery, Bayes Factors, 1995.
-BIC_CLOSE = 10.0
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -51,7 +47,7 @@ class Finding:
         """
         Return what sorts findings, best first.
 
-        Those that are equal but for rounding, far below BIC_CLOSE, keep the order of the
+        Those that are equal but for rounding, far below VERY_STRONG, keep the order of the
         catalogue.
         """
         return -round(float(self.delta_bic), 3)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sosml_friction.arrays import BoolArray, FloatArray
-from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.leftover import (
     AXES,
     FRICTION_BY,
@@ -30,6 +30,7 @@ from sosml_friction.regression.curves.speed_power import SpeedPower
 from sosml_friction.regression.evidence import CandidateColumns, Fit
 from sosml_friction.regression.evidence_curves import fit_curves
 from sosml_friction.regression.noise_model import ORDER
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.structure import HATS
 from sosml_friction.regression.whitened import WhitenedRegression
 
@@ -48,8 +49,8 @@ RIPPLE = 0.03
 _TONE_SHARE = 0.2
 #: Largest probability that noise has such a tone: once in a hundred recordings.
 _TONE_CHANCE = 0.01
-#: By how much more one power of speed has to explain, beside ``BIC_CLOSE``, as a share of what is
-#: named: by so much an effect of the catalogue in other equations may differ.
+#: By how much more one power of speed has to explain, beside ``VERY_STRONG``, as a share of what
+#: is named: by so much an effect of the catalogue in other equations may differ.
 _MORE_SHARE = 0.005
 #: If curves explain more than this share of what they and the causes explain together, the causes
 #: are the smaller part. By definition.
@@ -123,7 +124,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
         i = curve[0]
         # The price of two parameters, as each curve that is seen has, and clear evidence.
         price = 2.0 * float(np.log(rows[i]))
-        floor = max(LEAST * rows[i], price + BIC_CLOSE)
+        floor = max(LEAST * rows[i], price + VERY_STRONG)
         # Along the axis of a cause nothing is left where it is the right one.
         least = settings.axis_share if (axis, i) in own_axes else REST
         if axis == NEIGHBOURS:
@@ -150,7 +151,7 @@ def remainder(laboratory: WhitenedRegression, fit: Fit, accepted: Sequence[Findi
     for i in told:
         own_curves = [x for x in found if x.joint == i]
         seen = sum(x.energy > 0.0 for x in own_curves)
-        floor = max(ALL * energy[1][i], 2.0 * seen * float(np.log(rows[i])) + BIC_CLOSE)
+        floor = max(ALL * energy[1][i], 2.0 * seen * float(np.log(rows[i])) + VERY_STRONG)
         whole = all_together(own_curves, explained[i] * energy[1][i], floor, named[i])
         found += [] if whole is None else [whole]
     found += _tones(laboratory, result.left, told)
@@ -246,7 +247,7 @@ def _ripples(
         count = sum(len(x.left) for x in stretches)
         # The price of three parameters, one of them the best of many, and clear evidence.
         price = 3.0 * float(np.log(count)) + 2.0 * float(np.log(ripple.tried))
-        floor = max(RIPPLE * count, price + BIC_CLOSE)
+        floor = max(RIPPLE * count, price + VERY_STRONG)
         share = ripple.energy / max(float(named[i]) + ripple.energy, 1e-300)
         period = 2.0 * np.pi / ripple.frequency
         found.append(
@@ -274,7 +275,7 @@ def _instead(laboratory: WhitenedRegression, accepted: Sequence[Finding]) -> lis
         k = sum(1 + len(f.effect.refined) for f in mine)
         grid = power.grid(laboratory.signals[0], i)
         best = max(fit.score(laboratory.single(power, i, inner)).gain for inner in grid)
-        more = BIC_CLOSE if len(mine) > 1 else max(BIC_CLOSE, _MORE_SHARE * named)
+        more = VERY_STRONG if len(mine) > 1 else max(VERY_STRONG, _MORE_SHARE * named)
         floor = named + (2 - k) * price + more
         if best > floor:
             result.append(Leftover(SPEED, i, best, floor, 1.0, 0.0, instead=True))

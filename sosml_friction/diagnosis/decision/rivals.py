@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.regression.evidence import Fit, System
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: An impossible candidate masks a possible one if it explains more than this many times as much,
@@ -17,8 +18,8 @@ _MASKED, _INDEPENDENT = 1.25, 0.5
 #: A rival explains what the best explains: beside the best, less than this share of the rival's
 #: gain is left. Chosen, no measurement.
 _OVERLAP = 0.5
-#: A rival's evidence is within BIC_CLOSE of the best, or within this share of the residual energy
-#: beyond noise that the best leaves: what neither explains could have decided between them.
+#: A rival's evidence is within VERY_STRONG of the best, or within this share of the residual
+#: energy beyond noise that the best leaves: what neither explains could have decided between them.
 #: Chosen, no measurement.
 _RIVAL = 0.05
 #: An alias has at least this share of the best's evidence. It needs none where the joint never
@@ -87,7 +88,7 @@ class Rivals:
 
         def as_much(other: Finding) -> bool:
             behind = best.delta_bic - other.delta_bic
-            if min(behind, most - free(other)) < BIC_CLOSE:
+            if min(behind, most - free(other)) < VERY_STRONG:
                 return True
             if behind >= _RIVAL * excess:
                 return False
@@ -113,7 +114,7 @@ class Rivals:
         """Return the aliases of a candidate that have evidence of their own, where needed."""
         # Where a dependence on speed is seen too, a constant alone is no alias.
         constant = best.score.gains.min() > _CONSTANT * best.score.gains.max()
-        least = max(_ALIAS * best.delta_bic, BIC_CLOSE)
+        least = max(_ALIAS * best.delta_bic, VERY_STRONG)
         if constant and not self._stands_still(best.joint):
             least = -np.inf
         return [

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from sosml_friction.arrays import FloatArray
-from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.sliding import clear_of_turns, fit_within, sliding
 from sosml_friction.diagnosis.extended_model.gain import BEYOND_CHANCE
 from sosml_friction.model.terms.kinds.fitted import Fitted
@@ -16,6 +16,7 @@ from sosml_friction.model.terms.kinds.term import Inner, Term
 from sosml_friction.regression.candidate import Candidate
 from sosml_friction.regression.evidence import CandidateColumns, Fit, Score
 from sosml_friction.regression.inner_search import refine
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 _POSITION = 'position'
@@ -76,14 +77,14 @@ class Scorer:
         k = max(amplitudes + len(effect.refined), 1)
         price = float(k * np.log(rows) + 2.0 * np.log(grid))
         told = not effect.at_reversals or (objection and not effect.reversals_alone)
-        if s.gain - price >= BIC_CLOSE and told:
+        if s.gain - price >= VERY_STRONG and told:
             # What is fast over position is in the band where a joint is slow: where it turns.
             clear = effect.axis == _POSITION and not objection
             far = self._without_reversals(beside, s, columns, clear)
             # All rows chose the inner parameters: of those far off amplitudes alone are asked.
             rows_far = self._clear if clear else self._far
             asked = amplitudes * float(np.log(max(rows_far.sum(), 1)))
-            s = far if objection or far.gain - asked < BIC_CLOSE else s
+            s = far if objection or far.gain - asked < VERY_STRONG else s
         bic = s.gain - price
         fit = self._fitted(effect, joint, inner, s.amplitude, s.error)
         return Finding(

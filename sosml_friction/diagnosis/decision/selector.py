@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from sosml_friction.diagnosis.decision.finding import BIC_CLOSE, Finding
+from sosml_friction.diagnosis.decision.finding import Finding
 from sosml_friction.diagnosis.decision.gates import candidate_floor, failed_gates
 from sosml_friction.diagnosis.decision.rivals import Rivals, same_term
 from sosml_friction.diagnosis.decision.scorer import Scorer
@@ -18,6 +18,7 @@ from sosml_friction.model.terms.kinds.term import Term
 from sosml_friction.regression.carried_load import fitted_to_carried_load
 from sosml_friction.regression.estimate import estimate, settle, with_amplitudes
 from sosml_friction.regression.evidence import CandidateColumns, Fit
+from sosml_friction.regression.rival import VERY_STRONG
 from sosml_friction.regression.whitened import WhitenedRegression
 
 #: Candidates of a round whose inner parameters are refined before the best is chosen. Chosen, no
@@ -58,7 +59,7 @@ class Selector:
             for first in [key for key in self._starts if key != result.accepted[0].key]:
                 self.step(f'beginning with {first[0]}')
                 other = self._searched(first)
-                if other.accepted and other.price + BIC_CLOSE < result.price:
+                if other.accepted and other.price + VERY_STRONG < result.price:
                     result = other
         return result
 
@@ -138,13 +139,13 @@ class Selector:
 
     def _refined(self, fit: Fit, found: Sequence[Finding]) -> list[Finding]:
         """Return the best candidates refined, best first; none if there is no evidence."""
-        if found[0].delta_bic < BIC_CLOSE:
+        if found[0].delta_bic < VERY_STRONG:
             return []
         self.step('refining the best candidates')
         top: list[Finding] = []
         plausible = 0
         for finding in found:
-            if finding.delta_bic < BIC_CLOSE:
+            if finding.delta_bic < VERY_STRONG:
                 break
             if plausible and finding.delta_bic < 0.5 * found[0].delta_bic:
                 break
@@ -313,7 +314,9 @@ def impossible_energy(found: Sequence[Finding]) -> float:
     energies = [
         f.score.energy
         for f in found
-        if f.objection and f.delta_bic > BIC_CLOSE and not any(same_term(f, own) for own in stated)
+        if f.objection
+        and f.delta_bic > VERY_STRONG
+        and not any(same_term(f, own) for own in stated)
     ]
     return max(energies, default=0.0)
 
@@ -340,7 +343,7 @@ def chosen(rivals: Rivals, judged: Callable[[Finding], Finding]) -> tuple[Findin
     best = judged(rivals.with_rivals(first))
     if best.failed:
         for finding in unmasked:
-            if best.delta_bic - finding.delta_bic >= BIC_CLOSE:
+            if best.delta_bic - finding.delta_bic >= VERY_STRONG:
                 break
             other = judged(rivals.with_rivals(finding))
             if not other.failed:

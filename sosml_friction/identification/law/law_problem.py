@@ -227,7 +227,7 @@ class LawProblem:
         Q, R = np.linalg.qr(fixed / norms)
         usual = self.form.symmetric and self.form.ridge == 0.0
         if not usual or np.abs(np.diag(R)).min() < COLLINEAR:
-            return np.array([self.solve(v_s, v0, alpha, self._ones).cost for alpha in alphas])
+            return np.array([self.solve(v_s, v0, alpha, self.ones).cost for alpha in alphas])
         knees = [self.made(sign * fade(self.speed, v_s, alpha)) for alpha in alphas]
         K, y = np.column_stack(knees), self.y[:, None]
         own, left = K - Q @ (Q.T @ K), y - Q @ (Q.T @ y)
@@ -240,13 +240,14 @@ class LawProblem:
         held |= size < COLLINEAR**2 * np.sum(K**2, axis=0)
         # Where S alone would be below zero, it is zero: then any knee is as good.
         if (none := (S < 0.0) & ~held).any():
-            costs[none] = self.solve(None, v0, np.nan, self._ones).cost
+            costs[none] = self.solve(None, v0, np.nan, self.ones).cost
         for k in np.flatnonzero(held):
-            costs[k] = self.solve(v_s, v0, alphas[k], self._ones).cost
+            costs[k] = self.solve(v_s, v0, alphas[k], self.ones).cost
         return costs
 
     @property
-    def _ones(self) -> FloatArray:
+    def ones(self) -> FloatArray:
+        """Return the weights of rows that have theirs in them already, (K,)."""
         return np.ones(len(self.y))
 
     def jacobian(

@@ -218,7 +218,7 @@ class LawSearch:
 
     def solve(self, v_s: float | None, v0: float, alpha: float) -> LawSolution:
         """Return the best law of the reduced rows."""
-        return self.few.solve(v_s, v0, alpha, np.ones(len(self.few.y)))
+        return self.few.solve(v_s, v0, alpha, self.few.ones)
 
     def whole(self, fit: LawSolution) -> LawSolution:
         """Return a law with what it leaves of every row."""
