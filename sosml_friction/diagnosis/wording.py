@@ -116,8 +116,8 @@ def sentence_of(
 def _not_shown(causes: Sequence[Cause]) -> str:
     """Return which terms may be nothing, a sentence each with a blank after it."""
     return ''.join(
-        f'{_where(cause)}: {words(cause.effect)} may be nothing, as its interval has 0 in it: '
-        'something looks like it. '
+        f'{_where(cause)}: {words(cause.effect)} may be nothing: of {cause.tried} '
+        'candidates one has such a size by chance. '
         for cause in causes
         if not_shown(cause)
     )

@@ -72,6 +72,20 @@ class Parameter:
             interval = (low, high)
         return replace(self, std_error=std_error, interval=interval)
 
+    def may_be(self, value: float, wider: float = 1.0) -> bool:
+        """
+        Tell whether the interval, made wider about the estimate, holds a value; False without one.
+
+        :param wider: factor of both halves: 1 for 95 %.
+        """
+        if self.interval is None:
+            return False
+        low, high = self.interval
+        middle = self.value if math.isfinite(self.value) else 0.5 * (low + high)
+        if math.isfinite(middle):
+            low, high = middle - wider * (middle - low), middle + wider * (high - middle)
+        return low <= value <= high
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and strings, unknown as None, ready for YAML or JSON."""
         result: dict[str, Any] = {

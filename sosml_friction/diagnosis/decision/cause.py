@@ -25,6 +25,7 @@ class Cause:
     ``stated``: of a term that the model states and that is off, what the model has, by parameter;
     ``stated_names``: what these are called among the nominal parameters.
     ``gain``: what it removes by itself on data left out; None where the model does not show it.
+    ``tried``: of how many candidates it is the one that was taken.
     """
 
     effect: str
@@ -37,6 +38,7 @@ class Cause:
     gain: CauseGain | None = None
     stated: Mapping[str, float] = field(default_factory=dict)
     stated_names: tuple[str, ...] = ()
+    tried: int = 1
 
     @property
     def changes(self) -> dict[str, Parameter]:

@@ -77,6 +77,7 @@ def _causes(
             gains.get(finding.key),
             _stated(finding.effect),
             finding.effect.stated_names,
+            len(laboratory.candidates),
         )
     return causes
 

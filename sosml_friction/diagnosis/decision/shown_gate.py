@@ -10,12 +10,12 @@ from sosml_friction.diagnosis.decision.selector import Selector
 from sosml_friction.diagnosis.decision.verdict import not_shown
 
 #: Why a cause is taken back.
-NOT_SHOWN = 'its interval has 0 in it'
+NOT_SHOWN = 'its size may be 0, as one of all candidates looks by chance'
 
 
 def shown_gate(selector: Selector, selection: Selection) -> Selection:
     """
-    Take back, the last first, causes whose intervals beside the others all have 0 in them.
+    Take back, the last first, causes whose sizes beside the others may all be 0.
 
     One that is alone stays, for :func:`~.verdict.verdict_of`: it explains more than its floor, so
     that something is there. What is within its tolerance is no other cause.

@@ -5,14 +5,19 @@
 import re
 from collections.abc import Sequence
 
+from scipy.stats import norm
+
 from sosml_friction.diagnosis.decision.cause import Cause
 from sosml_friction.diagnosis.decision.data_causes import FAULTS
 from sosml_friction.diagnosis.decision.remainder import REST
 from sosml_friction.diagnosis.decision.selection import Selection
+from sosml_friction.model.parameter import Z_95
 from sosml_friction.model.terms.kinds.term import TERMS
 
 #: The end of the name of a harmonic's size.
 _HARMONIC = re.compile(r'_\d+$')
+#: Chance that any of all candidates is named where there is none: that of one 95 % interval.
+_CHANCE = 0.05
 VERDICTS = ('named', 'ambiguous', 'nothing_above_floor', 'unknown_structure', 'bad_data')
 
 
@@ -34,9 +39,11 @@ def not_shown(cause: Cause) -> bool:
     """
     Tell whether a term may as well be nothing, as far as its intervals say.
 
-    They know of what is left beside it: something is there that it only looks like, as a drag
-    bends friction like the far end of a Stribeck term. That one of several rivals is there may
-    be sure where each of them is not.
+    The best of K candidates is beyond its own interval by chance K times as often: where all of
+    them together are to be in 5 % of recordings, each is in 5 % / K (Bonferroni). The intervals
+    know of what is left beside a term: something is there that it only looks like, as a drag bends
+    friction like the far end of a Stribeck term. That one of several rivals is there may be sure
+    where each of them is not.
     """
     kind = TERMS.classes.get(cause.effect)
     if kind is None or not cause.size_known or cause.rivals:
@@ -44,15 +51,12 @@ def not_shown(cause: Cause) -> bool:
     sizes = {kind.reported_as.get(name, name) for name in kind.amplitudes}
     # Those of a harmonic have its number behind their names.
     own = {
-        name: p.interval
-        for name, p in cause.parameters.items()
-        if {name, _HARMONIC.sub('', name)} & sizes
+        name: p for name, p in cause.parameters.items() if {name, _HARMONIC.sub('', name)} & sizes
     }
     # Of a term that the model states nothing is missing where it is as stated.
-    return bool(own) and all(
-        interval is not None and interval[0] <= cause.stated.get(name, 0.0) <= interval[1]
-        for name, interval in own.items()
-    )
+    wider = float(norm.isf(0.5 * _CHANCE / cause.tried)) / Z_95
+    stated = cause.stated
+    return bool(own) and all(p.may_be(stated.get(name, 0.0), wider) for name, p in own.items())
 
 
 def _causes_are_not_all(selection: Selection) -> bool:

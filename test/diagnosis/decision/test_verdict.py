@@ -88,7 +88,7 @@ def test_it_is_said_of_a_stribeck_term_that_it_may_be_nothing(interval, verdict)
     selection = Selection(None, None)
     assert verdict_of([cause], selection) == verdict
     sentence = sentence_of(verdict, [cause], unmoved(), selection, ('elbow',), ('Nm',))
-    said = 'elbow: stribeck may be nothing, as its interval has 0 in it'
+    said = 'elbow: stribeck may be nothing: of 1 candidates one has such a size by chance'
     assert (said in sentence) == (verdict != 'named')
 
 
@@ -113,3 +113,22 @@ def test_no_cause_is_named_that_may_be_nothing_as_its_own_intervals_say(effect, 
     assert verdict_of([cause], selection) == verdict
     rivalled = Cause(effect, 'elbow', parameters, {}, rivals=('inertia',))
     assert verdict_of([rivalled], selection) == 'ambiguous'
+
+
+@pytest.mark.parametrize(
+    ('errors', 'tried', 'verdict'),
+    [
+        (2.0, 1, 'named'),
+        (2.0, 2, 'unknown_structure'),
+        (3.2, 40, 'unknown_structure'),
+        (3.3, 40, 'named'),
+        (3.3, 140, 'unknown_structure'),
+        (3.6, 140, 'named'),
+    ],
+)
+def test_the_best_of_many_candidates_has_to_be_further_from_nothing(errors, tried, verdict):
+    """Two-sided quantiles of 5 % / K: 1.96 of one candidate, 3.23 of 40, 3.57 of 140."""
+    size = Parameter.estimated(0.1 * errors, 'Nm', 0.1, 1.96)
+    selection = Selection(None, None, remainder=Remainder((), np.zeros(1)))
+    cause = Cause('effort_bias', 'elbow', {'bias': size}, {}, tried=tried)
+    assert verdict_of([cause], selection) == verdict
