@@ -76,14 +76,15 @@ class Parameter:
         """
         Tell whether the interval, made wider about the estimate, holds a value; False without one.
 
+        The range of what is not identifiable is no multiple of an error, and stays.
+
         :param wider: factor of both halves: 1 for 95 %.
         """
         if self.interval is None:
             return False
         low, high = self.interval
-        middle = self.value if math.isfinite(self.value) else 0.5 * (low + high)
-        if math.isfinite(middle):
-            low, high = middle - wider * (middle - low), middle + wider * (high - middle)
+        if NOT_IDENTIFIABLE not in self.flags:
+            low, high = (self.value + wider * (bound - self.value) for bound in (low, high))
         return low <= value <= high
 
     def to_dict(self) -> dict[str, Any]:
